@@ -149,8 +149,8 @@ VARIABLES: dict[str, Variable] = {
         _ratio(
             "amplitude_ratio_max",
             "largest amplitude ratio",
-            "Largest |x|/Z over the steady cycles that were measured; of a response that does not repeat it grows slowly "
-            "with their number, and has no error.",
+            "Largest |x|/Z over the steady cycles that were measured; of a response that does not repeat over the last three "
+            "quarters of them, and it grows slowly with their number and has no error.",
         ),
         _ratio(
             "amplitude_ratio_rms",
@@ -215,7 +215,7 @@ VARIABLES: dict[str, Variable] = {
         _ratio(
             "impact_speed_max",
             "largest impact speed",
-            "Largest approach speed at an impact, over Z·ω_n.",
+            "Largest approach speed at an impact over the same cycles as amplitude_ratio_max, over Z·ω_n.",
         ),
         _ratio(
             "stick_fraction",

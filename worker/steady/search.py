@@ -10,8 +10,10 @@ from typing import NamedTuple
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.events import ARRIVED, IMPACTS
 from damperlab.worker.solver.excitation.excitation import largest_forcing
+from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
+from damperlab.worker.steady.locked import creep_limit, is_locked, slowing_limit
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
 from damperlab.worker.steady.orbits.orbit_watch import look_farther, look_nearby, nothing_nearby
 from damperlab.worker.steady.response.statistics import Estimate, estimate
@@ -24,9 +26,7 @@ from damperlab.worker.steady.stopping import (
     LARGEST_BURN_IN,
     Settings,
     burn_in_of,
-    creep_limit,
     is_known,
-    is_locked,
     next_estimate,
 )
 
@@ -40,6 +40,10 @@ _NOT_METERED = (
     -1
 )  # half cycles metered before the burn-in is over; `advance` and `nearby` read any below 0 so
 _LOCKED_LAG = 2  # half cycles: a locked mass repeats with the base
+# Way left to where friction holds the mass for good that is not waited for, over the displacement under the largest force: at
+# any time, and, once as much is metered as for a mean, as a part of `tolerance`, also where the mass ends at zero.
+_AT_ONCE = 1e-6
+_SMALL = 1e-2
 
 
 class Found(NamedTuple):
@@ -59,7 +63,7 @@ class Found(NamedTuple):
         Of the metered cycles; meaningful only where the response does not repeat.
     known : bool
         Whether the response is known: an orbit was found, or the mean is known to the tolerance and no stable orbit is
-        known that the run may still come to.
+        known that the run may still come to. Not where the orbit is a locked state, and the mass may end farther from it.
     """
 
     state: State
@@ -104,6 +108,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     nearby = nothing_nearby(start, _CHUNK)
     look = SectionLook(0, 1.0, SECTION_SIZE)
     mean = Estimate(0, 0, inf, inf, inf, False)
+    locked = no_orbit(start)
     while half < last_half and work_done(scene, half) <= work_allowed:
         if metered_halves == _NOT_METERED:
             if half >= burn_in or work_done(scene, half) >= LARGEST_BURN_IN * work_allowed:
@@ -117,7 +122,10 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
         if outcome != ARRIVED:
             return Found(state, outcome, look, no_orbit(state), mean, False)
         note_recurrences(notes.ring, half, notes.recurrences, notes.recurrences_before)
-        orbit = _locked_limit(state, half, scene, notes)
+        tends_to = _locked_limit(state, half, scene, notes)
+        if tends_to.period_halves > 0:
+            locked = tends_to
+        orbit = locked if _is_near(locked, metered_halves, settings) else no_orbit(state)
         if orbit.period_halves == 0:
             orbit = repeated_orbit(state, look, halves, scene, probe, notes, settings)
         if orbit.period_halves == 0:
@@ -129,24 +137,39 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
             mean = _mean_so_far(left_out, metered_halves, notes)
             if (
                 is_known(mean, settings)
+                and locked.period_halves == 0
                 and not nearby.rival
                 and not _is_on_the_way(state, mean, scene, notes)
             ):
                 return Found(state, ARRIVED, look, no_orbit(state), mean, True)
             next_estimate_cycles = next_estimate(mean, settings)
+    if locked.period_halves > 0:
+        return Found(locked.state, ARRIVED, look, locked, mean, False)
     return _end_of_search(state, look, left_out, metered_halves, nearby.rival, scene, notes, settings)
 
 
 @kernel
 def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> Orbit:
-    """The locked state that the run is in, or creeps towards; of period 0 where friction does not hold the mass for good."""
+    """The locked state that the run is in, or tends to; of period 0 where friction does not hold the mass for good."""
     if scene.friction is not None:
         if scene.counts[IMPACTS] == 0:
             forcing = largest_forcing(scene.base)
             limit, creeps = creep_limit(state, scene.friction, scene)
             if creeps or is_locked(state, scene.friction, forcing, notes.ring, half):
                 return Orbit(limit, _LOCKED_LAG, 0.0)
+        if scene.particle is not None and isinstance(scene.base, SineForce):
+            limit, way_left = slowing_limit(state, scene.friction, scene.particle, scene)
+            if way_left < inf:
+                return Orbit(limit, _LOCKED_LAG, way_left)
     return no_orbit(state)
+
+
+@kernel
+def _is_near(locked: Orbit, metered_halves: int, settings: Settings) -> bool:
+    """Whether friction holds the mass for good in the end, and what it may still move until then need not be waited for."""
+    enough = metered_halves >= 2 * FEWEST_MEASURED
+    allowed = settings.tolerance * max(abs(locked.state.v), _SMALL) if enough else _AT_ONCE
+    return locked.period_halves > 0 and locked.error <= allowed
 
 
 @kernel

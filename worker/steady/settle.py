@@ -113,7 +113,7 @@ def _measured_orbit(found, scene, probe, notes):
     state, _, outcome = advance(state, 0, halves, 0, probe, notes)
     if outcome != ARRIVED:
         return failed(outcome, cycles), state
-    stretch = stretch_of(notes.trace, 0, halves)
+    stretch = stretch_of(notes.trace, 0, halves, 0)
     begin_probe(probe, scene, period_halves)
     multiplier = nan
     _, complete = march_with_jacobian(state, period_halves, probe, notes.log, notes.monodromy)
@@ -129,7 +129,7 @@ def _measured_orbit(found, scene, probe, notes):
         probe.base.frequency_ratio,
         mean_of_period(notes.trace, period_halves, error),
         _acceleration_of_period(period_halves, halves, notes),
-        Kind(response_class, period, multiplier, error, cycles, _CONVERGED),
+        Kind(response_class, period, multiplier, error, cycles, _CONVERGED if found.known else _MAX_CYCLES),
     )
     return response, state
 
@@ -139,7 +139,10 @@ def _measured_run(found, scene, probe, notes):
     """Response over the metered stretch of a run that does not repeat, and its end."""
     state = found.state
     mean = found.mean
-    stretch = stretch_of(notes.trace, 2 * mean.first, 2 * mean.last)
+    # What is left of the way there falls below the error of a mean before it falls below a largest peak: the particle, and the
+    # mass with it, settle more slowly than the structure alone, by which a run burns in.
+    largest_from = mean.first + (mean.last - mean.first) // 4
+    stretch = stretch_of(notes.trace, 2 * mean.first, 2 * mean.last, 2 * largest_from)
     response_class = _MODULATED
     # without a particle no two motions part: see `candidate.attracts_all`
     if probe.particle is not None:

@@ -3,16 +3,8 @@
 from math import log, pi
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.excitation.excitation import largest_forcing
-from damperlab.worker.solver.excitation.sine_base import SineForce
-from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.statistics import Estimate
-from damperlab.worker.steady.section.recurrence import recurrence
 
 LARGEST_BURN_IN = 0.2
 """Share of `max_cycles`, or of the events allowed, that a burn-in may take: a structure without damping has no other bound."""
@@ -25,9 +17,6 @@ _CORRELATIONS = 100.0  # correlation times that have to be measured
 # a tenth, what it asks for by a fifth, and a look further ahead would overshoot by as much.
 _SOONEST_LOOK = 1.05
 _LATEST_LOOK = 1.25
-# Excess displacement, over min(1, P r²), below which creep towards the locked set cannot overshoot it.
-_CREEP = 1e-2
-_TIE = 1e-12
 
 
 class Settings(NamedTuple):
@@ -78,47 +67,3 @@ def next_estimate(mean: Estimate, settings: Settings) -> int:
         measured * (mean.error / (settings.tolerance * mean.mean)) ** 2, _CORRELATIONS * mean.correlation
     )
     return mean.first + int(min(max(needed, _SOONEST_LOOK * measured), _LATEST_LOOK * measured))
-
-
-@kernel
-def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, bool]:
-    """Locked state that a one-sided creep tends to.
-
-    With P the largest forcing, r² of a shaken base or the force of 1, for γ_F ≥ P every rest position |v| ≤ γ_F − P is locked
-    for good. From outside by an excess x, each cycle slips inwards by about x²/(P r²), so the edge is reached only as 1/N:
-    take the limit instead of stepping towards it. A particle rests where it is, if it stays clear of both walls.
-    """
-    forcing = largest_forcing(scene.base)
-    frequency_ratio = scene.base.frequency_ratio
-    edge = friction - forcing
-    if edge < 0.0 and edge > -_TIE * forcing:
-        edge = 0.0  # γ_F = r² but for the rounding of r²
-    # a slip of the excess force x under a largest forcing P lasts about √(8x/P)/r and goes about x²/(P r²) far
-    if (
-        edge >= 0.0
-        and state.slip == 0.0
-        and state.p_rate == 0.0
-        and state.riding == 0.0
-        and edge < abs(state.v) <= edge + _CREEP * min(1.0, forcing * (frequency_ratio * frequency_ratio))
-    ):
-        v = edge if state.v > 0.0 else -edge
-        gap = state.gap
-        clear = True
-        if scene.particle is not None:
-            gap = state.gap - state.wall * (v - state.v)
-            swing = 0.0 if isinstance(scene.base, SineForce) else 1.0  # of the base
-            clear = abs(gap - scene.particle.clearance_ratio) + swing <= scene.particle.clearance_ratio
-        if clear:
-            return State(v, 0.0, 0.0, state.wall, gap, 0.0, 0.0, 0, 0, state.dwell), True
-    return state, False
-
-
-@kernel
-def is_locked(state: State, friction: float, forcing: float, ring: NDArray[np.float64], half: int) -> bool:
-    """Whether friction has held the mass for a cycle and holds it for good: P + |v| ≤ γ_F, and the particle is at rest."""
-    return (
-        state.slip == 0.0
-        and state.p_rate == 0.0
-        and forcing + abs(state.v) <= friction
-        and recurrence(ring, half, 2) == 0.0
-    )

@@ -13,6 +13,7 @@ from damperlab.worker.solver.motion.taylor import curvature_bound, slope, value
 
 _FINEST = 1e-9  # relative width below which curvature moves the function by less than its rounding
 _MAX_STEPS = 400
+_FEW_STEPS = 32  # that most searches need; those that need more have a root near the start, where the curvature is far smaller
 
 
 @inlined
@@ -90,12 +91,15 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     if high <= low:
         return low
     finest = _FINEST * (high - low)
-    for _ in range(_MAX_STEPS):
+    local = curvature
+    for step in range(_MAX_STEPS):
+        if step >= _FEW_STEPS:
+            local = min(curvature, curvature_bound(polynomial, high))
         middle = 0.5 * (low + high)
         radius = 0.5 * (high - low)
         f = sign * value(polynomial, middle)
         d = sign * slope(polynomial, middle)
-        turning = curvature * radius  # most that the slope changes from the middle
+        turning = local * radius  # most that the slope changes from the middle
         clear = f - (abs(d) + 0.5 * turning) * radius > 0.0
         if not clear and abs(d) > turning:
             if d > 0.0:

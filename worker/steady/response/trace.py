@@ -55,7 +55,7 @@ class Stretch(NamedTuple):
     stored_before, stored_after : float
         Energy stored at the ends.
     speed, peak, relative_peak : float
-        Largest impact speed, |u| and |v|.
+        Largest impact speed, |u| and |v|, over the half cycles from the row that they are looked for from.
     """
 
     first: int
@@ -110,8 +110,8 @@ def note_half(line, meter, impacts, stored):
 
 
 @kernel
-def stretch_of(trace, first, last):
-    """Totals over the half cycles of the rows first + 1 … last."""
+def stretch_of(trace, first, last, largest_from):
+    """Totals over the half cycles of the rows first + 1 … last, and what is largest in those of largest_from + 1 … last."""
     before = trace[first]
     after = trace[last]
     return Stretch(
@@ -126,9 +126,9 @@ def stretch_of(trace, first, last):
         after[_TOTALS + 5] - before[_TOTALS + 5],
         before[STORED],
         after[STORED],
-        _largest(trace, first, last, HALF_SPEED),
-        _largest(trace, first, last, HALF_PEAK),
-        _largest(trace, first, last, HALF_RELATIVE_PEAK),
+        _largest(trace, largest_from, last, HALF_SPEED),
+        _largest(trace, largest_from, last, HALF_PEAK),
+        _largest(trace, largest_from, last, HALF_RELATIVE_PEAK),
     )
 
 

@@ -55,6 +55,21 @@ def test_a_grazing_touch_is_found_where_it_crosses_and_none_where_it_does_not(
 
 @both
 @FIXED
+@given(exponent=st.floats(-14.0, -3.0), share=st.floats(0.01, 1.0))
+def test_a_root_is_found_where_the_function_is_small_and_its_curvature_is_not_yet(
+    form: str, exponent: float, share: float
+) -> None:
+    """The velocity of a mass that slips for a moment near the largest force: a t − t³/6, from a time on when it is small."""
+    a = 10.0**exponent
+    root = np.sqrt(6.0 * a)
+    t = share * 0.9 * root
+    p = padded(np.array([a * t - t**3 / 6.0, a - 0.5 * t * t, -0.5 * t, -1.0 / 6.0]))
+    found = in_form(first_crossing, form)(p, 1.0, 0.0, 0.4, 0.4)
+    assert abs(found - (root - t)) <= 64 * EPS * root
+
+
+@both
+@FIXED
 @given(at=st.floats(0.01, 0.99), start=st.floats(0.0, 0.9), span=st.floats(0.01, 0.1))
 def test_a_root_counts_only_between_start_and_end(form: str, at: float, start: float, span: float) -> None:
     end = start + span

@@ -1,0 +1,117 @@
+"""A mass under a force that friction holds for good in the end, beside a particle that goes on ever more slowly."""
+
+from math import inf
+
+import numpy as np
+import pytest
+
+from damperlab.studies.choices import CompliantContact
+from damperlab.studies.variables import ResponseClass, Status
+from damperlab.worker.accuracy.march import march_halves
+from damperlab.worker.lower import wall_of
+from damperlab.worker.solver.excitation.sine_base import Forced
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.state import State
+from damperlab.worker.steady.ensemble import attractors, drawn_starts
+from damperlab.worker.steady.locked import slowing_limit
+from damperlab.worker.steady.settle import Settings, settle
+
+SETTINGS = Settings(4000, 0.02, 1e-9)
+HALVES = 16_000
+"""Of the march that tells where a mass ends: four times as long as the longest run of `SETTINGS`, twice."""
+
+
+def particle_of(kind: str, clearance: float, restitution: float, mass_ratio: float) -> Particle:
+    if kind == "given time":
+        return Particle(clearance, restitution, mass_ratio, 0.3)
+    if kind == "compliant":
+        contact = CompliantContact(model="compliant", contact_time=0.3)
+        return Particle(clearance, restitution, mass_ratio, None, wall_of(contact, restitution, mass_ratio))
+    return Particle(clearance, restitution, mass_ratio)
+
+
+@pytest.mark.parametrize("kind", ["instantaneous", "given time", "compliant"])
+def test_a_mass_ends_as_near_to_its_limit_as_is_said(kind: str) -> None:
+    """By a march from the same start, eight times as long as any run; what still creeps then goes on to the edge."""
+    random = np.random.default_rng(5)
+    told = 0
+    for _ in range(25):
+        damping, r = random.uniform(0.002, 0.3), Forced(np.exp(random.uniform(np.log(0.3), np.log(3.0))))
+        friction = float(random.choice([1.0, 1.002, 1.02, 1.2, 1.5, 3.0]))
+        particle = particle_of(
+            kind,
+            10.0 ** random.uniform(-1.5, 1.0),
+            float(random.choice([0.1, 0.3, 0.6, 0.9])),
+            float(random.choice([0.02, 0.1, 0.3])),
+        )
+        coordinates = (damping, r.frequency_ratio, friction, *particle[:3])
+        for start in drawn_starts(3, 7, coordinates, damping, r, friction, particle):
+            response, _ = settle(damping, r, friction, particle, SETTINGS, start)
+            if response.response_class != ResponseClass.LOCKED:
+                continue
+            told += 1
+            assert (response.period, response.impacts_per_cycle) == (1, 0.0)
+            peaks = np.zeros((2, 3))
+            march_halves(damping, r, friction, particle, start, HALVES, peaks)
+            ends = min(float(peaks[:, 0].max()), max(response.amplitude_ratio, friction - 1.0))
+            assert abs(ends - response.amplitude_ratio) <= response.amplitude_error + 1e-12, (
+                coordinates,
+                start,
+            )
+    assert told >= 70, "of 75"
+
+
+def test_all_starts_lead_to_one_response() -> None:
+    """The particle slows down for ever: no run comes to where it rests."""
+    r, friction, particle = Forced(0.98), 2.0, Particle(0.5, 0.3, 0.1)
+    starts = drawn_starts(
+        12, 0, (0.09, r.frequency_ratio, friction, *particle[:3]), 0.09, r, friction, particle
+    )
+    found = [settle(0.09, r, friction, particle, SETTINGS, start)[0] for start in starts]
+    assert {response.status for response in found} == {Status.CONVERGED}
+    assert len(attractors(found)) == 1
+
+
+def test_what_is_not_known_to_the_tolerance_is_said_so() -> None:
+    """A mass of γ_F = 1 ends at zero; with e = 0.9 the particle still has speed enough to move it when the run has to stop."""
+    r, particle = Forced(1.46), Particle(2.6, 0.9, 0.3)
+    start = State(0.005, 0.0, 0.0, 1.0, 1.0, 0.01, 0.0, 0, 0, None)
+    response, _ = settle(0.19, r, 1.0, particle, SETTINGS, start)
+    assert response.status == Status.MAX_CYCLES
+    assert response.response_class == ResponseClass.LOCKED
+    assert response.amplitude_ratio == 0.0
+    assert 0.0 < response.amplitude_error < 0.02
+
+
+@pytest.mark.parametrize(
+    ("why", "friction", "particle", "change"),
+    [
+        ("friction holds it nowhere for good", 0.9, Particle(2.0, 0.5, 0.1), {}),
+        ("the particle is not slowed", 1.5, Particle(2.0, 1.0, 0.1), {}),
+        ("it slips", 1.5, Particle(2.0, 0.5, 0.1), {"slip": 1.0, "w": 0.1}),
+        ("it is far from where friction holds it", 1.5, Particle(2.0, 0.5, 0.1), {"v": 0.6}),
+        ("the particle throws it farther than it creeps", 1.5, Particle(2.0, 0.5, 0.1), {"p_rate": 3.0}),
+    ],
+)
+def test_no_limit_is_told_where(
+    why: str, friction: float, particle: Particle, change: dict[str, float]
+) -> None:
+    scene = make_scene(0.05, Forced(1.1), friction, particle, True)
+    at_ease = State(0.2, 0.0, 0.0, 1.0, 1.0, 0.001, 0.0, 0, 0, None)
+    _, way_left = slowing_limit(at_ease._replace(**change), friction, particle, scene)
+    assert way_left == inf, why
+
+
+def test_the_limit_is_where_the_mass_is_or_the_edge() -> None:
+    particle = Particle(2.0, 0.5, 0.1)
+    scene = make_scene(0.05, Forced(1.1), 1.5, particle, True)
+    for v, ends in ((0.2, 0.2), (-0.5, -0.5), (0.505, 0.5), (-0.505, -0.5)):
+        limit, way_left = slowing_limit(
+            State(v, 0.0, 0.0, 1.0, 1.0, 0.001, 0.0, 0, 0, None), 1.5, particle, scene
+        )
+        assert limit.v == pytest.approx(ends, abs=1e-15)
+        assert (limit.w, limit.p_rate) == (0.0, 0.0)
+        assert 0.0 < way_left <= 0.01
+    still = State(0.2, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0, 0, None)
+    assert slowing_limit(still, 1.5, particle, scene)[1] == 0.0, "nothing moves any more"

@@ -1,0 +1,171 @@
+"""Rules by which friction is known to hold the mass for good, in the limit of a motion that is still under way."""
+
+from math import inf, pi, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.excitation.excitation import largest_forcing
+from damperlab.worker.solver.excitation.sine_base import SineForce
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.state import State
+from damperlab.worker.steady.section.recurrence import recurrence
+
+_CREEP = 1e-2  # excess displacement, over min(1, P r²), below which creep towards the locked set cannot overshoot it
+_TIE = 1e-12
+
+
+@inlined
+def _edge(friction: float, forcing: float) -> float:
+    """Displacement up to which friction holds the mass for good, γ_F − P; below 0 where it holds it nowhere."""
+    edge = friction - forcing
+    if edge < 0.0 and edge > -_TIE * forcing:
+        return 0.0  # γ_F = r² but for the rounding of r²
+    return edge
+
+
+@inlined
+def _creep(forcing: float, frequency_ratio: float) -> float:
+    """Excess displacement below which a mass creeps, and does not overshoot."""
+    return _CREEP * min(1.0, forcing * (frequency_ratio * frequency_ratio))
+
+
+@kernel
+def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, bool]:
+    """Locked state that a one-sided creep tends to.
+
+    With P the largest forcing, r² of a shaken base or the force of 1, for γ_F ≥ P every rest position |v| ≤ γ_F − P is locked
+    for good. From outside by an excess x, each cycle slips inwards by about x²/(P r²), so the edge is reached only as 1/N:
+    take the limit instead of stepping towards it. A particle rests where it is, if it stays clear of both walls.
+    """
+    forcing = largest_forcing(scene.base)
+    edge = _edge(friction, forcing)
+    # a slip of the excess force x under a largest forcing P lasts about √(8x/P)/r and goes about x²/(P r²) far
+    if (
+        edge >= 0.0
+        and state.slip == 0.0
+        and state.p_rate == 0.0
+        and state.riding == 0.0
+        and edge < abs(state.v) <= edge + _creep(forcing, scene.base.frequency_ratio)
+    ):
+        v = edge if state.v > 0.0 else -edge
+        gap = state.gap
+        clear = True
+        if scene.particle is not None:
+            gap = state.gap - state.wall * (v - state.v)
+            swing = 0.0 if isinstance(scene.base, SineForce) else 1.0  # of the base
+            clear = abs(gap - scene.particle.clearance_ratio) + swing <= scene.particle.clearance_ratio
+        if clear:
+            return State(v, 0.0, 0.0, state.wall, gap, 0.0, 0.0, 0, 0, state.dwell), True
+    return state, False
+
+
+@kernel
+def is_locked(state: State, friction: float, forcing: float, ring: NDArray[np.float64], half: int) -> bool:
+    """Whether friction has held the mass for a cycle and holds it for good: P + |v| ≤ γ_F, and the particle is at rest."""
+    return (
+        state.slip == 0.0
+        and state.p_rate == 0.0
+        and forcing + abs(state.v) <= friction
+        and recurrence(ring, half, 2) == 0.0
+    )
+
+
+@kernel
+def slowing_limit(state: State, friction: float, particle: Particle, scene: Scene) -> tuple[State, float]:
+    """Locked state that a mass under a force tends to beside a particle that goes on between its walls, ever more slowly.
+
+    Parameters
+    ----------
+    state : State
+        At phase 0.
+    friction, particle
+        γ_F, and the particle.
+    scene : Scene
+        That they act in.
+
+    Returns
+    -------
+    limit : State
+        The mass where it is, or, if it still creeps, at the edge |v| = γ_F − P of where friction holds it for good; the
+        particle at rest.
+    way_left : float
+        How far from there the mass may end; infinite where friction need not hold it.
+
+    Notes
+    -----
+    A particle with the speed s, and walls that creep with c at the most, gets no faster than the larger of s and
+    c (1 + e)/(1 − e). From when the mass is within |v| = γ_F − P its impacts, of which each slows it to e of its speed, give
+    the mass a velocity of W = β (s + c) (1 + e)/(1 − e) in all. Friction and spring are short of the forcing by
+    P (1 − cos rτ) ≥ 2P (rτ/π)² at least, the time τ from when it is largest. So a slip that begins with W ends within
+    2a + W π²/(2P r² a²) for any a r ≤ π, of which a = W^¼ is near the best; and within W over the margin that is left where
+    the mass gets no nearer to the edge. As long as the creep itself goes on, and the contacts, W adds no more than W either.
+    What moves the mass farther out lets it creep more. The way left is proved if it is no more than was allowed for in it;
+    where it is more, it is told as all that a mass may creep without overshooting the edge.
+    """
+    forcing = largest_forcing(scene.base)
+    edge = _edge(friction, forcing)
+    between_contacts = state.gap >= 0.0
+    if state.dwell is not None:
+        between_contacts = between_contacts and state.dwell.left == 0.0 and state.riding == 0.0
+    creep = _creep(forcing, scene.base.frequency_ratio)
+    if edge < 0.0 or state.slip != 0.0 or not between_contacts or abs(state.v) > edge + creep:
+        return state, inf
+    first = _way_left(state, 0.0, edge, particle, scene)
+    if abs(state.v) + first > edge + creep:
+        return state, inf
+    way_left = _way_left(state, 2.0 * first, edge, particle, scene)
+    if way_left > 2.0 * first:
+        way_left = max(creep, first)  # not proved: all that the mass may creep
+    v = state.v
+    if abs(v) > edge:
+        v = edge if state.v > 0.0 else -edge
+    return State(v, 0.0, 0.0, state.wall, state.gap, 0.0, state.riding, 0, 0, state.dwell), way_left
+
+
+@kernel
+def _way_left(state: State, moved: float, edge: float, particle: Particle, scene: Scene) -> float:
+    """How far impacts move a held mass in all, at the most, if they move it no farther out than by `moved` meanwhile."""
+    forcing = largest_forcing(scene.base)
+    frequency_ratio = scene.base.frequency_ratio
+    restitution = _restitution_of_a_held_wall(particle)
+    if restitution >= 1.0:
+        return inf
+    excess = max(abs(state.v) + moved - edge, 0.0)
+    creeping = pi * sqrt(2.0 * excess / forcing) / frequency_ratio  # how long a slip of the creep takes
+    creep_rate = excess * creeping
+    gain = (1.0 + restitution) / (1.0 - restitution)
+    speed = max(abs(state.p_rate), gain * creep_rate)
+    given = particle.mass_ratio * gain * (speed + creep_rate)
+    a = sqrt(sqrt(given))
+    if a * frequency_ratio > pi:
+        return inf
+    stopping = 2.0 * a + sqrt(given) * (0.5 * pi * pi) / (forcing * frequency_ratio * frequency_ratio)
+    margin = edge - abs(state.v) - moved
+    if margin > 0.0:
+        stopping = min(stopping, given / margin)
+    way_left: float = given * (creeping + stopping + _longest_contact(particle))
+    return way_left
+
+
+@inlined
+def _restitution_of_a_held_wall(particle: Particle) -> float:
+    """Restitution at a wall that does not give way, at the most: 1 − eᵃ ≥ a (1 − e), with the a of a compliant one.
+
+    The damping ratio of a contact falls with the mass that it brings to rest, by √(1 + β) for β in place of β/(1 + β).
+    """
+    if particle.wall is not None:
+        return 1.0 - (1.0 - particle.restitution) / (1.0 + particle.mass_ratio)
+    return particle.restitution
+
+
+@inlined
+def _longest_contact(particle: Particle) -> float:
+    """Time that a contact takes [1/ω_n], at the most: half a cycle of the particle on the spring of a compliant wall."""
+    if particle.wall is not None:
+        return pi * sqrt(particle.mass_ratio / particle.wall.stiffness)
+    if particle.contact_time is not None:
+        return particle.contact_time
+    return 0.0
