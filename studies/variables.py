@@ -150,7 +150,7 @@ VARIABLES: dict[str, Variable] = {
             "amplitude_ratio_max",
             "largest amplitude ratio",
             "Largest |x|/Z over the steady cycles that were measured; of a response that does not repeat over the last three "
-            "quarters of them, and it grows slowly with their number and has no error.",
+            "quarters of them (all of them by fixed steps). There it grows slowly with their number; it has no error.",
         ),
         _ratio(
             "amplitude_ratio_rms",

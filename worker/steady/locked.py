@@ -92,37 +92,43 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
         The mass where it is, or, if it still creeps, at the edge |v| = γ_F − P of where friction holds it for good; the
         particle at rest.
     way_left : float
-        How far from there the mass may end; infinite where friction need not hold it.
+        How far from there the mass may end; infinite where that is not known.
 
     Notes
     -----
-    A particle with the speed s, and walls that creep with c at the most, gets no faster than the larger of s and
-    c (1 + e)/(1 − e). From when the mass is within |v| = γ_F − P its impacts, of which each slows it to e of its speed, give
-    the mass a velocity of W = β (s + c) (1 + e)/(1 − e) in all. Friction and spring are short of the forcing by
+    Impacts at walls that creep with c at the most leave a particle of speed s no faster than the larger of s and
+    c (1 + e)/(1 − e). From when the mass is within |v| = γ_F − P it only loses energy, and what the particle hands to it is at
+    most the velocity W = β (s + c) (1 + e)/(1 − e) in all. Friction and spring are short of the forcing by
     P (1 − cos rτ) ≥ 2P (rτ/π)² at least, the time τ from when it is largest. So a slip that begins with W ends within
-    2a + W π²/(2P r² a²) for any a r ≤ π, of which a = W^¼ is near the best; and within W over the margin that is left where
-    the mass gets no nearer to the edge. As long as the creep itself goes on, and the contacts, W adds no more than W either.
-    What moves the mass farther out lets it creep more. The way left is proved if it is no more than was allowed for in it;
-    where it is more, it is told as all that a mass may creep without overshooting the edge.
+    2a + W π²/(2P r² a²) for any a of at most π/r, here W^¼; and within W over the margin that is left where the mass gets no
+    nearer to the edge. As long as the creep itself goes on, and the contacts, W adds no more than W either. A compliant wall
+    whose largest force stays within the margin does not move the mass at all.
+
+    What moves the mass farther out lets it creep more. The way left is proved if it is no more than the `moved` that it allows
+    for; where it is more, twice the first value is told, which marches have not exceeded.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
     between_contacts = state.gap >= 0.0
     if state.dwell is not None:
         between_contacts = between_contacts and state.dwell.left == 0.0 and state.riding == 0.0
-    creep = _creep(forcing, scene.base.frequency_ratio)
-    if edge < 0.0 or state.slip != 0.0 or not between_contacts or abs(state.v) > edge + creep:
+    farthest = edge + _creep(forcing, scene.base.frequency_ratio)
+    if edge < 0.0 or state.slip != 0.0 or not between_contacts or abs(state.v) > farthest:
         return state, inf
     first = _way_left(state, 0.0, edge, particle, scene)
-    if abs(state.v) + first > edge + creep:
+    if abs(state.v) + first > farthest:
         return state, inf
-    way_left = _way_left(state, 2.0 * first, edge, particle, scene)
-    if way_left > 2.0 * first:
-        way_left = max(creep, first)  # not proved: all that the mass may creep
+    way_left = min(_way_left(state, 2.0 * first, edge, particle, scene), 2.0 * first)
     v = state.v
     if abs(v) > edge:
         v = edge if state.v > 0.0 else -edge
     return State(v, 0.0, 0.0, state.wall, state.gap, 0.0, state.riding, 0, 0, state.dwell), way_left
+
+
+@kernel
+def slows_down(friction: float, particle: Particle, scene: Scene) -> bool:
+    """Whether every motion ends with the mass held and the particle at rest: under a force that friction withstands."""
+    return _edge(friction, largest_forcing(scene.base)) >= 0.0 and particle.restitution < 1.0
 
 
 @kernel
@@ -133,17 +139,20 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
     restitution = _restitution_of_a_held_wall(particle)
     if restitution >= 1.0:
         return inf
-    excess = max(abs(state.v) + moved - edge, 0.0)
+    margin = edge - abs(state.v) - moved
+    excess = max(-margin, 0.0)
     creeping = pi * sqrt(2.0 * excess / forcing) / frequency_ratio  # how long a slip of the creep takes
     creep_rate = excess * creeping
     gain = (1.0 + restitution) / (1.0 - restitution)
     speed = max(abs(state.p_rate), gain * creep_rate)
+    if particle.wall is not None and margin >= 0.0:
+        if speed * (sqrt(particle.wall.stiffness * particle.mass_ratio) + particle.wall.damping) <= margin:
+            return 0.0
     given = particle.mass_ratio * gain * (speed + creep_rate)
     a = sqrt(sqrt(given))
     if a * frequency_ratio > pi:
         return inf
     stopping = 2.0 * a + sqrt(given) * (0.5 * pi * pi) / (forcing * frequency_ratio * frequency_ratio)
-    margin = edge - abs(state.v) - moved
     if margin > 0.0:
         stopping = min(stopping, given / margin)
     way_left: float = given * (creeping + stopping + _longest_contact(particle))

@@ -13,7 +13,7 @@ from damperlab.worker.solver.excitation.excitation import largest_forcing
 from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.locked import creep_limit, is_locked, slowing_limit
+from damperlab.worker.steady.locked import creep_limit, is_locked, slowing_limit, slows_down
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
 from damperlab.worker.steady.orbits.orbit_watch import look_farther, look_nearby, nothing_nearby
 from damperlab.worker.steady.response.statistics import Estimate, estimate
@@ -63,7 +63,9 @@ class Found(NamedTuple):
         Of the metered cycles; meaningful only where the response does not repeat.
     known : bool
         Whether the response is known: an orbit was found, or the mean is known to the tolerance and no stable orbit is
-        known that the run may still come to. Not where the orbit is a locked state, and the mass may end farther from it.
+        known that the run may still come to.
+    way_left : float
+        How far from the orbit the mass may end, where that is a locked state and a particle goes on.
     """
 
     state: State
@@ -72,6 +74,7 @@ class Found(NamedTuple):
     orbit: Orbit
     mean: Estimate
     known: bool
+    way_left: float
 
 
 @kernel
@@ -108,7 +111,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     nearby = nothing_nearby(start, _CHUNK)
     look = SectionLook(0, 1.0, SECTION_SIZE)
     mean = Estimate(0, 0, inf, inf, inf, False)
-    locked = no_orbit(start)
+    locked, way_left = no_orbit(start), inf
     while half < last_half and work_done(scene, half) <= work_allowed:
         if metered_halves == _NOT_METERED:
             if half >= burn_in or work_done(scene, half) >= LARGEST_BURN_IN * work_allowed:
@@ -120,56 +123,68 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
             metered_halves += halves
         look = SectionLook(half, extent(notes.ring, half), active_size(state, scene.particle, scene.counts))
         if outcome != ARRIVED:
-            return Found(state, outcome, look, no_orbit(state), mean, False)
+            return Found(state, outcome, look, no_orbit(state), mean, False, 0.0)
         note_recurrences(notes.ring, half, notes.recurrences, notes.recurrences_before)
-        tends_to = _locked_limit(state, half, scene, notes)
+        tends_to, farthest = _locked_limit(state, half, scene, notes)
         if tends_to.period_halves > 0:
-            locked = tends_to
-        orbit = locked if _is_near(locked, metered_halves, settings) else no_orbit(state)
-        if orbit.period_halves == 0:
-            orbit = repeated_orbit(state, look, halves, scene, probe, notes, settings)
+            locked, way_left = tends_to, farthest
+            if way_left <= _waited_for(locked, metered_halves, settings):
+                return Found(state, ARRIVED, look, locked, mean, True, way_left)
+        orbit = repeated_orbit(state, look, halves, scene, probe, notes, settings)
         if orbit.period_halves == 0:
             nearby, orbit = look_nearby(nearby, state, look, burn_in, scene, probe, notes)
         if orbit.period_halves > 0:
-            return Found(orbit.state, ARRIVED, look, orbit, mean, True)
+            return Found(orbit.state, ARRIVED, look, orbit, mean, True, 0.0)
         nearby = look_farther(nearby, state, metered_halves, look, scene, probe, notes)
         if metered_halves >= 2 * next_estimate_cycles:
             mean = _mean_so_far(left_out, metered_halves, notes)
             if (
                 is_known(mean, settings)
-                and locked.period_halves == 0
                 and not nearby.rival
                 and not _is_on_the_way(state, mean, scene, notes)
             ):
-                return Found(state, ARRIVED, look, no_orbit(state), mean, True)
+                if locked.period_halves > 0:
+                    return Found(state, ARRIVED, look, locked, mean, True, min(way_left, mean.error))
+                if not _slows_down(scene):
+                    return Found(state, ARRIVED, look, no_orbit(state), mean, True, 0.0)
             next_estimate_cycles = next_estimate(mean, settings)
     if locked.period_halves > 0:
-        return Found(locked.state, ARRIVED, look, locked, mean, False)
+        return Found(state, ARRIVED, look, locked, mean, False, way_left)
     return _end_of_search(state, look, left_out, metered_halves, nearby.rival, scene, notes, settings)
 
 
 @kernel
-def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> Orbit:
-    """The locked state that the run is in, or tends to; of period 0 where friction does not hold the mass for good."""
+def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> tuple[Orbit, float]:
+    """The locked state that the run is in, or tends to, and how far from it the mass may end; of period 0 where none is."""
     if scene.friction is not None:
         if scene.counts[IMPACTS] == 0:
             forcing = largest_forcing(scene.base)
             limit, creeps = creep_limit(state, scene.friction, scene)
             if creeps or is_locked(state, scene.friction, forcing, notes.ring, half):
-                return Orbit(limit, _LOCKED_LAG, 0.0)
+                return Orbit(limit, _LOCKED_LAG, 0.0), 0.0
         if scene.particle is not None and isinstance(scene.base, SineForce):
             limit, way_left = slowing_limit(state, scene.friction, scene.particle, scene)
             if way_left < inf:
-                return Orbit(limit, _LOCKED_LAG, way_left)
-    return no_orbit(state)
+                return Orbit(limit, _LOCKED_LAG, 0.0), way_left
+    return no_orbit(state), inf
 
 
 @kernel
-def _is_near(locked: Orbit, metered_halves: int, settings: Settings) -> bool:
-    """Whether friction holds the mass for good in the end, and what it may still move until then need not be waited for."""
-    enough = metered_halves >= 2 * FEWEST_MEASURED
-    allowed = settings.tolerance * max(abs(locked.state.v), _SMALL) if enough else _AT_ONCE
-    return locked.period_halves > 0 and locked.error <= allowed
+def _waited_for(locked: Orbit, metered_halves: int, settings: Settings) -> float:
+    """What a mass may still move, beside a particle that slows down, that a run does not wait for."""
+    if metered_halves >= 2 * FEWEST_MEASURED:
+        return settings.tolerance * max(abs(locked.state.v), _SMALL)
+    return _AT_ONCE
+
+
+@kernel
+def _slows_down(scene: Scene) -> bool:
+    """Whether the run is on its way to rest, whatever its peaks do: their mean is none of a steady response."""
+    if scene.friction is not None:
+        if scene.particle is not None and isinstance(scene.base, SineForce):
+            slows: bool = slows_down(scene.friction, scene.particle, scene)
+            return slows
+    return False
 
 
 @kernel
@@ -215,7 +230,12 @@ def _end_of_search(
         look = SectionLook(look.half + 2, look.scale, look.size)
         if outcome != ARRIVED:
             mean = Estimate(0, 0, inf, inf, inf, False)
-            return Found(state, outcome, look, no_orbit(state), mean, False)
+            return Found(state, outcome, look, no_orbit(state), mean, False, 0.0)
     mean = _mean_so_far(left_out, metered_halves, notes)
-    known = is_known(mean, settings) and not rival and not _is_on_the_way(state, mean, scene, notes)
-    return Found(state, ARRIVED, look, no_orbit(state), mean, known)
+    known = (
+        is_known(mean, settings)
+        and not rival
+        and not _is_on_the_way(state, mean, scene, notes)
+        and not _slows_down(scene)
+    )
+    return Found(state, ARRIVED, look, no_orbit(state), mean, known, 0.0)

@@ -76,7 +76,8 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
     The run goes on until one of these holds. It repeats to rounding, or what is left of its way to repeating is below
     `periodic_tolerance`, and the orbit does not repel it. Or Newton finds a periodic orbit, stable by its multipliers, and
     the run closes in on it just as its linearisation says: then it is the orbit that the run tends to, and the rest of the
-    way need not be stepped. Or friction holds the mass for good, or it creeps to where that is so. Or, beyond a burn-in, the
+    way need not be stepped. Or friction holds the mass for good, or it creeps to where that is so, or beside a particle that
+    slows down it may move no farther than `tolerance`. Or, beyond a burn-in, the
     standard error of the mean peak is below `tolerance`, and no particle is on its way to its first wall. Or `max_cycles`,
     or the limit on events, is reached.
     """
@@ -122,16 +123,18 @@ def _measured_orbit(found, scene, probe, notes):
         multiplier = orbit_multiplier(notes.monodromy, size, period_halves)
     stuck = share_stuck(stretch, probe.base.frequency_ratio)
     response_class, period = periodic_class(period_halves, stuck, stretch.impacts)
-    error = found.orbit.error
+    error = found.orbit.error + found.way_left
+    status = _CONVERGED if found.known else _MAX_CYCLES
     response = measured_response(
         stretch,
         notes.meter.energies,
         probe.base.frequency_ratio,
         mean_of_period(notes.trace, period_halves, error),
         _acceleration_of_period(period_halves, halves, notes),
-        Kind(response_class, period, multiplier, error, cycles, _CONVERGED if found.known else _MAX_CYCLES),
+        Kind(response_class, period, multiplier, error, cycles, status),
     )
-    return response, state
+    # of a run that is not known to end there, what goes on is carried on
+    return response, state if found.known else found.state
 
 
 @kernel

@@ -12,7 +12,7 @@ from damperlab.worker.lower import wall_of
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
-from damperlab.worker.solver.state import State
+from damperlab.worker.solver.state import Dwell, State
 from damperlab.worker.steady.ensemble import attractors, drawn_starts
 from damperlab.worker.steady.locked import slowing_limit
 from damperlab.worker.steady.settle import Settings, settle
@@ -22,11 +22,13 @@ HALVES = 16_000
 """Of the march that tells where a mass ends: four times as long as the longest run of `SETTINGS`, twice."""
 
 
-def particle_of(kind: str, clearance: float, restitution: float, mass_ratio: float) -> Particle:
+def particle_of(
+    kind: str, clearance: float, restitution: float, mass_ratio: float, contact_time: float = 0.3
+) -> Particle:
     if kind == "given time":
-        return Particle(clearance, restitution, mass_ratio, 0.3)
+        return Particle(clearance, restitution, mass_ratio, contact_time)
     if kind == "compliant":
-        contact = CompliantContact(model="compliant", contact_time=0.3)
+        contact = CompliantContact(model="compliant", contact_time=contact_time)
         return Particle(clearance, restitution, mass_ratio, None, wall_of(contact, restitution, mass_ratio))
     return Particle(clearance, restitution, mass_ratio)
 
@@ -73,15 +75,42 @@ def test_all_starts_lead_to_one_response() -> None:
     assert len(attractors(found)) == 1
 
 
+@pytest.mark.parametrize("speed", [0.3, 0.1, 0.03, 0.01, 0.001])
+def test_walls_that_push_less_than_friction_holds_do_not_move_the_mass(speed: float) -> None:
+    """However fast the particle is, it is one outcome, known at once: a march of 8,000 half cycles does not move it either."""
+    r, particle = Forced(1.0), particle_of("compliant", 50.0, 0.9, 0.3, 1.0)
+    start = State(0.1, 0.0, 0.0, 1.0, 50.0, speed, 0.0, 0, 0, Dwell(0.0, 0.0))
+    response, _ = settle(0.05, r, 1.5, particle, SETTINGS, start)
+    assert (response.response_class, response.status) == (ResponseClass.LOCKED, Status.CONVERGED)
+    assert (response.amplitude_ratio, response.amplitude_error) == (0.1, 0.0)
+    assert response.cycles <= 32, "a look or two"
+    end, _ = march_halves(0.05, r, 1.5, particle, start, 8000, np.zeros((2, 3)))
+    assert end.v == 0.1
+
+
+def test_a_mean_that_is_known_ends_the_run_before_the_bound_does() -> None:
+    """Impacts with e = 0.97 may move the mass far in all; in 2,000 cycles they hardly have."""
+    r, particle = Forced(1.1), Particle(2.0, 0.97, 0.3)
+    for start in drawn_starts(5, 1, (0.1, 1.1, 1.3, *particle[:3]), 0.1, r, 1.3, particle):
+        response, _ = settle(0.1, r, 1.3, particle, SETTINGS, start)
+        assert (response.response_class, response.period) == (ResponseClass.LOCKED, 1)
+        peaks = np.zeros((2, 3))
+        march_halves(0.1, r, 1.3, particle, start, 30_000, peaks)
+        assert (
+            abs(float(peaks[:, 0].max()) - response.amplitude_ratio) <= 4.0 * response.amplitude_error + 1e-6
+        )
+
+
 def test_what_is_not_known_to_the_tolerance_is_said_so() -> None:
     """A mass of γ_F = 1 ends at zero; with e = 0.9 the particle still has speed enough to move it when the run has to stop."""
     r, particle = Forced(1.46), Particle(2.6, 0.9, 0.3)
     start = State(0.005, 0.0, 0.0, 1.0, 1.0, 0.01, 0.0, 0, 0, None)
-    response, _ = settle(0.19, r, 1.0, particle, SETTINGS, start)
+    response, end = settle(0.19, r, 1.0, particle, SETTINGS, start)
     assert response.status == Status.MAX_CYCLES
     assert response.response_class == ResponseClass.LOCKED
     assert response.amplitude_ratio == 0.0
     assert 0.0 < response.amplitude_error < 0.02
+    assert end.p_rate != 0.0, "who goes on from there goes on with the particle"
 
 
 @pytest.mark.parametrize(

@@ -122,3 +122,12 @@ def test_what_is_largest_is_none_of_the_way_there(
     onwards, _ = settle(damping, excitation, friction, particle, settings, end)
     assert response.amplitude_ratio_max <= 1.02 * onwards.amplitude_ratio_max
     assert response.impact_speed_max <= 1.05 * onwards.impact_speed_max
+
+
+@pytest.mark.parametrize("max_cycles", [1, 2, 3, 4, 5, 10, 40])
+def test_no_mean_is_above_the_largest_peak(max_cycles: int) -> None:
+    """A run that is cut short soon after a start far off: most of its mean is of the first of its cycles."""
+    particle = Particle(2.0, 0.5, 0.1)
+    start = State(0.0, 300.0, 1.0, 1.0, 2.0, 300.0, 0.0, 0, 0, None)
+    response, _ = settle(0.3, 1.0, 0.05, particle, Settings(max_cycles, 0.02, 1e-9), start)
+    assert response.amplitude_ratio_max >= response.amplitude_ratio

@@ -249,9 +249,11 @@ def measured_response(stretch, energies, frequency_ratio, mean, acceleration, ki
     if acceleration is not None:
         acceleration_peak = acceleration[0]
         acceleration_rms = sqrt(2.0 * acceleration[1] / time)
+    # of a run cut short, the cycles that the largest peak is taken from may all be below the mean of those before them
+    peak = stretch.peak if kind.period > 0 else max(stretch.peak, mean.amplitude)
     return Response(
         amplitude_ratio=mean.amplitude,
-        amplitude_ratio_max=stretch.peak,
+        amplitude_ratio_max=peak,
         amplitude_ratio_rms=rms,
         relative_amplitude_ratio=mean.relative,
         acceleration_ratio=acceleration_peak,
