@@ -45,7 +45,8 @@ _STATUS_SENTENCES = {
     Status.MAX_CYCLES: (
         "The run reached its limit on cycles or events before the mean was known to `steady.tolerance`; values are given "
         "with their standard error. It falls as 1/√cycles: half the error takes four times `steady.max_cycles`. Where the "
-        "error is within `steady.tolerance`, a stable orbit lies beside the response, which may be a transient that ends there."
+        "error is within `steady.tolerance`, a stable orbit lies beside the response, which may be a transient that ends "
+        "there. Under a force that friction withstands, the particle had not slowed down enough to leave the mass where it is."
     ),
     Status.TOO_MANY_EVENTS: "The limit on events was reached: impacts or steps follow each other too fast to resolve.",
     Status.UNBOUNDED: "The response grows without bound (no damping at resonance).",
@@ -149,8 +150,9 @@ VARIABLES: dict[str, Variable] = {
         _ratio(
             "amplitude_ratio_max",
             "largest amplitude ratio",
-            "Largest |x|/Z over the steady cycles that were measured; of a response that does not repeat over the last three "
-            "quarters of them (all of them by fixed steps). There it grows slowly with their number; it has no error.",
+            "Largest |x|/Z over the steady cycles that were measured. Where the response does not repeat: over the last three "
+            "quarters of them (all, by fixed steps), and not less than amplitude_ratio; it grows slowly with their number. It "
+            "has no error.",
         ),
         _ratio(
             "amplitude_ratio_rms",
@@ -178,7 +180,8 @@ VARIABLES: dict[str, Variable] = {
             "amplitude_error",
             "error of the amplitude ratio",
             "What is unknown about amplitude_ratio: the distance from periodicity of a periodic response, "
-            "one standard error (batch means) of a modulated one.",
+            "one standard error (batch means) of a modulated one; how far the mass may still be moved of one that is locked "
+            "under a force.",
         ),
         _ratio(
             "energy_residual",

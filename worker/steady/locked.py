@@ -37,12 +37,12 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
     """Locked state that a one-sided creep tends to.
 
     With P the largest forcing, r² of a shaken base or the force of 1, for γ_F ≥ P every rest position |v| ≤ γ_F − P is locked
-    for good. From outside by an excess x, each cycle slips inwards by about x²/(P r²), so the edge is reached only as 1/N:
+    for good. From outside by an excess x, each cycle slips inwards by about 4.5 x²/(P r²), so the edge is reached only as 1/N:
     take the limit instead of stepping towards it. A particle rests where it is, if it stays clear of both walls.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
-    # a slip of the excess force x under a largest forcing P lasts about √(8x/P)/r and goes about x²/(P r²) far
+    # the forcing exceeds friction by less than x, for √(8x/P)/r; the slip lasts half as long again, and goes 4.5 x²/(P r²) far
     if (
         edge >= 0.0
         and state.slip == 0.0
@@ -97,15 +97,15 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     Notes
     -----
     Impacts at walls that creep with c at the most leave a particle of speed s no faster than the larger of s and
-    c (1 + e)/(1 − e). From when the mass is within |v| = γ_F − P it only loses energy, and what the particle hands to it is at
-    most the velocity W = β (s + c) (1 + e)/(1 − e) in all. Friction and spring are short of the forcing by
-    P (1 − cos rτ) ≥ 2P (rτ/π)² at least, the time τ from when it is largest. So a slip that begins with W ends within
-    2a + W π²/(2P r² a²) for any a of at most π/r, here W^¼; and within W over the margin that is left where the mass gets no
-    nearer to the edge. As long as the creep itself goes on, and the contacts, W adds no more than W either. A compliant wall
-    whose largest force stays within the margin does not move the mass at all.
+    c (1 + e)/(1 − e). Once the mass is within |v| = γ_F − P, mass and particle only lose energy, and what the particle hands to
+    the mass is a velocity of W = β (s + c) (1 + e)/(1 − e) at the most, in all impacts together. At a time τ from its maximum,
+    |rτ| ≤ π, the forcing is less than friction and spring can take by at least P (1 − cos rτ) ≥ 2P (rτ/π)². So a slip that
+    begins with W and passes one maximum ends within 2a + W π²/(2P r² a²), for any a up to π/r; here a = W^¼. Where a margin to
+    the edge remains, it also ends within W over that margin. While a slip of the creep or a contact lasts, the mass may go on
+    at W too; their durations are added. A compliant wall whose largest force stays within the margin does not move the mass.
 
-    What moves the mass farther out lets it creep more. The way left is proved if it is no more than the `moved` that it allows
-    for; where it is more, twice the first value is told, which marches have not exceeded.
+    Not proved, but borne out by marches: that impacts while the creep lasts, one a cycle at the most, add no more than this;
+    and, where what moves the mass farther out lets it creep more than it was allowed for, twice the first value.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
@@ -141,8 +141,10 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
         return inf
     margin = edge - abs(state.v) - moved
     excess = max(-margin, 0.0)
-    creeping = pi * sqrt(2.0 * excess / forcing) / frequency_ratio  # how long a slip of the creep takes
-    creep_rate = excess * creeping
+    exceeds = (
+        pi * sqrt(2.0 * excess / forcing) / frequency_ratio
+    )  # how long the forcing exceeds friction, at the most
+    creep_rate = excess * exceeds
     gain = (1.0 + restitution) / (1.0 - restitution)
     speed = max(abs(state.p_rate), gain * creep_rate)
     if particle.wall is not None and margin >= 0.0:
@@ -155,18 +157,21 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
     stopping = 2.0 * a + sqrt(given) * (0.5 * pi * pi) / (forcing * frequency_ratio * frequency_ratio)
     if margin > 0.0:
         stopping = min(stopping, given / margin)
-    way_left: float = given * (creeping + stopping + _longest_contact(particle))
+    if stopping * frequency_ratio > 2.0 * pi:
+        return inf
+    way_left: float = given * (1.5 * exceeds + stopping + _longest_contact(particle))
     return way_left
 
 
 @inlined
 def _restitution_of_a_held_wall(particle: Particle) -> float:
-    """Restitution at a wall that does not give way, at the most: 1 − eᵃ ≥ a (1 − e), with the a of a compliant one.
+    """Restitution at a wall that does not give way, at the most.
 
-    The damping ratio of a contact falls with the mass that it brings to rest, by √(1 + β) for β in place of β/(1 + β).
+    The damping ratio of a contact falls with the mass that it brings to rest, by √(1 + β) for β in place of β/(1 + β); so it
+    is at most eᵃ with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
     """
     if particle.wall is not None:
-        return 1.0 - (1.0 - particle.restitution) / (1.0 + particle.mass_ratio)
+        return 1.0 - (1.0 - particle.restitution) / sqrt(1.0 + particle.mass_ratio)
     return particle.restitution
 
 

@@ -40,8 +40,8 @@ _NOT_METERED = (
     -1
 )  # half cycles metered before the burn-in is over; `advance` and `nearby` read any below 0 so
 _LOCKED_LAG = 2  # half cycles: a locked mass repeats with the base
-# Way left to where friction holds the mass for good that is not waited for, over the displacement under the largest force: at
-# any time, and, once as much is metered as for a mean, as a part of `tolerance`, also where the mass ends at zero.
+# Way left, in static displacements, that a run does not wait for: at any time; and the least amplitude that `tolerance` is
+# taken of, once as many cycles are metered as a mean needs.
 _AT_ONCE = 1e-6
 _SMALL = 1e-2
 
@@ -52,7 +52,7 @@ class Found(NamedTuple):
     Attributes
     ----------
     state : State
-        On the orbit, or where the run stopped.
+        On the orbit, or where the run stopped: also where a particle goes on that has a locked state for its limit.
     outcome : int
         ARRIVED, or how the run ended early.
     look : SectionLook
@@ -60,7 +60,7 @@ class Found(NamedTuple):
     orbit : Orbit
         That the run tends to; its `period_halves` is 0 where the response was not found to repeat.
     mean : Estimate
-        Of the metered cycles; meaningful only where the response does not repeat.
+        Of the metered cycles; meaningful only where the response was not found to repeat.
     known : bool
         Whether the response is known: an orbit was found, or the mean is known to the tolerance and no stable orbit is
         known that the run may still come to.
@@ -144,12 +144,14 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
                 and not _is_on_the_way(state, mean, scene, notes)
             ):
                 if locked.period_halves > 0:
-                    return Found(state, ARRIVED, look, locked, mean, True, min(way_left, mean.error))
+                    apart = mean.error + abs(mean.mean - abs(locked.state.v))
+                    return Found(state, ARRIVED, look, locked, mean, True, min(way_left, apart))
                 if not _slows_down(scene):
                     return Found(state, ARRIVED, look, no_orbit(state), mean, True, 0.0)
             next_estimate_cycles = next_estimate(mean, settings)
     if locked.period_halves > 0:
-        return Found(state, ARRIVED, look, locked, mean, False, way_left)
+        known = way_left <= _allowed(locked, settings)
+        return Found(state, ARRIVED, look, locked, mean, known, way_left)
     return _end_of_search(state, look, left_out, metered_halves, nearby.rival, scene, notes, settings)
 
 
@@ -172,9 +174,13 @@ def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> tuple[
 @kernel
 def _waited_for(locked: Orbit, metered_halves: int, settings: Settings) -> float:
     """What a mass may still move, beside a particle that slows down, that a run does not wait for."""
-    if metered_halves >= 2 * FEWEST_MEASURED:
-        return settings.tolerance * max(abs(locked.state.v), _SMALL)
-    return _AT_ONCE
+    return _allowed(locked, settings) if metered_halves >= 2 * FEWEST_MEASURED else _AT_ONCE
+
+
+@kernel
+def _allowed(locked: Orbit, settings: Settings) -> float:
+    """How far from its locked state a mass may end that counts as known."""
+    return settings.tolerance * max(abs(locked.state.v), _SMALL)
 
 
 @kernel

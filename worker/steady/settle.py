@@ -13,7 +13,9 @@ from damperlab.worker.steady.orbits.orbit import orbit_multiplier
 from damperlab.worker.steady.response.measures import (
     FEWEST_STUCK,
     Kind,
+    Largest,
     failed,
+    largest_of_run,
     mean_of_period,
     mean_of_run,
     measured_response,
@@ -76,10 +78,10 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
     The run goes on until one of these holds. It repeats to rounding, or what is left of its way to repeating is below
     `periodic_tolerance`, and the orbit does not repel it. Or Newton finds a periodic orbit, stable by its multipliers, and
     the run closes in on it just as its linearisation says: then it is the orbit that the run tends to, and the rest of the
-    way need not be stepped. Or friction holds the mass for good, or it creeps to where that is so, or beside a particle that
-    slows down it may move no farther than `tolerance`. Or, beyond a burn-in, the
-    standard error of the mean peak is below `tolerance`, and no particle is on its way to its first wall. Or `max_cycles`,
-    or the limit on events, is reached.
+    way need not be stepped. Or friction holds the mass for good, or it creeps to where that is so, or, under a force and
+    beside a particle that slows down, it can move no farther than `tolerance` allows. Or, beyond a burn-in, the standard error
+    of the mean peak is below `tolerance`, no particle is on its way to its first wall, and the run is not on its way to rest.
+    Or `max_cycles`, or the limit on events, is reached.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies)
     notes = make_notes(settings.max_cycles, settings.energies, settings.acceleration)
@@ -114,7 +116,7 @@ def _measured_orbit(found, scene, probe, notes):
     state, _, outcome = advance(state, 0, halves, 0, probe, notes)
     if outcome != ARRIVED:
         return failed(outcome, cycles), state
-    stretch = stretch_of(notes.trace, 0, halves, 0)
+    stretch = stretch_of(notes.trace, 0, halves)
     begin_probe(probe, scene, period_halves)
     multiplier = nan
     _, complete = march_with_jacobian(state, period_halves, probe, notes.log, notes.monodromy)
@@ -130,11 +132,12 @@ def _measured_orbit(found, scene, probe, notes):
         notes.meter.energies,
         probe.base.frequency_ratio,
         mean_of_period(notes.trace, period_halves, error),
+        Largest(stretch.peak, stretch.speed),
         _acceleration_of_period(period_halves, halves, notes),
         Kind(response_class, period, multiplier, error, cycles, status),
     )
-    # of a run that is not known to end there, what goes on is carried on
-    return response, state if found.known else found.state
+    # where a particle goes on, so does who goes on from the end
+    return response, state if found.way_left == 0.0 else found.state
 
 
 @kernel
@@ -142,10 +145,7 @@ def _measured_run(found, scene, probe, notes):
     """Response over the metered stretch of a run that does not repeat, and its end."""
     state = found.state
     mean = found.mean
-    # What is left of the way there falls below the error of a mean before it falls below a largest peak: the particle, and the
-    # mass with it, settle more slowly than the structure alone, by which a run burns in.
-    largest_from = mean.first + (mean.last - mean.first) // 4
-    stretch = stretch_of(notes.trace, 2 * mean.first, 2 * mean.last, 2 * largest_from)
+    stretch = stretch_of(notes.trace, 2 * mean.first, 2 * mean.last)
     response_class = _MODULATED
     # without a particle no two motions part: see `candidate.attracts_all`
     if probe.particle is not None:
@@ -155,11 +155,13 @@ def _measured_run(found, scene, probe, notes):
             begin_probe(probe, scene, HALVES_FOLLOWED)
             if is_chaotic(state, found.look.half // 2, probe, notes.log, found.look.size):
                 response_class = _CHAOTIC
+    peaks = mean_of_run(notes, mean.first, mean.last)
     response = measured_response(
         stretch,
         notes.meter.energies,
         probe.base.frequency_ratio,
-        mean_of_run(notes, mean.first, mean.last),
+        peaks,
+        largest_of_run(notes.trace, stretch, peaks),
         _acceleration_of_run(mean.first, mean.last, notes),
         Kind(
             response_class,

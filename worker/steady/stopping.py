@@ -63,7 +63,7 @@ def next_estimate(mean: Estimate, settings: Settings) -> int:
     error happened to be small, would be off by more than its error.
     """
     measured = mean.last - mean.first
-    needed = max(
-        measured * (mean.error / (settings.tolerance * mean.mean)) ** 2, _CORRELATIONS * mean.correlation
-    )
+    needed = _CORRELATIONS * mean.correlation
+    if mean.mean > 0.0:
+        needed = max(measured * (mean.error / (settings.tolerance * mean.mean)) ** 2, needed)
     return mean.first + int(min(max(needed, _SOONEST_LOOK * measured), _LATEST_LOOK * measured))

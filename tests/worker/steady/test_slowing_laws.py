@@ -9,6 +9,7 @@ from damperlab.studies.choices import CompliantContact
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.march import march_halves
 from damperlab.worker.lower import wall_of
+from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
@@ -18,8 +19,23 @@ from damperlab.worker.steady.locked import slowing_limit
 from damperlab.worker.steady.settle import Settings, settle
 
 SETTINGS = Settings(4000, 0.02, 1e-9)
-HALVES = 16_000
-"""Of the march that tells where a mass ends: four times as long as the longest run of `SETTINGS`, twice."""
+HALVES = 32_000
+"""Of the march that tells where a mass ends: four times as long as the longest run of `SETTINGS`."""
+
+
+def marched(
+    damping: float, r: Forced, friction: float, particle: Particle, start: State, halves: int = HALVES
+) -> tuple[State, float, float]:
+    """State after half cycles without measuring and two more, and the largest |u| and the impacts of those two."""
+    rows = np.zeros((2, 3))
+    end, outcome = march_halves(damping, r, friction, particle, start, halves, rows)
+    assert outcome == ARRIVED
+    return end, float(rows[:, 0].max()), float(rows[:, 2].sum())
+
+
+def allowed(amplitude: float) -> float:
+    """Error within which a locked response counts as known."""
+    return SETTINGS.tolerance * max(amplitude, 0.01)
 
 
 def particle_of(
@@ -35,7 +51,7 @@ def particle_of(
 
 @pytest.mark.parametrize("kind", ["instantaneous", "given time", "compliant"])
 def test_a_mass_ends_as_near_to_its_limit_as_is_said(kind: str) -> None:
-    """By a march from the same start, eight times as long as any run; what still creeps then goes on to the edge."""
+    """By a march from the same start, four times as long as any run; what still creeps then goes on to the edge."""
     random = np.random.default_rng(5)
     told = 0
     for _ in range(25):
@@ -52,15 +68,15 @@ def test_a_mass_ends_as_near_to_its_limit_as_is_said(kind: str) -> None:
             response, _ = settle(damping, r, friction, particle, SETTINGS, start)
             if response.response_class != ResponseClass.LOCKED:
                 continue
-            told += 1
+            known = response.status == Status.CONVERGED
+            assert known == (response.amplitude_error <= allowed(response.amplitude_ratio))
+            told += known
             assert (response.period, response.impacts_per_cycle) == (1, 0.0)
-            peaks = np.zeros((2, 3))
-            march_halves(damping, r, friction, particle, start, HALVES, peaks)
-            ends = min(float(peaks[:, 0].max()), max(response.amplitude_ratio, friction - 1.0))
-            assert abs(ends - response.amplitude_ratio) <= response.amplitude_error + 1e-12, (
-                coordinates,
-                start,
-            )
+            _, peak, _ = marched(damping, r, friction, particle, start)
+            ends = min(peak, max(response.amplitude_ratio, friction - 1.0))
+            # by a mean that was known: four of its standard errors
+            most = 4.0 * response.amplitude_error + 1e-12
+            assert abs(ends - response.amplitude_ratio) <= most, (coordinates, start)
     assert told >= 70, "of 75"
 
 
@@ -75,33 +91,38 @@ def test_all_starts_lead_to_one_response() -> None:
     assert len(attractors(found)) == 1
 
 
-@pytest.mark.parametrize("speed", [0.3, 0.1, 0.03, 0.01, 0.001])
+@pytest.mark.parametrize("speed", [0.3, 0.1, 0.03, 0.01])
 def test_walls_that_push_less_than_friction_holds_do_not_move_the_mass(speed: float) -> None:
-    """However fast the particle is, it is one outcome, known at once: a march of 8,000 half cycles does not move it either."""
-    r, particle = Forced(1.0), particle_of("compliant", 50.0, 0.9, 0.3, 1.0)
-    start = State(0.1, 0.0, 0.0, 1.0, 50.0, speed, 0.0, 0, 0, Dwell(0.0, 0.0))
+    """Up to the speed at which the wall pushes with the margin of 0.4, 0.46 here: one outcome, known at once."""
+    r, particle = Forced(1.0), particle_of("compliant", 5.0, 0.9, 0.3, 1.0)
+    start = State(0.1, 0.0, 0.0, 1.0, 5.0, speed, 0.0, 0, 0, Dwell(0.0, 0.0))
     response, _ = settle(0.05, r, 1.5, particle, SETTINGS, start)
     assert (response.response_class, response.status) == (ResponseClass.LOCKED, Status.CONVERGED)
     assert (response.amplitude_ratio, response.amplitude_error) == (0.1, 0.0)
     assert response.cycles <= 32, "a look or two"
-    end, _ = march_halves(0.05, r, 1.5, particle, start, 8000, np.zeros((2, 3)))
+    end, _, _ = marched(0.05, r, 1.5, particle, start, 8000)
     assert end.v == 0.1
+    assert abs(end.p_rate) < speed, "walls have been struck"
 
 
 def test_a_mean_that_is_known_ends_the_run_before_the_bound_does() -> None:
-    """Impacts with e = 0.97 may move the mass far in all; in 2,000 cycles they hardly have."""
+    """Impacts with e = 0.97 may move the mass far in all, and hardly have when its mean is known."""
     r, particle = Forced(1.1), Particle(2.0, 0.97, 0.3)
-    for start in drawn_starts(5, 1, (0.1, 1.1, 1.3, *particle[:3]), 0.1, r, 1.3, particle):
-        response, _ = settle(0.1, r, 1.3, particle, SETTINGS, start)
+    coordinates = (0.1, 1.1, 1.3, *particle[:3])
+    ended = 0
+    for start in drawn_starts(12, 1, coordinates, 0.1, r, 1.3, particle):
+        response, end = settle(0.1, r, 1.3, particle, SETTINGS, start)
         assert (response.response_class, response.period) == (ResponseClass.LOCKED, 1)
-        peaks = np.zeros((2, 3))
-        march_halves(0.1, r, 1.3, particle, start, 30_000, peaks)
-        assert (
-            abs(float(peaks[:, 0].max()) - response.amplitude_ratio) <= 4.0 * response.amplitude_error + 1e-6
-        )
+        scene = make_scene(0.1, r, 1.3, particle, True)
+        _, way_left = slowing_limit(end, 1.3, particle, scene)
+        if response.status == Status.CONVERGED and allowed(response.amplitude_ratio) < way_left < inf:
+            ended += 1
+            _, peak, _ = marched(0.1, r, 1.3, particle, start)
+            assert abs(peak - response.amplitude_ratio) <= 4.0 * response.amplitude_error
+    assert ended > 0
 
 
-def test_what_is_not_known_to_the_tolerance_is_said_so() -> None:
+def test_a_run_that_stops_before_the_way_left_is_small_says_so() -> None:
     """A mass of γ_F = 1 ends at zero; with e = 0.9 the particle still has speed enough to move it when the run has to stop."""
     r, particle = Forced(1.46), Particle(2.6, 0.9, 0.3)
     start = State(0.005, 0.0, 0.0, 1.0, 1.0, 0.01, 0.0, 0, 0, None)
@@ -109,8 +130,17 @@ def test_what_is_not_known_to_the_tolerance_is_said_so() -> None:
     assert response.status == Status.MAX_CYCLES
     assert response.response_class == ResponseClass.LOCKED
     assert response.amplitude_ratio == 0.0
-    assert 0.0 < response.amplitude_error < 0.02
+    assert allowed(0.0) < response.amplitude_error < 0.02
     assert end.p_rate != 0.0, "who goes on from there goes on with the particle"
+
+
+def test_a_held_mass_at_zero_has_no_relative_error() -> None:
+    """Beside a particle that is hardly slowed, so that no limit is told: the mean is zero at every look, and no surprise."""
+    r, particle = Forced(1.0), particle_of("compliant", 0.5, 0.999, 0.1, 0.3)
+    start = State(0.0, 0.0, 0.0, 1.0, 0.5, 1.0, 0.0, 0, 0, Dwell(0.0, 0.0))
+    response, _ = settle(0.05, r, 20.0, particle, SETTINGS, start)
+    assert response.response_class == ResponseClass.LOCKED
+    assert response.amplitude_ratio == 0.0
 
 
 @pytest.mark.parametrize(

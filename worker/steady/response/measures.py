@@ -7,7 +7,7 @@ from damperlab.studies.variables import ResponseClass
 from damperlab.worker.jit import kernel
 from damperlab.worker.steady.response.energy import unbalanced
 from damperlab.worker.steady.response.statistics import mean_and_error
-from damperlab.worker.steady.response.trace import IMPACTS_SO_FAR, LOSSES
+from damperlab.worker.steady.response.trace import HALF_PEAK, HALF_SPEED, IMPACTS_SO_FAR, LOSSES, largest_in
 
 _UNKNOWN = int(ResponseClass.UNKNOWN)
 _LOCKED = int(ResponseClass.LOCKED)
@@ -85,6 +85,13 @@ class Kind(NamedTuple):
     error: float
     cycles: int
     status: int
+
+
+class Largest(NamedTuple):
+    """Largest |u|, and the largest speed of an impact, of a response."""
+
+    peak: float
+    speed: float
 
 
 class MeanPeaks(NamedTuple):
@@ -182,6 +189,20 @@ def mean_of_run(notes, first, last):
 
 
 @kernel
+def largest_of_run(trace, stretch, mean):
+    """What is largest in the last three quarters of the metered cycles of a run that does not repeat.
+
+    What is left of the way there falls below the error of a mean before it falls below a largest peak: the particle, and the
+    mass with it, settle more slowly than the structure alone, by which a run burns in. Of a run cut short the last cycles may
+    all be below the mean, or without an impact.
+    """
+    first = stretch.first + (stretch.last - stretch.first) // 8 * 2
+    peak = max(largest_in(trace, first, stretch.last, HALF_PEAK), mean.amplitude)
+    speed = largest_in(trace, first, stretch.last, HALF_SPEED)
+    return Largest(peak, speed if speed > 0.0 else stretch.speed)
+
+
+@kernel
 def _error_of_shares(trace, series, first, last):
     """Largest standard error of the three shares of dissipation: that of a ratio of means, linearised."""
     total = 0.0
@@ -205,7 +226,7 @@ def _error_of_shares(trace, series, first, last):
 
 
 @kernel
-def measured_response(stretch, energies, frequency_ratio, mean, acceleration, kind):
+def measured_response(stretch, energies, frequency_ratio, mean, largest, acceleration, kind):
     """Response from what was metered.
 
     Parameters
@@ -218,6 +239,8 @@ def measured_response(stretch, energies, frequency_ratio, mean, acceleration, ki
         r.
     mean : MeanPeaks
         Mean peaks, and errors.
+    largest : Largest
+        Largest peak and impact speed.
     acceleration : tuple or None
         Mean peak of |u''|, and ∫u''² dτ; None where u'' was not metered, and what follows from it is NaN.
     kind : Kind
@@ -249,11 +272,9 @@ def measured_response(stretch, energies, frequency_ratio, mean, acceleration, ki
     if acceleration is not None:
         acceleration_peak = acceleration[0]
         acceleration_rms = sqrt(2.0 * acceleration[1] / time)
-    # of a run cut short, the cycles that the largest peak is taken from may all be below the mean of those before them
-    peak = stretch.peak if kind.period > 0 else max(stretch.peak, mean.amplitude)
     return Response(
         amplitude_ratio=mean.amplitude,
-        amplitude_ratio_max=peak,
+        amplitude_ratio_max=largest.peak,
         amplitude_ratio_rms=rms,
         relative_amplitude_ratio=mean.relative,
         acceleration_ratio=acceleration_peak,
@@ -265,7 +286,7 @@ def measured_response(stretch, energies, frequency_ratio, mean, acceleration, ki
         floquet_multiplier=kind.multiplier,
         impacts_per_cycle=stretch.impacts / cycles,
         impacts_error=mean.impacts_error,
-        impact_speed_max=stretch.speed,
+        impact_speed_max=largest.speed,
         stick_fraction=min(share_stuck(stretch, frequency_ratio), 1.0),
         dissipation_per_cycle=per_cycle,
         dissipation_viscous=stretch.viscous * share,

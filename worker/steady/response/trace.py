@@ -55,7 +55,7 @@ class Stretch(NamedTuple):
     stored_before, stored_after : float
         Energy stored at the ends.
     speed, peak, relative_peak : float
-        Largest impact speed, |u| and |v|, over the half cycles from the row that they are looked for from.
+        Largest impact speed, |u| and |v|.
     """
 
     first: int
@@ -110,8 +110,8 @@ def note_half(line, meter, impacts, stored):
 
 
 @kernel
-def stretch_of(trace, first, last, largest_from):
-    """Totals over the half cycles of the rows first + 1 … last, and what is largest in those of largest_from + 1 … last."""
+def stretch_of(trace, first, last):
+    """Totals over the half cycles of the rows first + 1 … last."""
     before = trace[first]
     after = trace[last]
     return Stretch(
@@ -126,19 +126,19 @@ def stretch_of(trace, first, last, largest_from):
         after[_TOTALS + 5] - before[_TOTALS + 5],
         before[STORED],
         after[STORED],
-        _largest(trace, largest_from, last, HALF_SPEED),
-        _largest(trace, largest_from, last, HALF_PEAK),
-        _largest(trace, largest_from, last, HALF_RELATIVE_PEAK),
+        largest_in(trace, first, last, HALF_SPEED),
+        largest_in(trace, first, last, HALF_PEAK),
+        largest_in(trace, first, last, HALF_RELATIVE_PEAK),
     )
 
 
 @kernel
-def _largest(trace, first, last, column):
+def largest_in(trace, first, last, column):
     """The largest of a column over the half cycles of the rows first + 1 … last."""
-    largest = trace[first + 1, column]
+    found = trace[first + 1, column]
     for row in range(first + 2, last + 1):
-        largest = max(largest, trace[row, column])
-    return largest
+        found = max(found, trace[row, column])
+    return found
 
 
 @kernel

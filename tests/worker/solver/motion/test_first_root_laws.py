@@ -59,13 +59,14 @@ def test_a_grazing_touch_is_found_where_it_crosses_and_none_where_it_does_not(
 def test_a_root_is_found_where_the_function_is_small_and_its_curvature_is_not_yet(
     form: str, exponent: float, share: float
 ) -> None:
-    """The velocity of a mass that slips for a moment near the largest force: a t − t³/6, from a time on when it is small."""
+    """The velocity of a mass that slips for a moment near the largest force: a t − t³/6, about a time when it is small."""
     a = 10.0**exponent
     root = np.sqrt(6.0 * a)
     t = share * 0.9 * root
     p = padded(np.array([a * t - t**3 / 6.0, a - 0.5 * t * t, -0.5 * t, -1.0 / 6.0]))
     found = in_form(first_crossing, form)(p, 1.0, 0.0, 0.4, 0.4)
-    assert abs(found - (root - t)) <= 64 * EPS * root
+    # the coefficients are rounded, of which the largest share is that of a t, over the slope of 2a; Newton ends at 1e-16 of t
+    assert abs(found - (root - t)) <= 16 * EPS * root
 
 
 @both
