@@ -104,8 +104,9 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     the edge remains, it also ends within W over that margin. While a slip of the creep or a contact lasts, the mass may go on
     at W too; their durations are added. A compliant wall whose largest force stays within the margin does not move the mass.
 
-    Not proved, but borne out by marches: that impacts while the creep lasts, one a cycle at the most, add no more than this;
-    and, where what moves the mass farther out lets it creep more than it was allowed for, twice the first value.
+    What moves the mass farther out lets it creep more, so the bound is taken again with twice its first value allowed for. Not
+    proved, but borne out by marches: that impacts while the creep lasts, one a cycle at the most, add no more than this, and
+    that twice the first value holds where the second exceeds it.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
@@ -141,9 +142,8 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
         return inf
     margin = edge - abs(state.v) - moved
     excess = max(-margin, 0.0)
-    exceeds = (
-        pi * sqrt(2.0 * excess / forcing) / frequency_ratio
-    )  # how long the forcing exceeds friction, at the most
+    # how long the forcing exceeds friction, at the most
+    exceeds = pi * sqrt(2.0 * excess / forcing) / frequency_ratio
     creep_rate = excess * exceeds
     gain = (1.0 + restitution) / (1.0 - restitution)
     speed = max(abs(state.p_rate), gain * creep_rate)

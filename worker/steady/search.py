@@ -36,9 +36,8 @@ _CHUNK = 32
 _SHORT_CHUNK = 8
 _LONG_HALF = 1000  # windows
 _SPARE_EVENTS = 20_000  # added to those that its cycles may have, so that a short run is not cut off
-_NOT_METERED = (
-    -1
-)  # half cycles metered before the burn-in is over; `advance` and `nearby` read any below 0 so
+# half cycles metered before the burn-in is over; `advance` and `nearby` read any below 0 so
+_NOT_METERED = -1
 _LOCKED_LAG = 2  # half cycles: a locked mass repeats with the base
 # Way left, in static displacements, that a run does not wait for: at any time; and the least amplitude that `tolerance` is
 # taken of, once as many cycles are metered as a mean needs.
