@@ -267,7 +267,7 @@ def test_workers_told_to_leave_again_and_again_cost_no_block(tmp_path: Path) -> 
     """A block whose worker is ended politely more often than a block may fail is still computed."""
 
     def task(index: int) -> BlockOutcome:
-        (tmp_path / f"{time.monotonic_ns()}").touch()
+        (tmp_path / f"{time.monotonic_ns()} by {os.getpid()}").touch()
         if len(list(tmp_path.iterdir())) <= RETRIES + 2:
             # what a batch system does to every process of a job
             os.kill(os.getpid(), signal.SIGTERM)
@@ -276,7 +276,8 @@ def test_workers_told_to_leave_again_and_again_cost_no_block(tmp_path: Path) -> 
 
     with connect(workers=1) as client:
         assert pump(window_of(client, task, 1)) == [_outcome(0)]
-    assert len(list(tmp_path.iterdir())) == RETRIES + 3
+    began = sorted(path.name for path in tmp_path.iterdir())
+    assert len(began) == RETRIES + 3, began
 
 
 def test_worker_whose_first_block_ends_it_is_started_again(
