@@ -195,6 +195,7 @@ _TMD = _of_cube(
     band=RANGE,
     verdict=TEXTS,
     hybrid_better=_list(RANGE),
+    judged=FLAG,
     **dict.fromkeys(
         (
             "tmd_mass_ratio", "tmd_tuning", "tmd_damping_ratio", "hybrid_peak", "hybrid_peak_error", "hybrid_peak_at",

@@ -41,7 +41,9 @@ def tmd(
         return draw_comparison(answer)
 
     def tell() -> None:
-        say(words_of(answer)["note"])
+        told = words_of(answer)
+        say(" ".join(told["verdict"]))
+        say(told["note"])
         # a force beside a shaken base has no base amplitude that its static displacement could be over
         of_force = answer.attrs["excitation"] != excitation_of(cube)
         phrases = Phrases.of(cube.drop_vars(list(cube.data_vars)) if of_force else cube)

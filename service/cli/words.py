@@ -146,9 +146,8 @@ def completeness_sentence(answer: "xr.Dataset") -> str:
         phrases.append(f"{missing} of {points} points are not computed yet.")
     if failed:
         kinds = {Status(int(code)) for code in answer["status"].values.ravel() if code > Status.MAX_CYCLES}
-        phrases.append(
-            f"{failed} of {points} points failed: {' '.join(kind.sentence for kind in sorted(kinds))}"
-        )
+        why = f": {' '.join(kind.sentence for kind in sorted(kinds))}" if kinds else "."
+        phrases.append(f"{failed} of {points} points failed{why}")
     return " ".join(phrases)
 
 

@@ -123,8 +123,8 @@ function verdict(answer, shown) {
   // what to compute next is a button
   const told = shown.words(answer).verdict.filter((sentence) => !(answer.next_frequencies && sentence.startsWith("Compute ")));
   const sentences = told.map((sentence) => el("p", {}, prose(sentence)));
-  // at one frequency a ratio would say more than is known
-  if (answer.ratio === null || answer.frequency_ratio.length < 2) return sentences;
+  // of too few frequencies a ratio would say more than is known
+  if (answer.ratio === null || !answer.judged) return sentences;
   return [
     el("p", { class: "big" }, el("strong", { id: "tmd-ratio" }, short(answer.ratio, 4)), " hybrid over tuned mass damper"),
     ...sentences,

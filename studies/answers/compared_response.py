@@ -75,7 +75,8 @@ def compared_response(
     a, b = first[metric].values, second[metric].values
     distance = np.abs(a - b)
     limit = ERRORS * errors + ROUNDING * np.maximum(np.abs(a), np.abs(b))
-    unknown = np.isfinite(distance) & ~np.isfinite(limit)
+    both = np.isfinite(distance)
+    unknown = both & ~np.isfinite(limit)
     differs = distance > limit  # False where either is unknown
     answer = first.copy()
     for name, source in (
@@ -112,6 +113,8 @@ def compared_response(
         }
 
     def sentence(phrases: Phrases) -> str:
+        if not both.any():
+            return "No frequency has a value in both studies."
         words = "The two do not differ by more than their errors anywhere."
         if differs.any():
             f = phrases.symbol(FREQUENCY)
@@ -127,6 +130,9 @@ def compared_response(
             )
         if unknown.any():
             words += f" At {counted(int(unknown.sum()), 'frequency ratio')} the errors are not known, so nothing is said there."
+        if not both.all():
+            lacking = counted(int((~both).sum()), "frequency ratio")
+            words += f" At {lacking} one of the two has no value, so nothing is said there."
         return words
 
     answer.attrs |= noted(first.attrs, said(cube, lambda phrases: {"note": sentence(phrases)}))

@@ -8,7 +8,11 @@ from damperlab.studies.variables import Status
 
 
 class Extremum:
-    """The largest value (sign 1) or the smallest (sign −1) along the first axis, with what stands beside."""
+    """The largest value (sign 1) or the smallest (sign −1) along the first axis, with what stands beside.
+
+    A point that failed may be larger than any other: its response may be unbounded. So the largest is not known where one
+    failed, and what stands beside is that point's. The smallest is that of the points that have a value.
+    """
 
     def __init__(self, sign: float) -> None:
         self._sign = sign
@@ -17,6 +21,8 @@ class Extremum:
     def take(self, start: int, values: np.ndarray, beside: Mapping[str, np.ndarray]) -> None:
         """Take in one slab whose first index along the axis is `start`."""
         ranked = np.where(np.isnan(values), -np.inf, self._sign * values)
+        if self._sign > 0.0:
+            ranked[beside["status"] > Status.MAX_CYCLES] = np.inf
         place = ranked.argmax(axis=0)[None]
 
         def pick(array: np.ndarray) -> np.ndarray:

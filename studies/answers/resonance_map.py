@@ -73,14 +73,15 @@ def resonance_map(
         the class of response does not change; not together with a reduction.
     over, reduce : str, optional
         A third dimension, and what is done along it: "max" (the default), "min" or "mean", of the points
-        that have a value. Its slabs are read one after the other.
+        that have a value; no maximum is known where a point failed. Its slabs are read one after the other.
 
     Returns
     -------
     Dataset
         Dimensions (y, x). The metric, and its `amplitude_error`, `response_class` and `status` where the
         cube has them; of a maximum or minimum they are those of the point where it lies, which `<over>_at`
-        names. Of a mean, the error is the mean error and the status the worst, and there is no class.
+        names, or of the point whose failure leaves the maximum unknown. Of a mean, the error is the mean error and the
+        status the worst, and there is no class.
         Reduced, `computed_share` is the share of the points that were reduced to one that were computed. The other
         dimensions are coordinates without a dimension. Attributes: `complete` (share of the points of
         the slice that were computed), `points`, `points_failed`, `reduce`, `over`, `worst_over` (the
@@ -169,6 +170,8 @@ def resonance_map(
             sentences.append(say_frequency(cube, r, phrases))
         if over is not None and answer.attrs["complete"] < 1:
             sentences.append(f"Not everything is computed: the {reduce} is that of what is there.")
+        if reduce == "max" and answer.attrs["points_failed"]:
+            sentences.append("Where a point failed, as an unbounded response does, the max is not known.")
         return {"note": " ".join(filter(None, sentences))}
 
     answer.attrs |= said(cube, note)

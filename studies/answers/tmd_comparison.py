@@ -12,12 +12,14 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.selection import in_ratios, require_stored
-from damperlab.studies.answers.verdict import NEXT_BAND, say_next
+from damperlab.studies.answers.tmd_verdict import is_judged, verdict
+from damperlab.studies.answers.verdict import NEXT_BAND
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.field import At
 from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
+from damperlab.studies.variables import Status
 from damperlab.studies.vocabulary import CRITERIA, EXCITATIONS, Excitation
 
 METRIC = "amplitude_ratio"
@@ -49,8 +51,9 @@ def tmd_comparison(
         Dimension frequency_ratio. `hybrid` with `amplitude_error`, `response_class` and `status`; `tmd` and
         `no_damper`, exact at the same frequencies. Attributes: the absorber (`tmd_mass_ratio`, `tmd_tuning`,
         `tmd_damping_ratio` over its own frequency, `tmd_damping_over_structure` over the structure's),
-        `hybrid_peak` with `hybrid_peak_error` (NaN where the study keeps none) and `hybrid_peak_at`, `tmd_peak` and
-        `tmd_peak_at` (exact, over the same band), `tmd_peak_everywhere`, `ratio` (hybrid over tuned mass damper), the
+        `hybrid_peak` (the largest value; infinite where one is unbounded) with `hybrid_peak_error` (NaN where the study
+        keeps none) and `hybrid_peak_at`, `tmd_peak` and `tmd_peak_at` (exact, over the same band), `tmd_peak_everywhere`,
+        `ratio` (hybrid over tuned mass damper), `judged` (whether it is known which of the two peaks is lower), the
         bandwidths `hybrid_bandwidth` and `tmd_bandwidth` (share of the band where X/Z is above its peak over √2),
         `hybrid_better` (lowest and highest grid frequency of each run of them at which the hybrid is better by
         more than its error) and `hybrid_better_share` of the frequencies that have a value; `complete`,
@@ -99,8 +102,10 @@ def tmd_comparison(
     error = curve["amplitude_error"].values if "amplitude_error" in curve else np.full(r.size, np.nan)
     top = highest(absorber, structural, excitation, (float(r[0]), float(r[-1])))
     known = np.isfinite(hybrid)
-    place = int(np.nanargmax(hybrid)) if known.any() else -1
-    peak = float(hybrid[place]) if known.any() else math.nan
+    unbounded = curve["status"].values == Status.UNBOUNDED
+    reached = np.where(unbounded, math.inf, hybrid)
+    place = -1 if np.isnan(reached).all() else int(np.nanargmax(reached))
+    peak = float(reached[place])
     better = known & (hybrid + np.nan_to_num(error) < beside)
     answer.attrs |= {
         "criterion": criterion,
@@ -114,8 +119,8 @@ def tmd_comparison(
         "tmd_damping_over_structure": absorber.damping_over_structure,
         "band": [float(r[0]), float(r[-1])],
         "hybrid_peak": peak,
-        "hybrid_peak_error": float(error[place]) if known.any() else math.nan,
-        "hybrid_peak_at": float(r[place]) if known.any() else math.nan,
+        "hybrid_peak_error": float(error[place]),
+        "hybrid_peak_at": math.nan if np.isnan(peak) else float(r[place]),
         "tmd_peak": top.value,
         "tmd_peak_at": top.frequency_ratio,
         "tmd_peak_everywhere": highest(absorber, structural, excitation).value,
@@ -125,13 +130,14 @@ def tmd_comparison(
         "hybrid_better": runs(r, better),
         "hybrid_better_share": float(better.sum() / known.sum()) if known.any() else math.nan,
     }
+    answer.attrs["judged"] = is_judged(answer)
 
     def words(phrases: Phrases) -> dict[str, Any]:
         # a force beside a shaken base has no base amplitude that its static displacement could be over
         spelled = phrases
         if excitation != excitation_of(cube):
             spelled = Phrases({name: each for name, each in phrases.quantities.items() if name in cube.sizes})
-        return {"verdict": _verdict(answer, spelled), "note": _words(answer, spelled, excitation_of(cube))}
+        return {"verdict": verdict(answer, spelled), "note": _words(answer, spelled, excitation_of(cube))}
 
     if r.size == 1:
         answer.attrs["next_frequencies"] = dict(NEXT_BAND)
@@ -170,28 +176,9 @@ def _above(r: np.ndarray, values: np.ndarray, level: float) -> float:
     weights[1:] += steps / 2
     known = np.isfinite(values)
     total = weights[known].sum()
-    return float(weights[known & (values > level)].sum() / total) if total > 0 else math.nan
-
-
-def _verdict(answer: xr.Dataset, phrases: Phrases) -> list[str]:
-    found: dict[str, Any] = answer.attrs
-    if not np.isfinite(found["ratio"]):
-        return ["Nothing of this design's curve is computed yet."]
-    r = answer[FREQUENCY].values
-    if r.size == 1:
-        return [
-            f"Only {phrases.equal(FREQUENCY, r[0], '.10g')} was computed, so nothing is said about which damper is better: a "
-            f"tuned mass damper is judged by its peaks, which lie beside {phrases.equal(FREQUENCY, 1.0)}, and so is this one.",
-            f"{say_next(phrases)}.",
-        ]
-    apart = abs(found["ratio"] - 1)
-    which = "lower than" if found["ratio"] < 1 else "higher than"
-    peak, error = found["hybrid_peak"], found["hybrid_peak_error"]
-    value = phrases.measured(peak, error) if error == error else phrases.value(METRIC, peak)
-    return [
-        f"The peak of this design over {phrases.span(FREQUENCY, r[0], r[-1], '.10g')}, {value}, is "
-        f"{100 * apart:.3g} % {which} that of the tuned mass damper, {phrases.value(METRIC, found['tmd_peak'])}."
-    ]
+    if total == 0.0 or not math.isfinite(level):
+        return math.nan
+    return float(weights[known & (values > level)].sum() / total)
 
 
 def _words(answer: xr.Dataset, phrases: Phrases, excitation: str) -> str:
@@ -221,14 +208,12 @@ def _words(answer: xr.Dataset, phrases: Phrases, excitation: str) -> str:
         sentences.append(f"Compared at {at} only, where both may look better than they are. {WHY}")
     else:
         sentences.append(f"Compared by the worst over {phrases.span(FREQUENCY, r[0], r[-1], '.10g')}.")
-    if np.isfinite(found["ratio"]) and r.size > 1:  # at one frequency it would be read as a verdict
+    if found["judged"] and np.isfinite(found["ratio"]):  # otherwise it would be read as a verdict
         sentences.append(
             f"Peaks: {phrases.value(METRIC, found['hybrid_peak'])} at {phrases.equal(FREQUENCY, found['hybrid_peak_at'])} "
             f"against {phrases.value(METRIC, found['tmd_peak'])} at {phrases.equal(FREQUENCY, found['tmd_peak_at'])}, "
             f"ratio {found['ratio']:.4g}."
         )
-    elif not np.isfinite(found["ratio"]):
-        sentences.append("Nothing of the design's curve is computed yet, so there is no peak to compare.")
     if found["tmd_peak_everywhere"] > found["tmd_peak"] * (1 + 1e-9):
         sentences.append(
             f"Outside the band the tuned mass damper reaches "

@@ -87,9 +87,10 @@ def test_tables_of_a_study_in_units_are_in_millimetres_and_hertz(tmp_path: Path)
         [f"{f:g}", f"{amplitudes[f]:.6g}"] for f in (9.0, 6.0)
     ]  # upwards
     tmd = run("tmd", "in units", "--mass-ratio", "0.1", *data).stdout.splitlines()
-    assert tmd[2].split("  ")[:2] == ["excitation frequency f [Hz]", "hybrid [mm]"]
-    assert tmd[1].endswith(" Hz.")
-    for row, (f, amplitude) in zip(tmd[3:], amplitudes.items(), strict=True):
+    assert tmd[0].startswith("The peak of this design over f = 6 to 9 Hz, ")
+    assert tmd[3].split("  ")[:2] == ["excitation frequency f [Hz]", "hybrid [mm]"]
+    assert tmd[2].endswith(" Hz.")
+    for row, (f, amplitude) in zip(tmd[4:], amplitudes.items(), strict=True):
         assert row.split()[:2] == [f"{f:g}", f"{amplitude:.6g}"]
 
 

@@ -9,7 +9,7 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
 from damperlab.studies.questions import Selection
-from damperlab.studies.variables import DIMENSIONS, VARIABLES
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 from damperlab.worker.block import solve_block
 
 FREQUENCIES = [1.05, 1.07, 1.09, 1.095, 1.1, 1.105, 1.11, 1.115, 1.12, 1.15]
@@ -53,10 +53,13 @@ def test_the_ways_up_and_down_differ_where_two_responses_are_stable() -> None:
 def test_a_study_does_not_differ_from_itself_and_a_gap_is_no_difference(whole: xr.Dataset) -> None:
     at = {"clearance_ratio": 5.0, "restitution": 0.5, "friction_ratio": 0.2}
     whole["amplitude_error"][:] = 0.0
+    whole["amplitude_ratio"].loc[{"frequency_ratio": 1.0}] = np.nan
     answer = compared_response(whole, whole, Selection(at=at))
     assert not answer["differs"].any()
     assert answer.attrs["apart"] == []
     assert "do not differ" in answer.attrs["note"]
+    assert int(np.isnan(answer["amplitude_ratio"].values).sum()) == 1
+    assert "At 1 frequency ratio one of the two has no value" in answer.attrs["note"]
     shifted = whole.copy(deep=True)
     shifted["amplitude_ratio"] += 0.1
     missing = whole["amplitude_ratio"].sel(at, method="nearest").values.ravel()
@@ -65,6 +68,14 @@ def test_a_study_does_not_differ_from_itself_and_a_gap_is_no_difference(whole: x
     # within three errors of each other nothing is claimed
     shifted["amplitude_error"] += 0.05
     assert not compared_response(whole, shifted, Selection(at=at))["differs"].any()
+
+
+def test_of_a_study_that_has_computed_nothing_no_difference_is_denied(whole: xr.Dataset) -> None:
+    empty = whole.copy(deep=True)
+    empty["amplitude_ratio"][:] = np.nan
+    empty["status"][:] = Status.NOT_COMPUTED
+    for pair in ((whole, empty), (empty, whole)):
+        assert compared_response(*pair).attrs["note"].endswith("No frequency has a value in both studies.")
 
 
 def test_what_cannot_be_compared_is_refused(whole: xr.Dataset) -> None:

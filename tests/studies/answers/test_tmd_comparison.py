@@ -2,14 +2,20 @@
 
 import json
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
+import xarray as xr
 from tests.oracles import transmissibility, tuned_mass
 
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import Block
 from damperlab.studies.questions import Tuning
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
+from damperlab.worker.block import solve_block
 
 
 def test_curves_peaks_and_ratio_are_those_of_the_oracle(cube, whole):
@@ -93,7 +99,75 @@ def test_a_curve_that_is_not_computed_has_no_peak_and_no_ratio(whole):
     answer = tmd_comparison(whole, Tuning("hinf"))
     assert math.isnan(answer.attrs["ratio"])
     assert answer.attrs["complete"] == 0
-    assert "Nothing of the design's curve is computed" in answer.attrs["note"]
+    assert answer.attrs["verdict"] == ["Nothing of this design's curve is computed yet."]
+    whole["status"][:] = Status.TOO_MANY_EVENTS
+    (sentence,) = tmd_comparison(whole, Tuning("hinf")).attrs["verdict"]
+    assert "6 of 6 frequencies have no value (6 failed)" in sentence
+
+
+def linear(r: Sequence[float], damping: float, **axes: float) -> xr.Dataset:
+    """The cube of a structure without a particle, solved here: without friction every value has a closed form."""
+    given = {"clearance_ratio": 1.0, "friction_ratio": 0.0, "restitution": 0.5, "mass_ratio": 0.0} | axes
+    study = parse_study({"damping_ratio": damping, "axes": given | {"frequency_ratio": list(r)}})
+    values = solve_block(study, Block(0, (0,) * 6, study.shape))
+    named = {name: (DIMENSIONS, array, {"units": VARIABLES[name].units}) for name, array in values.items()}
+    return xr.Dataset(named, study.coordinates)
+
+
+def test_that_a_peak_is_lower_is_said_only_where_the_frequencies_are_close_enough_to_know():
+    """The structure alone, whose peak 1/(2ζ) = 25 lies between two of three frequencies."""
+    tuning = Tuning("hinf", mass_ratio=0.1)
+    coarse = tmd_comparison(linear([0.8, 1.2, 1.6], 0.02), tuning)
+    assert coarse.attrs["ratio"] < 1
+    assert not coarse.attrs["judged"]
+    (sentence,) = coarse.attrs["verdict"]
+    assert sentence.startswith("Which damper has the lower peak over r = 0.8 to 1.6 is not known")
+    assert "at 3 frequencies" in sentence
+    assert "Compute more frequencies." in sentence
+    assert "Peaks" not in coarse.attrs["note"]
+    fine = tmd_comparison(linear(np.linspace(0.8, 1.6, 161), 0.02), tuning)
+    assert fine.attrs["judged"]
+    (sentence,) = fine.attrs["verdict"]
+    assert "at 161 frequencies" in sentence
+    assert "% higher than" in sentence
+    # friction of 0.8 of the spring's amplitude leaves no resonance, and 33 frequencies would not hide one
+    rubbed = tmd_comparison(
+        linear(np.linspace(0.8, 1.6, 33), 0.02, friction_ratio=0.8), Tuning("hinf", mass_ratio=0.01)
+    )
+    assert rubbed.attrs["judged"]
+    (sentence,) = rubbed.attrs["verdict"]
+    assert "% lower than" in sentence
+
+
+def test_an_unbounded_response_has_no_lower_peak():
+    """Without damping the structure alone is unbounded at r = 1, whatever it is beside."""
+    answer = tmd_comparison(linear([0.5, 1.0, 1.6], 0.0), Tuning("hinf", mass_ratio=0.1))
+    assert answer["status"].values.tolist() == [0, Status.UNBOUNDED, 0]
+    assert math.isinf(answer.attrs["hybrid_peak"])
+    assert answer.attrs["hybrid_peak_at"] == 1.0
+    assert not answer.attrs["judged"] or math.isinf(answer.attrs["ratio"])
+    (sentence,) = answer.attrs["verdict"]
+    assert sentence.startswith("The response of this design grows without bound at r = 1; ")
+    assert not any(low <= 1.0 <= high for low, high in answer.attrs["hybrid_better"])
+
+
+def test_part_of_a_curve_can_show_a_higher_peak_but_no_lower_one():
+    r = np.linspace(0.8, 1.6, 161)
+    tuning = Tuning("hinf", mass_ratio=0.1)
+    for above, judged in ((1.2, False), (0.9, True)):
+        cube = linear(r, 0.02)
+        waiting = r < above
+        cube["amplitude_ratio"].values[..., waiting] = np.nan
+        cube["status"].values[..., waiting] = Status.NOT_COMPUTED
+        answer = tmd_comparison(cube, tuning)
+        assert answer.attrs["judged"] is judged
+        (sentence,) = answer.attrs["verdict"]
+        assert (
+            f"{waiting.sum()} of 161 frequencies have no value ({waiting.sum()} not computed yet)" in sentence
+        )
+        assert ("at least" in sentence) is judged
+        assert ("not known" in sentence) is not judged
+        assert ("Peaks" in answer.attrs["note"]) is judged
 
 
 @pytest.mark.parametrize(
