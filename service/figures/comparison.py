@@ -17,7 +17,7 @@ from damperlab.service.figures.style import (
 
 
 def draw_comparison(answer: xr.Dataset) -> Figure:
-    """Draw both curves and that of the bare structure; where the study's damper is better is shaded.
+    """Draw both curves and that of the bare structure; where the study's damper is better is shaded, if that can be known.
 
     Parameters
     ----------
@@ -29,7 +29,8 @@ def draw_comparison(answer: xr.Dataset) -> Figure:
     with styled():
         figure = Figure(figsize=(6.6, 4.2), layout="constrained")
         axes = figure.add_subplot()
-        for count, (low, high) in enumerate(answer.attrs["hybrid_better"]):
+        better = answer.attrs["hybrid_better"] if answer.attrs["judged"] else ()
+        for count, (low, high) in enumerate(better):
             axes.axvspan(
                 low, high, color=BLUE, alpha=0.12, lw=0, label=None if count else "study's damper better"
             )

@@ -111,20 +111,20 @@ def test_an_axis_is_logarithmic_where_its_values_are() -> None:
     assert not is_logarithmic(np.geomspace(0.8, 1.25, 9))
 
 
-def comparison() -> xr.Dataset:
-    """Compare a design that is better than a tuned mass damper everywhere but at r = 1."""
-    r = np.linspace(0.8, 1.2, 9)
+def comparison(values: np.ndarray) -> xr.Dataset:
+    """Compare a design with a tuned mass damper over a band around r = 1."""
+    r = np.linspace(0.8, 1.2, values.size)
     axes = dict.fromkeys(DIMENSIONS, np.full(1, 0.1)) | {"frequency_ratio": r}
     shape = tuple(axes[name].size for name in DIMENSIONS)
-    values = np.where(np.abs(r - 1) < 1e-9, 50.0, 0.5).reshape(shape)
-    arrays = {"amplitude_ratio": values, "status": np.zeros(shape, np.int8)}
+    arrays = {"amplitude_ratio": values.reshape(shape), "status": np.zeros(shape, np.int8)}
     return tmd_comparison(
         xr.Dataset({name: (DIMENSIONS, array) for name, array in arrays.items()}, axes), Tuning(detuning=0.05)
     )
 
 
 def test_a_comparison_draws_three_curves_and_shades_where_the_study_is_better() -> None:
-    answer = comparison()
+    # worse than a tuned mass damper at r = 1 alone
+    answer = comparison(np.array([0.5, 0.5, 0.5, 0.5, 50.0, 0.5, 0.5, 0.5, 0.5]))
     (axes,) = draw_comparison(answer).axes
     names = [text.get_text() for text in axes.get_legend().get_texts()]
     assert names[0] == "study's damper better"
@@ -137,3 +137,11 @@ def test_a_comparison_draws_three_curves_and_shades_where_the_study_is_better() 
     # below and above r = 1, where the study's 50 is the worse
     np.testing.assert_allclose(spans, answer.attrs["hybrid_better"])
     assert [round(edge, 3) for span in spans for edge in span] == [0.8, 0.95, 1.05, 1.2]
+
+
+def test_nothing_is_shaded_where_a_peak_may_lie_between_the_frequencies() -> None:
+    """At r = 0.8 and 1.2 the structure alone has 2.8 and 2.3, and 132 between them."""
+    answer = comparison(np.array([2.8, 2.3]))
+    assert answer.attrs["hybrid_better"]
+    (axes,) = draw_comparison(answer).axes
+    assert not axes.patches
