@@ -179,7 +179,9 @@ def is_logarithmic(values: NDArray[np.float64]) -> bool:
 
 
 def scale(axes: Axes, which: str, values: NDArray[np.float64]) -> None:
-    """Give the axis `which`, "x" or "y", the scale on which `values` are evenly spaced."""
+    """Give the axis `which`, "x" or "y", the scale on which `values` are evenly spaced; of a single one its tick alone."""
+    if values.size == 1:
+        axes.set(**{f"{which}ticks": values})
     if is_logarithmic(values):
         axes.set(**{f"{which}scale": "log"})
         ticks_1_2_5(axes.xaxis if which == "x" else axes.yaxis)
