@@ -58,6 +58,7 @@ class Cells:
     ) -> "Cells":
         """Find the cells within `ranges`; a cell that a later study cuts into smaller ones is left out.
 
+        One that a range ends in is cut off there: its corner outside still tells what it may hold.
         A study of another tolerance than the first one's made some designs more exact: it gives values, not cells.
         """
         grids = [_Grid.of(cube, question, ranges, varied) for cube in cubes.values()]
@@ -76,9 +77,10 @@ class Cells:
         for place, grid in enumerate(cutting):
             cells = grid.cells()
             for later in cutting[place + 1 :]:
-                cells = cells.outside(
-                    [axis.min() for axis in later.axes], [axis.max() for axis in later.axes]
-                )
+                if later.value.size:
+                    cells = cells.outside(
+                        [edge.min() for edge in later.edges], [edge.max() for edge in later.edges]
+                    )
             found.append(cells)
         return cls(
             *(
@@ -112,6 +114,8 @@ class Cells:
 @dataclass(frozen=True)
 class _Grid:
     axes: tuple[Floats, ...]
+    edges: tuple[Floats, ...]
+    """Where its cells end: the axes, but for a value beyond a range, whose cell ends with the range."""
     value: Floats
     error: Floats
 
@@ -123,16 +127,17 @@ class _Grid:
         ranges: Mapping[str, tuple[float, float]],
         varied: list[str],
     ) -> "_Grid":
-        """Judge every design of a cube; NaN where one does not qualify."""
-        index, axes = {}, []
+        """Judge every design of a cube in the ranges and next to their ends; NaN where one does not qualify."""
+        index, axes, edges = {}, [], []
         for name in DESIGN:
             values = cube[name].values
             kept = np.argsort(values, kind="stable")
             if name in ranges:
-                kept = kept[inside(values[kept], *ranges[name])]
+                kept = kept[_reaching(values[kept], *ranges[name])]
             index[name] = kept
             if name in varied:
                 axes.append(values[kept].astype(float))
+                edges.append(_cut(axes[-1], *ranges[name]) if name in ranges else axes[-1])
         frequencies = cube[FREQUENCY].values
         index[FREQUENCY] = np.array([int(np.abs(frequencies - r).argmin()) for r in question.frequencies])
         theirs = replace(question, axes=index)
@@ -142,7 +147,7 @@ class _Grid:
             found = judge(cube, theirs, index, new_tally())
             at = tuple(_positions(index[name], found[name]) for name in varied)
             value[at], error[at] = found["value"], np.nan_to_num(found["error"])
-        return cls(tuple(axes), value, error)
+        return cls(tuple(axes), tuple(edges), value, error)
 
     def points(self) -> list[tuple[Key, float, float]]:
         """Give every design that has a value: its coordinates, the value, the error."""
@@ -162,7 +167,7 @@ class _Grid:
         for place in np.argwhere(np.isfinite(value)):
             key = tuple(float(axis[i]) for axis, i in zip(self.axes, place, strict=True))
             value[tuple(place)], error[tuple(place)] = best[key]
-        return _Grid(self.axes, value, error)
+        return _Grid(self.axes, self.edges, value, error)
 
     def cells(self) -> Cells:
         """Give the boxes between neighbouring designs; along a parameter of one value they have no extent."""
@@ -184,10 +189,10 @@ class _Grid:
             largest = np.where(known, np.maximum(largest, value), largest)
             doubt = np.where(known, np.maximum(doubt, self.error[part]), doubt)
         low = np.stack(
-            np.meshgrid(*(axis[: max(1, axis.size - 1)] for axis in self.axes), indexing="ij"), axis=-1
+            np.meshgrid(*(edge[: max(1, edge.size - 1)] for edge in self.edges), indexing="ij"), axis=-1
         )
         high = np.stack(
-            np.meshgrid(*(axis[-max(1, axis.size - 1) :] for axis in self.axes), indexing="ij"), axis=-1
+            np.meshgrid(*(edge[-max(1, edge.size - 1) :] for edge in self.edges), indexing="ij"), axis=-1
         )
         dims = len(self.axes)
         spread = np.stack([least, largest, doubt], axis=-1)
@@ -213,6 +218,23 @@ class _Grid:
             up[0] = 0.25 * np.maximum(np.abs(fall[0]) - noise[0], 0.0)
             down[-1] = 0.25 * np.maximum(np.abs(fall[-1]) - noise[-1], 0.0)
         return tuple(np.moveaxis(np.nan_to_num(array), 0, d) for array in (up, down))  # type: ignore[return-value]
+
+
+def _reaching(axis: Floats, low: float, high: float) -> slice:
+    """Give the values of an ascending axis in a range, and the next one beyond an end that lies between two values."""
+    within = inside(axis, low, high)
+    first = int(((axis < low) & ~within).sum())
+    last = axis.size - int(((axis > high) & ~within).sum())
+    if first == axis.size or last == 0:
+        return slice(0)
+    below = int(first > 0 and not same(axis[first], low))
+    above = int(last < axis.size and not same(axis[last - 1], high))
+    return slice(first - below, last + above)
+
+
+def _cut(axis: Floats, low: float, high: float) -> Floats:
+    """Bring the values beyond a range to its ends."""
+    return np.where(inside(axis, low, high), axis, np.clip(axis, low, high))
 
 
 def _positions(kept: NDArray[np.intp], wanted: NDArray[np.intp]) -> NDArray[np.intp]:

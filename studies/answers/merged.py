@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.contenders import CONFIDENCE, Doubt
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion, judging_in_ratios
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.flatness import flatness
 from damperlab.studies.answers.optimal_designs import optimal_designs
@@ -49,6 +49,8 @@ def merged_designs(
         As `optimal_designs` on the first study, or where another one was judged at other frequencies.
     """
     ids = list(cubes)
+    # follow-ups need not have the units of the study, and their faults name ratios
+    judging = judging_in_ratios(cubes[ids[0]], judging)
     question = DesignQuestion.ask(cubes[ids[0]], judging)
     judging = replace(judging, objective=question.objective)
     doubt = Doubt(confidence, question.comparisons)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.cells import Cells, joined
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
+from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion, judging_in_ratios
 from damperlab.studies.answers.faults import NONE_QUALIFIES, QueryFault
 from damperlab.studies.answers.follow_up import (
     Refinement,
@@ -67,13 +67,14 @@ def refine_optimum(
     """
     check(search)
     tolerance, value_tolerance, budget = search.tolerance, search.value_tolerance, search.budget
+    parent = next(iter(cubes.values()))
+    judging = judging_in_ratios(parent, judging)
     best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
         advice = "wait for the study, resume it, or loosen what is asked"
         raise QueryFault(
             Fault("refine", "no design that qualifies", "a study with a best design", advice, NONE_QUALIFIES)
         )
-    parent = next(iter(cubes.values()))
     asked = DesignQuestion.ask(parent, judging)
     found = found_of(best)
     varied = [name for name in DESIGN if parent[name].size > 1]
@@ -96,7 +97,9 @@ def refine_optimum(
         int(promising.sum()), bool(blurred.any() and not near.any()), steps, tolerance, value_tolerance
     )
     if not near.any() and not promising.any():
-        fine = 0 if blurred.any() else _fine(parent, varied, tolerance) * asked.frequencies.size
+        fine = (
+            0 if blurred.any() else _fine(parent, varied, tolerance, judging.ranges) * asked.frequencies.size
+        )
         cost = _cost(spent, fine)
         return replace(answer, known=True, fine_points=fine, note=f"{words} {cost}")
     parts = PARTS.get(len(varied), 2)
@@ -247,10 +250,16 @@ def _line(
     return values, np.array([known[value] for value in values], np.int64)
 
 
-def _fine(parent: xr.Dataset, refined: list[str], tolerance: float) -> int:
-    return math.prod(
-        math.ceil(float(np.ptp(parent[name].values)) / tolerance - ROUNDING) + 1 for name in refined
-    )
+def _fine(
+    parent: xr.Dataset, refined: list[str], tolerance: float, ranges: Mapping[str, tuple[float, float]]
+) -> int:
+    """Count the designs of a grid with these steps over the part of the study that is asked about."""
+    spans = []
+    for name in refined:
+        values = parent[name].values
+        low, high = ranges.get(name, (-math.inf, math.inf))
+        spans.append(max(0.0, min(high, float(values.max())) - max(low, float(values.min()))))
+    return math.prod(math.ceil(span / tolerance - ROUNDING) + 1 for span in spans)
 
 
 def _cost(spent: Mapping[str, float], fine: int, more: int = 0) -> str:

@@ -121,6 +121,43 @@ def test_a_box_is_searched_up_to_the_end_that_a_person_writes() -> None:
     assert found.found["clearance_ratio"] == pytest.approx(3.1, abs=0.02)
 
 
+@pytest.mark.parametrize(
+    "box",
+    [
+        {"friction_ratio": (0.5, 0.7), "clearance_ratio": (4.0, 6.0)},
+        {"friction_ratio": (0.0, 0.7)},
+        {"friction_ratio": (0.43, 1.0), "clearance_ratio": (4.0, 6.5)},
+    ],
+)
+def test_a_box_is_searched_up_to_ends_that_lie_between_the_values_of_the_grid(
+    box: dict[str, tuple[float, float]],
+) -> None:
+    """The landscape falls towards a corner of the box, so its least value there has a closed form."""
+    study = study_of([3.0, 5.0, 8.0], [0.0, 0.2, 0.4, 0.6, 0.8])
+
+    def falling(d: np.ndarray, g: np.ndarray) -> np.ndarray:
+        return 6.0 - 4.0 * g - 0.1 * d
+
+    found, cubes = pursued(
+        study, falling, False, lambda s, c: refine_optimum(s, c, Search(0.02), Judging(ranges=box))
+    )
+    searched = {}
+    for name in ("clearance_ratio", "friction_ratio"):
+        axis = study.coordinates[name]
+        searched[name] = np.clip(box.get(name, (-np.inf, np.inf)), axis.min(), axis.max())
+    assert found.known
+    for name, (_, end) in searched.items():
+        assert found.found[name] == pytest.approx(end, rel=1e-9)
+    for name, (low, high) in box.items():
+        computed = [cube[name].values for place, cube in cubes.items() if place != "0"]
+        assert all(low - 1e-9 <= each.min() and each.max() <= high + 1e-9 for each in computed)
+    sides = [np.ceil((high - low) / 0.02 - 1e-6) + 1 for low, high in searched.values()]
+    assert found.fine_points == np.prod(sides)
+    # what was computed for one box says nothing false about another
+    elsewhere = Judging(ranges={"friction_ratio": (0.0, 0.1)})
+    assert not refine_optimum(study, cubes, Search(0.02), elsewhere).known
+
+
 def test_errors_are_not_taken_for_dips() -> None:
     study = study_of(*GRID)
 
