@@ -124,15 +124,20 @@ def _fill(
 def _stars(
     axes: Axes, answer: xr.Dataset, x: xr.DataArray, y: xr.DataArray, shown: np.ma.MaskedArray[Any, Any]
 ) -> list[Line2D]:
-    """Put a star at the smallest value that is not trivial and, where no impacts make it, one at the best with them."""
+    """Put a star at the smallest value that is not trivial and, where no impacts make it, one at the best with them.
+
+    A map over a further dimension knows the response at the extreme alone: the particle may strike elsewhere.
+    """
     kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)
+    quiet = np.isin(kinds, QUIET) | ~_weighs(answer, shown)
     stars = []
+    acting = "best with impacts" + (" where it is largest" if "reduce" in answer.attrs else "")
     rounds = (
-        ("optimum", (ResponseClass.LOCKED,), VERMILION, "white"),
-        ("best with impacts", QUIET, "white", VERMILION),
+        ("optimum", kinds == ResponseClass.LOCKED, VERMILION, "white"),
+        (acting, quiet, "white", VERMILION),
     )
     for label, excluded, face, edge in rounds:
-        candidates = np.ma.masked_where(np.isin(kinds, excluded), shown)
+        candidates = np.ma.masked_where(excluded, shown)
         if candidates.count() < 2:
             continue
         row, column, where = _place(candidates, x, y)
@@ -142,9 +147,19 @@ def _stars(
         star.set(label=f"{label}: {shown[row, column]:.4g} at {where}", clip_on=False, zorder=5)
         axes.add_line(star)
         stars.append(star)
-        if kinds[row, column] not in QUIET:
+        if not quiet[row, column]:
             break
     return stars
+
+
+def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[np.bool_]:
+    """Say where there is a particle that has mass, as a study without one has none."""
+    for name in ("mass_ratio", "particle_mass_kg"):
+        if name in answer.coords:
+            return np.asarray(
+                (answer[name] > 0).broadcast_like(answer["status"]).transpose(*answer["status"].dims)
+            )
+    return np.ones(shown.shape, np.bool_)
 
 
 def _place(candidates: np.ma.MaskedArray[Any, Any], x: xr.DataArray, y: xr.DataArray) -> tuple[int, int, str]:

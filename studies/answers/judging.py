@@ -121,7 +121,14 @@ def judge(
         "response_class": kind[each, place],
         "locked_share": locked.mean(axis=1) if classed else unknown,
     }
-    found["impact_share"] = (kind >= ResponseClass.SYMMETRIC).mean(axis=1) if classed else unknown
+    massless = cube["mass_ratio"].values[found["mass_ratio"]] == 0
+    found["impact_share"] = unknown
+    if classed:
+        # where friction holds the mass a particle that strikes does not damp it
+        strikes = (kind >= ResponseClass.SYMMETRIC) & ~massless[:, None]
+        if "impacts_per_cycle" in cube:
+            strikes &= load("impacts_per_cycle")[rows] > 0
+        found["impact_share"] = strikes.mean(axis=1)
     for name in beside:
         # a design without an impact has no impact speed, and one that dissipates nothing no shares
         known = np.nan_to_num(load(name)[rows])

@@ -52,7 +52,8 @@ def optimal_designs(
         at `frequency_ratio`, and `locked_share`, the share of the judged frequencies at which the mass is
         locked; both unknown, -1 and NaN, where the study keeps no class. `lowest` and `highest` are limits that hold
         for all designs at once with the confidence stated; `impact_share` is the share of the judged frequencies at which
-        the particle strikes; `alike` counts further designs that have the very same response without impacts, which are
+        a particle that has mass strikes while the mass moves; `alike` counts further designs that have the very same response
+        without impacts, which are
         folded into the first of them. Attributes: `objective`, `designs` (all in the
         ranges), `incomplete`, `failed`, `locked`, `too_fast`, `outside` (those left out, by reason), `complete` (share
         of the designs that were computed), `band`,

@@ -1,5 +1,6 @@
 """What a ranking means, in sentences that every door shares: the best, what is as good, and why not to trust it yet."""
 
+import json
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -107,7 +108,11 @@ def _say_idle(
     if not _idle(ranked, 0):
         return []
     kind = int(ranked["response_class"].values[0])
-    why = NO_ACTION.get(kind, "the particle never meets a wall")
+    if not json.loads(cube.attrs.get("study", "{}")).get("particle", True):
+        # of a particle that the study leaves out there is nothing to say
+        return [f"In this design {NO_ACTION[kind]}."] if kind == ResponseClass.LOCKED else []
+    massless = float(ranked["mass_ratio"].values[0]) == 0
+    why = NO_ACTION.get(kind, "the particle has no mass" if massless else "the particle never meets a wall")
     sentences = [f"In this design {why}: it does not act as a particle damper."]
     if active is not None:
         sentences.append(f"Best design with impacts: {_say_active(active, phrases)}")
@@ -157,8 +162,7 @@ def _say_row(row: Mapping[str, Any], phrases: Phrases) -> str:
 
 
 def _idle(ranked: xr.Dataset, rank: int) -> bool:
-    kind = int(ranked["response_class"].values[rank])
-    return kind in NO_ACTION and not float(ranked["impact_share"].values[rank]) > 0
+    return float(ranked["impact_share"].values[rank]) == 0
 
 
 def _say_ties(ranked: xr.Dataset, said: Mapping[str, Any], unknown: bool) -> str:

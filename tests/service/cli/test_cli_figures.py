@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from damperlab.service.figures.comparison import draw_comparison
 from damperlab.service.figures.resonance_map import draw_map
 from damperlab.service.figures.style import is_logarithmic, save
+from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.questions import Selection, Tuning
@@ -18,9 +19,11 @@ from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIAB
 X, Y = np.linspace(1.0, 12.0, 12), np.linspace(0.0, 0.9, 10)
 
 
-def cube(values: np.ndarray, kinds: np.ndarray, status: np.ndarray) -> xr.Dataset:
-    """Put arrays of shape (clearance, friction) into a cube."""
-    axes = dict.fromkeys(DIMENSIONS, np.ones(1)) | {"clearance_ratio": X, "friction_ratio": Y}
+def cube(
+    values: np.ndarray, kinds: np.ndarray, status: np.ndarray, also: dict[str, np.ndarray] | None = None
+) -> xr.Dataset:
+    """Put arrays of shape (clearance, friction), or with frequencies along a third axis, into a cube."""
+    axes = dict.fromkeys(DIMENSIONS, np.ones(1)) | {"clearance_ratio": X, "friction_ratio": Y} | (also or {})
     arrays = {"amplitude_ratio": values, "response_class": kinds, "status": status}
     shape = tuple(axes[name].size for name in DIMENSIONS)
     return xr.Dataset(
@@ -64,6 +67,31 @@ def test_stars_stand_at_the_best_design_and_the_best_with_impacts() -> None:
     np.testing.assert_allclose(places, [(X[7], Y[8]), (X[9], Y[1])])
     assert labels(figure)[0].startswith("optimum: 2 at")
     assert labels(figure)[1].startswith("best with impacts: 3 at")
+
+
+def test_the_second_star_of_a_map_over_the_frequency_says_that_it_knows_the_worst_frequency_alone() -> None:
+    """The optimum strikes at r = 1 and is largest without impacts at r = 1.1: to `optimum` it is one with impacts."""
+    values = np.stack([np.full((X.size, Y.size), 1.0), 5.0 + (X[:, None] - 6.0) ** 2 + 0 * Y], axis=-1)
+    kinds = np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
+    kinds[5, :, 1] = ResponseClass.NO_IMPACT
+    axes = {"frequency_ratio": np.array([1.0, 1.1])}
+    study = cube(values, kinds, np.zeros(values.shape, np.int8), axes)
+    assert optimal_designs(study).attrs["best_with_impacts"]["value"] == 5.0
+    over = resonance_map(
+        study, "clearance_ratio", "friction_ratio", Selection("amplitude_ratio"), "frequency_ratio"
+    )
+    first, second = labels(draw_map(over, "amplitude_ratio"))
+    assert first.startswith("optimum: 5 at")
+    assert second.startswith("best with impacts where it is largest: 6 at")
+
+
+def test_a_map_of_a_study_without_a_particle_has_no_star_of_impacts() -> None:
+    values = 5.0 + (X[:, None] - 6.0) ** 2 + 50.0 * (Y[None, :] - 0.5) ** 2
+    kinds = np.full(values.shape, int(ResponseClass.MODULATED), np.int8)  # friction alone, not resolved
+    kinds[5, 5] = ResponseClass.NO_IMPACT
+    study = cube(values, kinds, np.zeros(values.shape, np.int8), {"mass_ratio": np.zeros(1)})
+    answer = resonance_map(study, "clearance_ratio", "friction_ratio", Selection("amplitude_ratio"))
+    assert [label.partition(":")[0] for label in labels(draw_map(answer, "amplitude_ratio"))] == ["optimum"]
 
 
 def test_locked_failed_and_missing_points_are_told_apart() -> None:

@@ -1,5 +1,6 @@
 """What a ranking means: ties, chances, folded responses, ends of axes and single frequencies, on cubes made by hand."""
 
+import json
 from statistics import NormalDist
 
 import numpy as np
@@ -105,6 +106,33 @@ def test_designs_without_impacts_are_folded_named_and_set_beside_the_best_with_i
     none = optimal_designs(made([1.0, 2.0], kinds=locked))
     assert "No design that was judged has impacts." in said(none)
     assert "best_with_impacts" not in none.attrs
+
+
+def test_a_response_that_is_not_resolved_has_impacts_only_where_the_particle_strikes():
+    modulated = ResponseClass.MODULATED
+    cube = made([1.0, 1.2, 1.4], errors=1e-9, kinds=modulated)
+    assert optimal_designs(cube).attrs["best_with_impacts"]["value"] == 1.0
+    counted = cube["amplitude_ratio"].copy(data=np.zeros(cube["amplitude_ratio"].shape))
+    counted[..., 2, 1] = 0.5  # of the third design, at one frequency of three
+    answer = optimal_designs(cube.assign(impacts_per_cycle=counted))
+    assert answer["impact_share"].values.tolist() == pytest.approx([0, 0, 1 / 3])
+    assert answer.attrs["best_with_impacts"]["value"] == 1.4
+    assert "the particle never meets a wall: it does not act as a particle damper" in said(answer)
+
+
+def test_a_study_without_a_particle_or_of_one_without_mass_has_no_best_with_impacts():
+    locked, modulated = ResponseClass.LOCKED, ResponseClass.MODULATED
+    massless = made([1.0, 2.0], kinds=modulated).assign_coords(mass_ratio=[0.0])
+    answer = optimal_designs(massless)
+    assert "best_with_impacts" not in answer.attrs
+    assert "the particle has no mass: it does not act as a particle damper" in said(answer)
+    without = made([1.0, 2.0], kinds=[locked, modulated]).assign_coords(mass_ratio=[0.0])
+    without.attrs["study"] = json.dumps({"particle": False})
+    answer = optimal_designs(without)
+    assert "best_with_impacts" not in answer.attrs
+    assert "In this design friction locks the mass to its base." in said(answer)
+    assert "particle" not in said(answer).replace("a particle may still move", "")
+    assert "impacts" not in said(answer)
 
 
 def test_the_best_with_impacts_is_found_however_low_it_ranks(monkeypatch):
