@@ -76,7 +76,9 @@ TheService = Annotated[Service, Depends(_service)]
 """The running service, as a parameter of a route."""
 
 
-StudyId = Annotated[str, Path(description="Id of a study, the first digits of its id, or its name.")]
+StudyId = Annotated[
+    str, Path(description="Id of a study, its name, or at least the first four digits of its id.")
+]
 """What names a study in an address."""
 
 
@@ -108,7 +110,10 @@ TheExactStudy = Annotated[Record, Depends(_exact_study)]
 
 
 DesignId = Annotated[
-    str, Path(max_length=200, description="Id of a design, the first digits of its id, or its name.")
+    str,
+    Path(
+        max_length=200, description="Id of a design, its name, or at least the first four digits of its id."
+    ),
 ]
 """What names a design in an address."""
 

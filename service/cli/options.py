@@ -50,7 +50,9 @@ QuotaBytes = Annotated[
 StudyId = Annotated[
     str,
     typer.Argument(
-        metavar="ID", help="Id of a study, the first digits of its id, or its name.", show_default=False
+        metavar="ID",
+        help="Id of a study, its name, or at least the first four digits of its id.",
+        show_default=False,
     ),
 ]
 AsJson = Annotated[

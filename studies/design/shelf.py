@@ -19,6 +19,7 @@ from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.folder import Folder
 from damperlab.studies.store.kept_quota import USUAL, KeptQuota
+from damperlab.studies.store.rows import FIRST_DIGITS
 from damperlab.studies.store.sealed import PLACEHOLDER, require_seal, seal
 from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 from damperlab.studies.vocabulary import State
@@ -85,7 +86,7 @@ class Shelf:
         return {name for name in self._folder.shelves() if self._has(name, REQUEST)}
 
     def find(self, reference: str) -> Kept:
-        """Find a design by its id, the start of it, or its name.
+        """Find a design by its id, its name, or the first digits of its id, in this order.
 
         Raises
         ------
@@ -94,8 +95,9 @@ class Shelf:
         """
         if reference in (ids := self.ids()):
             return self.get(reference)
-        found = {each for each in ids if len(reference) >= 4 and each.startswith(reference)}
-        found = found or {each.id for each in self.every() if each.name == reference}
+        found = {each.id for each in self.every() if reference and each.name == reference}
+        if not found and len(reference) >= FIRST_DIGITS:
+            found = {each for each in ids if each.startswith(reference)}
         if len(found) == 1:
             return self.get(found.pop())
         many = f"{describe(reference)}, which stands for {len(found)} designs"

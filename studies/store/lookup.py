@@ -6,14 +6,15 @@ from typing import Any
 
 from sqlalchemy import Connection, Row, func, select, update
 
-from damperlab.studies.faults import Fault, describe, printable
+from damperlab.studies.faults import Fault
 from damperlab.studies.store.base import StoreBase
-from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.faults import StoreFault, cannot_use
 from damperlab.studies.store.manifest import keep_marks
 from damperlab.studies.store.quota import Ledger
 from damperlab.studies.store.record import PREPARATIONS, Page, Record, Totals
 from damperlab.studies.store.rows import (
     ALIVE,
+    FIRST_DIGITS,
     alive_row,
     cursor_of,
     log_event,
@@ -21,6 +22,7 @@ from damperlab.studies.store.rows import (
     number_before,
     record_of,
     study_row,
+    too_few_digits,
     unknown_study,
 )
 from damperlab.studies.store.rowsum import require_row
@@ -40,14 +42,14 @@ class Lookup(StoreBase):
     """What the catalogue says about studies."""
 
     def find(self, ref: str) -> Record:
-        """Look a study up by its id, a prefix of it that no other study's has, or its name (the newest so named).
+        """Look a study up by its id, its name (the newest so named), or the first digits of its id, in this order.
 
-        Of several versions, or where the first was deleted, a prefix finds the newest.
+        Of several versions, or where the first was deleted, the first digits find the newest.
 
         Raises
         ------
         StudyNotFound
-            If none is found, or a prefix fits several.
+            If none is found, or fewer than `FIRST_DIGITS` digits are given, or they fit several.
         """
         # no database takes half characters, and one no NUL; a command line or an address may hold them
         ref = _sayable(ref)
@@ -56,25 +58,16 @@ class Lookup(StoreBase):
             if row is not None:
                 return record_of(row)
             newest = select(studies).where(ALIVE).order_by(studies.c.number.desc())
+            named = ref and connection.execute(newest.where(studies.c.name == ref).limit(1)).one_or_none()
+            if named:
+                return record_of(named)
             starts = func.substr(studies.c.id, 1, len(ref)) == ref.lower()
             fits = connection.execute(newest.where(starts).limit(4)).all() if ref else []
-            if len({row.digest for row in fits}) == 1:
-                return record_of(max(fits, key=lambda row: row.version))  # of versions the newest
-            named = connection.execute(newest.where(studies.c.name == ref).limit(1)).one_or_none()
-            if named is not None:
-                return record_of(named)
-            if fits:
-                several = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
-                raise StudyNotFound(
-                    Fault(
-                        "study",
-                        describe(ref),
-                        f"one study; this fits {several}",
-                        "write more digits of the id",
-                        f"{printable(ref)} fits more than one study: {several}.",
-                    )
-                )
-            raise unknown_study(connection, ref)
+            if not fits:
+                raise unknown_study(connection, ref)
+            if len(ref) < FIRST_DIGITS or len({row.digest for row in fits}) > 1:
+                raise too_few_digits(ref, fits)
+            return record_of(max(fits, key=lambda row: row.version))  # of versions the newest
 
     def existed(self, study_id: str) -> bool:
         """Whether there is a study of this whole id, or was one before it was deleted."""

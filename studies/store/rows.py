@@ -4,6 +4,7 @@ import base64
 import binascii
 import json
 import time
+from collections.abc import Sequence
 from typing import Any
 
 from sqlalchemy import Connection, Row, func, insert, select, text
@@ -35,6 +36,8 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
     return row
 
 
+FIRST_DIGITS = 4
+"""Fewest digits of an id that stand for it: fewer are as likely a name that was mistyped."""
 NAMES_COMPARED = 1000
 """Names of the newest studies among which one is looked for that was mistyped."""
 
@@ -58,7 +61,7 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
     near = nearest(ref, dict.fromkeys(row.name for row in newest if row.name))
     advice = f"did you mean {near}?" if near else "`damperlab studies` lists what there is"
     allowed = (
-        f"an id, a prefix of an id, or a name; newest: {known}"
+        f"an id, a name, or the first digits of an id; newest: {known}"
         if known
         else "nothing: there are no studies yet"
     )
@@ -67,11 +70,23 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
     ).scalar()
     when = f", deleted {utc(gone):%Y-%m-%d %H:%M:%S} UTC" if gone else ""
     told = f"There is no study {printable(ref)}{when}. " + (
-        f"Studies go by an id, a prefix of an id, or a name; the newest are {known}."
+        f"Studies go by an id, a name, or the first digits of an id; the newest are {known}."
         if known
         else "There are no studies yet."
     )
     return StudyNotFound(Fault("study", describe(ref) + when, allowed, advice, told))
+
+
+def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
+    """Make the fault for the first digits of an id that are too few, or fit several studies."""
+    known = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
+    if len(ref) < FIRST_DIGITS:
+        allowed = f"a name, or at least the first {FIRST_DIGITS} digits of an id; this begins {known}"
+        told = f"No study is named {printable(ref)}, and an id needs at least {FIRST_DIGITS} digits; it begins {known}."
+    else:
+        allowed = f"one study; this fits {known}"
+        told = f"{printable(ref)} fits more than one study: {known}."
+    return StudyNotFound(Fault("study", describe(ref), allowed, "write more digits of the id", told))
 
 
 def marks_of(

@@ -69,6 +69,18 @@ def test_the_same_specification_is_one_design_whatever_it_is_called(
             shelf.find(reference)
 
 
+def test_a_name_that_is_the_start_of_another_designs_id_is_a_name(
+    tmp_path: Path, asked: Specification
+) -> None:
+    shelf = Shelf(tmp_path)
+    first = kept_design(shelf, asked)
+    other = asked.document | {"name": first.id[:5], "restitution": 0.4}
+    named, new = shelf.put(parse_specification(other), 1000)
+    assert new
+    assert shelf.find(first.id[:5]) == named
+    assert shelf.find(first.id[:6]) == shelf.find(first.id) == first
+
+
 def test_a_deletion_that_was_cut_short_leaves_nothing_to_a_later_design(
     tmp_path: Path, asked: Specification
 ) -> None:

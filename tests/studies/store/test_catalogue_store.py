@@ -171,6 +171,26 @@ def test_a_prefix_of_several_ids_is_refused_with_them(store, make_study, make_pl
         store.find(shared)
 
 
+def test_a_name_that_is_the_start_of_another_studys_id_is_a_name(store, make_study, make_plan_of):
+    other, _ = store.submit(make_study("other"), make_plan_of(make_study()), {})
+    for number, digits in enumerate((2, 5, 11), 1):
+        study = make_study(other.id[:digits], damping_ratio=0.01 * number)
+        named, _ = store.submit(study, make_plan_of(study), {})
+        assert store.find(other.id[:digits]) == named
+        assert store.find(other.id) == other
+    study = make_study(other.id, damping_ratio=0.05)
+    store.submit(study, make_plan_of(study), {})
+    assert store.find(other.id) == other  # a whole id is what it says, whatever others are called
+
+
+def test_too_few_digits_stand_for_no_study(store, make_study, make_plan_of):
+    record, _ = store.submit(make_study("only one"), make_plan_of(make_study()), {})
+    assert store.find(record.id[:4]) == record
+    for digits in (1, 2, 3):
+        with pytest.raises(StudyNotFound, match=f"at least 4 digits; it begins {record.id} \\(only one\\)"):
+            store.find(record.id[:digits])
+
+
 def test_a_deleted_study_is_gone_with_its_files_and_can_come_back(
     store, make_study, make_plan_of, outcome_of
 ):
