@@ -12,6 +12,9 @@ from damperlab.studies.answers.phrases import RATIOS, Phrases
 LOSS = 0.1
 """A design is as good as the optimum for practical purposes while it loses no more than this share."""
 
+NO_VALUE = "was not computed, failed, or is left out"
+"""Why a design is not known to be as good, or worse."""
+
 
 def flatness(
     cube: xr.Dataset, question: DesignQuestion, design: dict[str, int], value: float
@@ -34,8 +37,9 @@ def flatness(
         last grid points on either side with at most `LOSS` more, nothing worse or unknown in between),
         `below` and `above` (the next grid points, where that no longer holds; None at the end of the axis).
         The border lies between `low` and `below`, and between `high` and `above`: nothing is interpolated.
-        `resolved`: whether the next design on either side is still as good. Where it is not, the response changes by
-        more than `LOSS` from one grid point to the next, and a much better design may lie between them.
+        `resolved`: whether the next design on either side is known to be still as good. Where one is `worse`, the
+        response changes by more than `LOSS` from one grid point to the next, and a much better design may lie between
+        them; of one that is `unknown` there is no value, as it was not computed, failed, or is left out.
     """
     found = []
     for name in DESIGN:
@@ -46,15 +50,18 @@ def flatness(
         index = {other: np.array([design[other]]) for other in DESIGN if other != name}
         index |= {name: np.arange(axis.size), "frequency_ratio": question.axes["frequency_ratio"]}
         line = judge(cube, question, index, new_tally())
-        good = np.zeros(axis.size, bool)
-        good[line[name][line["value"] <= value * (1 + LOSS)]] = True
-        good = good[order]
+        found_at = np.full(axis.size, np.nan)
+        found_at[line[name]] = line["value"]
+        along = found_at[order]
+        good = along <= value * (1 + LOSS)
         here = low = high = int(np.flatnonzero(order == design[name])[0])
         while low > 0 and good[low - 1]:
             low -= 1
         while high < axis.size - 1 and good[high + 1]:
             high += 1
         ranked = axis[order]
+        beside = [place for place in (here - 1, here + 1) if 0 <= place < axis.size]
+        unknown = np.isnan(along[beside])
         found.append(
             {
                 "dimension": name,
@@ -63,7 +70,9 @@ def flatness(
                 "high": float(ranked[high]),
                 "below": float(ranked[low - 1]) if low > 0 else None,
                 "above": float(ranked[high + 1]) if high < axis.size - 1 else None,
-                "resolved": bool((low < here or here == 0) and (high > here or here == axis.size - 1)),
+                "resolved": bool(good[beside].all()),
+                "worse": bool((~good[beside] & ~unknown).any()),
+                "unknown": bool(unknown.any()),
             }
         )
     return found
@@ -75,7 +84,10 @@ def say_flatness(found: list[dict[str, Any]], phrases: Phrases = RATIOS) -> str:
         return ""
     spans = "; ".join(_span(entry, phrases) for entry in found)
     said = f"Within {LOSS:.0%} of the best, one parameter at a time: {spans}."
-    coarse = [phrases.label(entry["dimension"]) for entry in found if not entry["resolved"]]
+    coarse = [phrases.label(entry["dimension"]) for entry in found if entry["worse"]]
+    unknown = [phrases.label(entry["dimension"]) for entry in found if entry["unknown"]]
+    if unknown:
+        said += f" Whether the next design is as good is not known in {', '.join(unknown)}: it {NO_VALUE}."
     if coarse:
         said += (
             f" The grid does not resolve the optimum in {', '.join(coarse)}: the next design is more than {LOSS:.0%} worse, "

@@ -11,6 +11,7 @@ import xarray as xr
 from damperlab.studies.answers.contenders import chance_of_another, contend
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.ends import end_of, say_ends
+from damperlab.studies.answers.flatness import NO_VALUE
 from damperlab.studies.answers.phrases import RATIOS, Phrases, said
 from damperlab.studies.faults import counted
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
@@ -208,8 +209,13 @@ def _say_ends(
             continue  # as good all along the axis
         name = entry["dimension"]
         ends.append(end_of(cube[name].values, entry["value"], name, phrases))
-    coarse = [phrases.symbol(entry["dimension"]) for entry in flat if not entry["resolved"]]
+    coarse = [phrases.symbol(entry["dimension"]) for entry in flat if entry["worse"]]
+    unknown = [phrases.symbol(entry["dimension"]) for entry in flat if entry["unknown"]]
     sentences = [say_ends([end for end in ends if end])]
+    if unknown:
+        sentences.append(
+            f"The neighbourhood of the optimum is not known along {' and '.join(unknown)}: a design next to it {NO_VALUE}."
+        )
     if coarse:
         sentences.append(
             f"The neighbourhood of the optimum is rugged along {' and '.join(coarse)}: the next design on the grid is "

@@ -111,7 +111,7 @@ def test_flatness_ends_where_the_loss_is_exceeded(whole):
     assert LOSS == 0.1
     assert flat["clearance_ratio"] == {
         "dimension": "clearance_ratio", "value": 5.0, "low": 5.0, "high": 5.0, "below": 2.0, "above": 10.0,
-        "resolved": False,
+        "resolved": False, "worse": True, "unknown": False,
     }  # fmt: skip
     assert flat["restitution"]["resolved"]
     assert "does not resolve the optimum in clearance ratio d/Z, friction ratio γ_F" in answer.attrs["note"]

@@ -11,7 +11,7 @@ from damperlab.studies.answers.contenders import chance_of_another, half_width
 from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.questions import Judging
-from damperlab.studies.variables import DIMENSIONS, ResponseClass
+from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
 
 
 def made(values, errors=0.0, kinds=ResponseClass.CHAOTIC, frequencies=(0.9, 1.0, 1.1)) -> xr.Dataset:
@@ -171,6 +171,34 @@ def test_the_end_of_an_axis_a_rugged_neighbourhood_and_a_large_error_are_said():
     assert "The error of the optimum is 5.0% of its value" in said(
         optimal_designs(made([2.0, 1.0], errors=0.05))
     )
+
+
+@pytest.mark.parametrize("gone", [Status.NOT_COMPUTED, Status.TOO_MANY_EVENTS, None])
+def test_a_neighbour_without_a_value_is_not_known_to_be_worse(gone):
+    """The next design up is as good, the next one down was not computed, failed, or is left out by a limit."""
+    cube = made([1.05, 1.0, 1.05])
+    speeds = np.zeros(cube["status"].shape)
+    if gone is None:
+        speeds[..., 0, 1] = 9.0
+    else:
+        cube["status"].values[..., 0, 1] = gone
+    answer = optimal_designs(
+        cube.assign(impact_speed_max=(DIMENSIONS, speeds)), Judging(max_impact_speed=1.0)
+    )
+    (flat,) = answer.attrs["flatness"]
+    assert (flat["resolved"], flat["worse"], flat["unknown"]) == (False, False, True)
+    note = answer.attrs["note"]
+    assert "rugged" not in said(answer)
+    assert "more than" not in said(answer) + note
+    assert "next to it was not computed, failed, or is left out" in said(answer)
+    assert "Whether the next design is as good is not known in friction ratio γ_F" in note
+    # known to be worse on the other side, it is said too
+    cube["amplitude_ratio"].values[..., 2, :] = 2.0
+    both = optimal_designs(cube.assign(impact_speed_max=(DIMENSIONS, speeds)), Judging(max_impact_speed=1.0))
+    assert both.attrs["flatness"][0]["worse"]
+    assert both.attrs["flatness"][0]["unknown"]
+    assert "rugged along γ_F" in said(both)
+    assert "not known along γ_F" in said(both)
 
 
 def test_a_design_in_two_studies_has_the_value_of_the_longer_run():
