@@ -48,7 +48,11 @@ class Judging:
         meanings=OBJECTIVES,
     )
     band: Range | None = asked(None, "Consider only frequency ratios in this band.", form="LO,HI")
-    exclude_locked: bool = asked(False, "Exclude designs in which friction locks the mass to its base.")
+    exclude_locked: bool = asked(
+        False,
+        "Exclude designs in which friction locks the mass to its base at the considered frequency ratio nearest 1; where the "
+        "base amplitude varies, at every amplitude.",
+    )
     max_impact_speed: float | None = asked(
         None, "Exclude designs with impacts faster than this speed, in units of Z·ω_n.", least=0
     )

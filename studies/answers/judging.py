@@ -52,7 +52,8 @@ def judged(
     dict of ndarray
         One entry per design that qualifies: its six grid indices by dimension (the frequency's where the
         amplitude is largest), `value`, `error`, `lowest` and `highest` (its limits with the question's confidence),
-        `response_class`, `locked_share`, `impact_share` and `beside`.
+        `response_class`, `locked_share`, `locked_near_resonance` (at the judged frequency nearest r = 1), `impact_share`
+        and `beside`.
     """
     shape = tuple(question.axes[name].size for name in DESIGN)
     chunks = cube[METRIC].encoding.get("chunks", cube[METRIC].shape)
@@ -122,6 +123,7 @@ def judge(
         "locked_share": locked.mean(axis=1) if classed else unknown,
     }
     massless = cube["mass_ratio"].values[found["mass_ratio"]] == 0
+    found["locked_near_resonance"] = locked[:, question.nearest]
     found["impact_share"] = unknown
     if classed:
         # where friction holds the mass a particle that strikes does not damp it

@@ -23,7 +23,7 @@ from damperlab.studies.answers.verdict import say_ties
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.store.slabs import BUDGET
-from damperlab.studies.variables import DIMENSIONS, ResponseClass
+from damperlab.studies.variables import DIMENSIONS
 
 RAY = ("clearance_ratio", "friction_ratio")
 OTHERS = ("damping_ratio", "restitution", "mass_ratio")
@@ -61,8 +61,8 @@ def robust_designs(
         Lowest and highest base amplitude, over the nominal one; above 0.
     judging : Judging
         What one point is judged by, as in `optimal_designs`. Of locked dampers those are excluded that friction locks to the
-        base over the whole range of amplitudes; ranges are limits of the nominal values of the design dimensions, and of
-        results at every amplitude.
+        base at the judged frequency nearest r = 1 over the whole range of amplitudes; ranges are limits of the nominal values
+        of the design dimensions, and of results at every amplitude.
     top : int
         How many dampers.
 
@@ -113,14 +113,15 @@ def robust_designs(
         order = np.argsort(found["value"], kind="stable")[:MOST_DESIGNS]
         best = {name: array[order] for name, array in found.items()}
     if tally["left_grid"] == tally["rays"]:
+        span = _span(cube, nominal)
         raise QueryFault(
             Fault(
                 "amplitudes",
                 f"{low:.10g} to {high:.10g}, over which every ray leaves the grid",
-                f"a range with a ratio of at most {_span(cube):.4g}",
+                f"a range with a ratio of at most {span:.4g}",
                 "narrow it, or compute a study with longer axes of clearance and friction",
                 f"Over amplitudes from {low:.10g} to {high:.10g} every design leaves the study's grid; the ratio of the two "
-                f"may be at most {_span(cube):.4g}.",
+                f"may be at most {span:.4g}.",
             )
         )
     equals = ties(best["value"], best["lowest"], best["highest"], question.standard_errors)
@@ -168,13 +169,16 @@ def _track(axis: np.ndarray, factors: np.ndarray) -> _Track:
     return _Track(index, distance)
 
 
-def _span(cube: xr.Dataset) -> float:
-    spans = [
-        float(axis.max() / axis.min())
+def _span(cube: xr.Dataset, nominal: Mapping[str, np.ndarray]) -> float:
+    """The largest ratio of two amplitudes over which a ray may stay on the grid."""
+    spans = {
+        name: float(axis.max() / axis.min())
         for name in RAY
         if (axis := cube[name].values[cube[name].values > 0]).size
-    ]
-    return min(spans, default=1.0)
+    }
+    if (cube[RAY[1]].values[nominal[RAY[1]]] <= 0).any():
+        spans.pop(RAY[1], None)  # the ray of no friction moves along the clearance alone
+    return min(spans.values(), default=1.0)
 
 
 def _plane(
@@ -184,6 +188,7 @@ def _plane(
     shape = (cube.sizes[RAY[0]], cube.sizes[RAY[1]])
     plane = {name: np.full(shape, np.nan) for name in ("value", "error", "lowest", "highest")}
     plane |= {name: np.full(shape, -1, np.int64) for name in ("response_class", FREQUENCY)}
+    plane["locked_near_resonance"] = np.zeros(shape, np.bool_)
     chunk = cube["amplitude_ratio"].encoding.get("chunks", cube["amplitude_ratio"].shape)[3]
     for start in range(0, shape[0], chunk):
         index = {name: np.array([at]) for name, at in place.items()}
@@ -218,7 +223,7 @@ def _rays(
         tally["left_grid"] += int((~on).sum())
         tally["unknown"] += int((on & ~known).sum())
         if exclude_locked:
-            locked = (plane["response_class"][d, g] == ResponseClass.LOCKED).all(axis=1)
+            locked = plane["locked_near_resonance"][d, g].all(axis=1)
             tally["locked"] += int((known & locked).sum())
             known &= ~locked
         worst = np.where(known[:, None], values, 0.0).argmax(axis=1)
@@ -296,7 +301,7 @@ def _note(
     reasons = {
         "left_grid": "leave the grid",
         "unknown": "meet a point without a value",
-        "locked": "locked to the base at every amplitude",
+        "locked": "locked to the base near resonance at every amplitude",
     }
     left_out = [f"{tally[name]} {reason}" for name, reason in reasons.items() if tally[name]]
     if left_out:

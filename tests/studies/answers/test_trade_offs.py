@@ -12,7 +12,7 @@ from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.questions import Judging
-from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
 
 def _rows(whole, band):
@@ -195,6 +195,35 @@ def test_no_friction_stays_no_friction_and_a_coarse_grid_owns_up():
     assert answer.sizes["rank"] == 3
     # amplitudes go in the half steps of the friction axis, so every other one lies between clearances: √2 off
     assert answer["distance"].max() == pytest.approx(np.sqrt(2) - 1, rel=1e-9)
+
+
+def test_locked_is_the_same_to_a_robust_ranking_as_to_one_at_the_nominal_amplitude():
+    """Locked at r = 1 and largest elsewhere, and the other way about: the frequency nearest r = 1 decides."""
+    cube = _logarithmic()
+    locked = np.random.default_rng(4).random(cube["response_class"].shape) < 0.5
+    cube["response_class"].values[locked] = ResponseClass.LOCKED
+    judging = Judging(exclude_locked=True)
+    alone = optimal_designs(cube, judging, top=100)
+    nominal = robust_designs(cube, (1.0, 1.0), judging, top=100)
+    np.testing.assert_array_equal(nominal["value"], alone["value"])
+    assert nominal.attrs["locked"] == alone.attrs["locked"] > 0
+    # over two amplitudes only those are left out that are locked at both
+    at_resonance = locked[0, 0, 0, :, :, 1]
+    both = robust_designs(cube, (1.0, np.sqrt(2.0)), judging, top=100)
+    assert both.attrs["locked"] == (at_resonance[1:, 1:] & at_resonance[:-1, :-1]).sum()
+    assert "locked to the base near resonance at every amplitude" in both.attrs["note"]
+
+
+def test_a_range_of_amplitudes_that_is_too_wide_is_told_the_ratio_that_some_ray_can_bear():
+    cube = _logarithmic().isel(friction_ratio=[0, 1])
+    cube = cube.assign_coords(friction_ratio=[0.0, 0.4])
+    reach = 16.0  # of the clearances; without friction nothing else moves
+    with pytest.raises(QueryFault, match=r"at most 16\b"):
+        robust_designs(cube, (1.0, 1.1 * reach))
+    assert robust_designs(cube, (1.0, reach)).sizes["rank"] == 1
+    # one friction force alone leaves its axis at any other amplitude
+    with pytest.raises(QueryFault, match=r"at most 1\b"):
+        robust_designs(cube, (1.0, 1.1), Judging(ranges={"friction_ratio": (0.3, 0.5)}))
 
 
 @pytest.mark.parametrize("amplitudes", [(0.0, 1.0), (2.0, 1.0), (0.01, 100.0), (float("nan"), 1.0)])
