@@ -59,7 +59,8 @@ class Judging:
     ranges: Ranges = asked(
         NONE,
         "Keep only designs whose dimension, or whose result at every considered frequency (such as stick_fraction), lies "
-        "in this range.",
+        "in this range. The impact speed of a response without impacts counts as 0; a Floquet multiplier is not defined, and "
+        "in no range, where the response does not repeat.",
         form="NAME=LO,HI",
         options=("--within",),
     )

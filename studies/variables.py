@@ -325,6 +325,19 @@ STEPPED: tuple[str, ...] = (
 )
 """Names of the variables that the fixed-step method gives: it knows samples, no energies, orbits or classes."""
 
+NONE_IS_ZERO: tuple[str, ...] = (
+    "impact_speed_max",
+    "dissipation_viscous",
+    "dissipation_friction",
+    "dissipation_impact",
+    "amplitude_ratio_second",
+    "amplitude_ratio_third",
+)
+"""Variables that are zero where a response has no such thing: no impact, no loss, no other response.
+
+Others are not defined where they are NaN, as the Floquet multiplier of a response that does not repeat.
+"""
+
 
 def available_variables(start: str) -> tuple[str, ...]:
     """Return the names of the variables that a start option stores where none are listed, in the cube's order."""

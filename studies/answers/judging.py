@@ -10,7 +10,7 @@ from damperlab.studies.answers.contenders import limits
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.store.slabs import slabs
-from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
+from damperlab.studies.variables import DIMENSIONS, NONE_IS_ZERO, ResponseClass, Status
 
 REASONS: dict[str, str] = {
     "incomplete": "not computed yet at every frequency that counts",
@@ -101,8 +101,10 @@ def judge(
         keep &= ~too_fast
     for name, (low, high) in question.limits.items():
         values = load(name)
-        # as of the impact speed: what a response does not have is no reason
-        outside = ((values < low) | (values > high)).any(axis=1)
+        if name in NONE_IS_ZERO:
+            values = np.nan_to_num(values)
+        # what is not defined lies in no range
+        outside = ~((values >= low) & (values <= high)).all(axis=1)
         tally["outside"] += int((keep & outside).sum())
         keep &= ~outside
     rows = np.flatnonzero(keep)

@@ -233,6 +233,25 @@ def test_rays_that_leave_the_grid_everywhere_are_refused(amplitudes):
     assert caught.value.fault.field == "amplitudes"
 
 
+def test_a_range_of_what_a_response_does_not_have():
+    """No impact is an impact speed of 0; a multiplier that is not defined is in no range."""
+    cube = _logarithmic().isel(clearance_ratio=[0], friction_ratio=[0, 1, 2])
+    missing = np.full(cube["status"].shape, 0.5)
+    missing[..., 1, 1] = np.nan  # of the second design at one frequency
+    every, others = cube["friction_ratio"].values, cube["friction_ratio"].values[[0, 2]]
+    expected = {
+        ("impact_speed_max", (0.0, 0.9)): every,
+        ("impact_speed_max", (0.1, 0.9)): others,
+        ("dissipation_impact", (0.0, 0.9)): every,
+        ("floquet_multiplier", (0.0, 0.9)): others,
+        ("floquet_multiplier", (-np.inf, np.inf)): others,
+    }
+    for (name, limit), left in expected.items():
+        answer = optimal_designs(cube.assign({name: (DIMENSIONS, missing)}), Judging(ranges={name: limit}))
+        assert sorted(answer["friction_ratio"].values) == left.tolist()
+        assert answer.attrs["outside"] == 3 - left.size
+
+
 def test_limits_on_results_leave_designs_out_and_say_so(cube, whole):
     limits = {"stick_fraction": (2.0, 8.8), "restitution": (0.4, 1.0)}
     answer = optimal_designs(cube, Judging("peak", band=(0.8, 1.2), ranges=limits), top=1000)
