@@ -10,12 +10,11 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from damperlab.studies.answers.pareto import RESPECTS
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.store.differences import Differences
 from damperlab.studies.store.record import PREPARATIONS, Record
 from damperlab.studies.variables import VARIABLES, Variable
-from damperlab.studies.vocabulary import CASES, CRITERIA, OBJECTIVES, REDUCTIONS, SCOPES, STATES
+from damperlab.studies.vocabulary import CASES, CRITERIA, OBJECTIVES, REDUCTIONS, RESPECTS, SCOPES, STATES
 from damperlab.worker.ground.response import GroundResponse
 
 Schema = dict[str, Any]

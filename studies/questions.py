@@ -10,6 +10,7 @@ from damperlab.studies.vocabulary import (
     CASES,
     CRITERIA,
     OBJECTIVES,
+    RESPECTS,
     Criterion,
     Excitation,
     Method,
@@ -79,8 +80,8 @@ class Ranking(Listed):
 
     pareto: tuple[str, ...] | None = asked(
         None,
-        "List the Pareto-optimal designs in these two or three objectives, as in amplitude,mass. A minus in front of a name "
-        "means that larger is better.",
+        f"List the Pareto-optimal designs in two or three of these quantities, separated by commas: {', '.join(RESPECTS)}. A "
+        "minus in front of a name means that larger is better.",
         form="A,B[,C]",
         example="amplitude,mass",
     )

@@ -73,6 +73,17 @@ Reduction = Literal["max", "min", "mean"]
 REDUCTIONS: tuple[Reduction, ...] = get_args(Reduction)
 """How a dimension is reduced."""
 
+RESPECTS: dict[str, tuple[str, str]] = {
+    "amplitude": ("value", "what the objective judges"),
+    "mass": ("mass_ratio", "mass ratio β"),
+    "clearance": ("clearance_ratio", "clearance ratio d/Z"),
+    "impact_speed": ("impact_speed_max", "largest impact speed in the band, over Z·ω_n"),
+    "dissipation_viscous": ("dissipation_viscous", "viscous share of the dissipation, mean over the band"),
+    "dissipation_friction": ("dissipation_friction", "friction share of the dissipation, mean over the band"),
+    "dissipation_impact": ("dissipation_impact", "impact share of the dissipation, mean over the band"),
+}
+"""In what respect designs are compared: where the number comes from, and what it is. Smaller is better."""
+
 ExportFormat = Literal["netcdf", "csv", "parquet"]
 EXPORT_FORMATS: dict[ExportFormat, str] = {
     "netcdf": "netCDF: for Python, MATLAB, Julia",

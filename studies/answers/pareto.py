@@ -14,17 +14,7 @@ from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.faults import Fault, counted, describe, listing, nearest
 from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.store.slabs import BUDGET
-
-RESPECTS: dict[str, tuple[str, str]] = {
-    "amplitude": ("value", "what the objective judges"),
-    "mass": ("mass_ratio", "mass ratio β"),
-    "clearance": ("clearance_ratio", "clearance ratio d/Z"),
-    "impact_speed": ("impact_speed_max", "largest impact speed in the band, over Z·ω_n"),
-    "dissipation_viscous": ("dissipation_viscous", "viscous share of the dissipation, mean over the band"),
-    "dissipation_friction": ("dissipation_friction", "friction share of the dissipation, mean over the band"),
-    "dissipation_impact": ("dissipation_impact", "impact share of the dissipation, mean over the band"),
-}
-"""In what respect designs are compared: where the number comes from, and what it is. Smaller is better."""
+from damperlab.studies.vocabulary import RESPECTS
 
 _SHARES_ERROR = "dissipation_error"
 
@@ -44,7 +34,7 @@ def pareto_front(
     respects : sequence of str
         Two or three of `RESPECTS`; a minus in front, as in "-dissipation_impact", means larger is better.
     judging, top : Judging, int
-        As in `optimal_designs`; `top` bounds the front, which ends at the worst of the first respect.
+        As in `optimal_designs`; no more than `top` of the front are listed, the best in the first respect.
 
     Returns
     -------
@@ -80,6 +70,7 @@ def pareto_front(
     if doubtful and front:
         belong = int((front["alike"] + 1).sum())
         doubt = {"confidence": question.doubt.confidence, "as_good": may_belong["value"].size - belong}
+    length = front["value"].size
     front = {name: array[: question.top] for name, array in front.items()}
     answer = described(cube, question, front)
     for name, column in zip(respects, columns, strict=True):
@@ -95,8 +86,9 @@ def pareto_front(
 
     def note(phrases: Phrases) -> dict[str, Any]:
         wanted = ", ".join(_wanted(name, question, phrases) for name in respects)
+        listed = f" The {question.top} best in the first are listed." if length > question.top else ""
         sentences = [
-            f"{counted(answer.sizes['rank'], 'design')} that no other design beats in all of: {wanted}.",
+            f"{counted(length, 'design')} that no other design beats in all of: {wanted}.{listed}",
             say_judged(question, cube.sizes[FREQUENCY], phrases),
             *_remarks(tally, doubt),
         ]
@@ -113,7 +105,7 @@ def _read(cube: xr.Dataset, respects: Sequence[str]) -> tuple[list[str], np.ndar
             Fault(
                 "pareto",
                 describe(",".join(respects)),
-                "two or three different quantities",
+                f"two or three different quantities of {listing(RESPECTS)}",
                 "name each of them once",
             )
         )

@@ -62,7 +62,7 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
             )
         )
     if ranking.pareto is not None:
-        return pareto_front(cube, ranking.pareto, judging).isel(rank=slice(ranking.top))
+        return pareto_front(cube, ranking.pareto, judging, ranking.top)
     if ranking.with_:
         return merged_designs(opened(ranking.with_), judging, ranking.top)
     return optimal_designs(cube, judging, ranking.top)

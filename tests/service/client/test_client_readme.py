@@ -12,9 +12,8 @@ import pytest
 
 import damperlab.service.client as package
 from damperlab.service.client import Client, Design, Study
-from damperlab.studies.answers.pareto import RESPECTS
 from damperlab.studies.variables import DIMENSIONS
-from damperlab.studies.vocabulary import CRITERIA, OBJECTIVES, REDUCTIONS
+from damperlab.studies.vocabulary import CRITERIA, OBJECTIVES, REDUCTIONS, RESPECTS
 
 ROOT = Path(__file__).parents[3]
 README = (ROOT / "README.md").read_text()

@@ -9,10 +9,12 @@ from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.flatness import LOSS
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
+from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.work_precision import work_precision
-from damperlab.studies.questions import Judging
+from damperlab.studies.questions import Judging, Ranking
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
+from damperlab.studies.vocabulary import RESPECTS
 
 
 def _rows(whole, band):
@@ -88,11 +90,26 @@ def test_designs_that_are_equal_in_every_respect_stand_once_and_are_counted(whol
     assert answer["alike"].item() == whole["status"].size / whole.sizes["frequency_ratio"] - 1
 
 
+def test_a_front_of_which_a_part_is_listed_says_how_long_it_is(cube):
+    judging, respects = Judging("peak", band=(0.8, 1.2)), ["amplitude", "impact_speed"]
+    every = pareto_front(cube, respects, judging)
+    length = every.sizes["rank"]
+    assert length > 2
+    assert "listed" not in every.attrs["note"]
+    ranking = Ranking(2, tuple(respects))
+    first = ranked_designs(cube, judging, ranking, lambda ids: {})
+    np.testing.assert_array_equal(first["value"], every["value"][:2])
+    assert first.attrs["note"].startswith(f"{length} designs that no other design beats")
+    assert "The 2 best in the first are listed." in first.attrs["note"]
+    assert first.attrs["as_good"] == every.attrs["as_good"]
+
+
 @pytest.mark.parametrize("respects", [["amplitude"], ["amplitude", "-amplitude"], ["amplitude", "beauty"]])
 def test_a_front_in_no_two_respects_is_refused(cube, respects):
     with pytest.raises(QueryFault) as caught:
         pareto_front(cube, respects)
     assert caught.value.fault.field == "pareto"
+    assert all(name in caught.value.fault.allowed for name in RESPECTS)
 
 
 def test_flatness_ends_where_the_loss_is_exceeded(whole):
