@@ -10,6 +10,7 @@ from damperlab.service.cli.options import AsJson, DataDir, Output, StudyId, chec
 from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from damperlab.service.cli.store import label, open_store
 from damperlab.service.cli.words import (
+    axes_of,
     completeness_sentence,
     ranking_sentences,
     rows_table,
@@ -119,7 +120,7 @@ def optimum(
             say(sentence)
         if answer.sizes["rank"] > 1:
             shown = answer.drop_vars(["lowest", "highest"], errors="ignore")
-            print_table(*rows_table(shown, phrases, RANKED | _worst_of(answer, phrases)))
+            print_table(*rows_table(shown, phrases, RANKED | _worst_of(answer, phrases), axes_of(cube)))
 
     hand_out(record, answer, output, as_json, draw, lambda: ranking_document(answer), tell)
 

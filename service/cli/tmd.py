@@ -6,7 +6,7 @@ from damperlab.service.cli.asked import asks
 from damperlab.service.cli.options import AsJson, DataDir, Output, StudyId, check_file
 from damperlab.service.cli.output import print_table, say, working
 from damperlab.service.cli.queries import ask, hand_out, say_if
-from damperlab.service.cli.words import completeness_sentence, rows_table, words_of
+from damperlab.service.cli.words import axes_of, completeness_sentence, rows_table, words_of
 from damperlab.studies.questions import Amplitudes, Design, Judging, Tuning
 
 if TYPE_CHECKING:
@@ -87,6 +87,6 @@ def robust(
         if phrases.unit("amplitude_ratio"):
             # the ratios of the grid point are over the base amplitude of the worst case; `distance` says how far off it is
             shown = shown.drop_vars([name for name in answer.data_vars if str(name).endswith("_used")])
-        print_table(*rows_table(shown, phrases, {"base_amplitude": "amplitude_ratio"}))
+        print_table(*rows_table(shown, phrases, {"base_amplitude": "amplitude_ratio"}, axes_of(cube)))
 
     hand_out(record, answer, output, as_json, None, lambda: designs_document(answer), tell)

@@ -9,7 +9,7 @@ from damperlab.studies.rounding import ROUNDING_WORD, VALUE_OF_ERROR, is_roundin
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     import xarray as xr
 
@@ -78,8 +78,13 @@ def columns_left_out(answer: "xr.Dataset", metric: str) -> str:
     return f"One column in {step} is shown of {answer.sizes[x]}; --json and -o FILE have all of them."
 
 
-def rows_table(answer: "xr.Dataset", phrases: "Phrases", meant: "Mapping[str, str] | None" = None) -> Table:
-    """Lay an answer with one dimension out, one row for each of its values; what all rows share is left out.
+def rows_table(
+    answer: "xr.Dataset",
+    phrases: "Phrases",
+    meant: "Mapping[str, str] | None" = None,
+    varied: "Collection[str]" = (),
+) -> Table:
+    """Lay an answer with one dimension out, one row for each of its values; coordinates that all rows share are left out.
 
     Parameters
     ----------
@@ -89,6 +94,8 @@ def rows_table(answer: "xr.Dataset", phrases: "Phrases", meant: "Mapping[str, st
         Of the study.
     meant : mapping of str, optional
         The quantity that stands under a name of the answer's own.
+    varied : collection of str, optional
+        Coordinates that are shown though all rows share them: nothing else says which of their values it is.
     """
     (dimension,) = (str(name) for name in answer.sizes)
     names = [dimension] if dimension in DIMENSIONS else []
@@ -98,7 +105,7 @@ def rows_table(answer: "xr.Dataset", phrases: "Phrases", meant: "Mapping[str, st
         if name != dimension
         and name in answer.coords
         and answer[name].ndim == 1
-        and len(set(answer[name].values.tolist())) > 1
+        and (name in varied or len(set(answer[name].values.tolist())) > 1)
     ]
     names += [str(name) for name in answer.data_vars]
     means = {name: name for name in names} | dict(meant or {})
@@ -119,6 +126,11 @@ def _errors(answer: "xr.Dataset", name: str, means: str, phrases: "Phrases") -> 
         ROUNDING_WORD if is_rounding(value, error) else _spelled(means, error, phrases)
         for value, error in zip(values, answer[name].values.tolist(), strict=True)
     ]
+
+
+def axes_of(cube: "xr.Dataset") -> list[str]:
+    """Name the dimensions of a study that have more than one value."""
+    return [str(name) for name, size in cube.sizes.items() if size > 1]
 
 
 def words_of(answer: "xr.Dataset") -> "Mapping[str, Any]":

@@ -66,6 +66,16 @@ def test_the_robust_damper_is_the_one_with_the_least_worst_case(data_dir: Path, 
     )
 
 
+def test_a_ranking_shows_every_axis_of_the_study_also_where_all_ranks_share_its_value(data_dir: Path) -> None:
+    among = ["friction", "--within", "friction_ratio=0.1,0.15", "--data-dir", data_dir]
+    for asked in (["optimum", *among, "--top", "2"], ["robust", *among, "--amplitudes", "1,1", "--top", "1"]):
+        head, *rows = run(*asked).stdout.splitlines()[-1 - int(asked[-1]) :]
+        assert head.split()[:4] == ["friction_ratio", "γ_F", "frequency_ratio", "r"]
+        # without a stop the response is largest at the frequency nearest to resonance
+        assert {row.split()[1] for row in rows} == {"1"}
+        assert "damping_ratio" not in head  # of one value
+
+
 def test_a_result_may_be_limited_too(data_dir: Path) -> None:
     asked = [
         "optimum",
