@@ -9,6 +9,7 @@ import typer
 
 from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, number, print_json, print_table, say, working
+from damperlab.service.cli.places import folder_option
 from damperlab.service.cli.store import data_folder
 from damperlab.service.cli.warm import have_ready
 
@@ -16,10 +17,9 @@ from damperlab.service.cli.warm import have_ready
 def accuracy(
     output: Annotated[
         Path,
-        typer.Option(
+        folder_option(
             "--output",
             "-o",
-            metavar="DIR",
             help="Folder of the report: accuracy.md, accuracy.json and a PNG.",
         ),
     ] = Path("accuracy"),
@@ -38,9 +38,7 @@ def accuracy(
     from damperlab.worker.accuracy.report import FIGURE, in_markdown, make_report
     from damperlab.worker.scenes import accuracy_scenes
 
-    if output.exists() and not output.is_dir():
-        raise typer.BadParameter(f"{output} is a file; a folder is allowed. Name another.", param_hint="-o")
-    output.mkdir(parents=True, exist_ok=True)
+    output.mkdir(exist_ok=True)
     have_ready(accuracy_scenes(), apart=True)
     steps = ["the solver"]
     with working(lambda: f"Measuring {steps[-1]}"):

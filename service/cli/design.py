@@ -10,6 +10,7 @@ from damperlab.service.cli.documents import check_document, write_document
 from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, print_json, say, working
+from damperlab.service.cli.places import file_option
 from damperlab.service.cli.run import find_or_submit
 from damperlab.service.cli.store import data_folder, open_store
 from damperlab.studies.store.provenance import DESIGNS
@@ -36,7 +37,7 @@ def design(
     ],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Write the report too, as .html or .pdf."),
+        file_option("--output", "-o", help="Write the report too, as .html or .pdf."),
     ] = None,
     data_dir: DataDir = None,
     *,

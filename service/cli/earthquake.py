@@ -16,7 +16,8 @@ from damperlab.service.cli.options import (
     check_file,
     contact_document,
 )
-from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
+from damperlab.service.cli.output import note, number, print_json, print_table, say, working
+from damperlab.service.cli.places import file_option
 from damperlab.service.cli.store import data_folder
 from damperlab.service.cli.warm import have_ready
 from damperlab.studies.field import given
@@ -127,10 +128,9 @@ def earthquake(
     sweep: Swept = None,
     output: Annotated[
         Path | None,
-        typer.Option(
+        file_option(
             "--output",
             "-o",
-            metavar="FILE",
             help="Write the time histories as a .png, .svg or .pdf figure, or the table as .csv.",
         ),
     ] = None,
@@ -171,7 +171,7 @@ def earthquake(
             from damperlab.service.figures.style import save
 
             with working("Drawing"):
-                save(draw_earthquake(asked), make_parent(output))
+                save(draw_earthquake(asked), output)
         note(f"Wrote {output}.")
     if as_json:
         print_json(answer)
@@ -203,7 +203,7 @@ def _generated(recipe: dict[str, Any], name: str) -> Any:
 
 
 def _write_csv(answer: dict[str, Any], output: Path) -> None:
-    with make_parent(output).open("w", encoding="utf-8") as file:
+    with output.open("w", encoding="utf-8") as file:
         names = [name for name in next(iter(answer["cases"].values())) if name not in ("label", "spread")]
         file.write(",".join(("damper", *names)) + "\n")
         for case, values in answer["cases"].items():

@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from damperlab.service.cli.options import DataDir, StudyId
-from damperlab.service.cli.output import make_parent, note, working
+from damperlab.service.cli.output import note, working
+from damperlab.service.cli.places import file_option
 from damperlab.service.cli.store import label, open_store
 from damperlab.studies.vocabulary import EXPORT_FORMATS, EXPORT_SUFFIXES, ExportFormat
 
@@ -16,10 +17,9 @@ def export(
     study: StudyId,
     output: Annotated[
         Path,
-        typer.Option(
+        file_option(
             "--output",
             "-o",
-            metavar="FILE",
             help="The file to write: .nc, or one row for each point as .csv or .parquet.",
         ),
     ],
@@ -39,7 +39,6 @@ def export(
     store = open_store(data_dir)
     record = store.find(study)
     cube = store.cube(record.id)
-    make_parent(output)
     with working(f"Writing {output}"):
         if file_format == "netcdf":
             write_netcdf(cube, output)

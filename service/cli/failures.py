@@ -41,6 +41,20 @@ class CommandFailed(Exception):
         self.kind = kind
 
 
+class UsageFault(Exception):
+    """An option has a value that it cannot have.
+
+    Parameters
+    ----------
+    fault : Fault
+        Which option, and what is wrong.
+    """
+
+    def __init__(self, fault: Fault) -> None:
+        super().__init__(str(fault))
+        self.fault = fault
+
+
 SPELLED = {
     each.key: each.options[0]
     for question in (Judging, Ranking, Amplitudes, Selection, Plane, Tuning, Search, Race, Boundary)
@@ -79,12 +93,14 @@ def report(error: Exception, as_json: bool) -> int:
     elif isinstance(error, StudyFaults):
         kind, status, faults = "invalid", BAD_USAGE, error.faults
         text = f"The request has {len(faults)} fault{'' if len(faults) == 1 else 's'}; nothing was stored."
+    elif isinstance(error, UsageFault):
+        kind, status, faults = "usage", BAD_USAGE, (error.fault,)
     elif isinstance(fault := getattr(error, "fault", None), Fault):
         # Store and cluster raise errors of their own that carry the one fault.
         kind, faults = _kebab(type(error).__name__), (fault,)
         status = BAD_USAGE if kind in ("study-not-found", "query-fault") else FAILED
     elif isinstance(error, OSError):
-        kind = "system"
+        kind, text = "system", _of_system(error)
     else:
         raise error
     if as_json:
@@ -95,6 +111,13 @@ def report(error: Exception, as_json: bool) -> int:
         for line in lines if isinstance(error, StudyFaults) else map(_spelled, lines):
             note(f"damperlab: {line}")
     return status
+
+
+def _of_system(error: OSError) -> str:
+    """Say what the system refused, and of which file, without the number that it gives the error."""
+    if error.strerror is None:
+        return str(error)
+    return f"{error.strerror}{'' if error.filename is None else f': {error.filename}'}."
 
 
 def _report_usage(error: typer.TyperException, as_json: bool) -> int:

@@ -25,6 +25,7 @@ from damperlab.service.cli.options import (
     read_range,
 )
 from damperlab.service.cli.output import print_json, print_table, say, working
+from damperlab.service.cli.places import file_option
 from damperlab.service.cli.warm import have_ready
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
@@ -106,16 +107,14 @@ def fit(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 0,
     study: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
+        file_option(
             help="Write the fitted prototype as a study that `damperlab run` computes: over the measured frequencies, or of "
             "a time history from 0.8 to 1.25 times the natural frequency.",
         ),
     ] = None,
     specification: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
+        file_option(
             help="Write a specification of a corrected design for `damperlab design`: what was measured, with the intervals "
             "as tolerances, and ranges around what was built to choose from (.yaml, .json).",
         ),
@@ -130,10 +129,9 @@ def fit(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option(
+        file_option(
             "--output",
             "-o",
-            metavar="FILE",
             help="Write the measured and the fitted response as a .png or .svg figure, or a report as .html or .pdf.",
         ),
     ] = None,

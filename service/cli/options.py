@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from damperlab.service.cli.places import file_option
 from damperlab.studies.faults import nearest
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.vocabulary import (
@@ -128,9 +129,7 @@ Until = Annotated[
 ]
 Output = Annotated[
     Path | None,
-    typer.Option(
-        "--output", "-o", metavar="FILE", help="Write a .png, .svg, .pdf or .csv file instead of a table."
-    ),
+    file_option("--output", "-o", help="Write a .png, .svg, .pdf or .csv file instead of a table."),
 ]
 
 

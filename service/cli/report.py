@@ -3,11 +3,10 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from damperlab.service.cli.documents import check_document, write_document
 from damperlab.service.cli.options import DataDir, StudyId
 from damperlab.service.cli.output import note, working
+from damperlab.service.cli.places import file_option
 from damperlab.service.cli.store import label, open_store
 
 
@@ -15,7 +14,7 @@ def report(
     study: StudyId,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="FILE", help="The file to write, .html or .pdf."),
+        file_option("--output", "-o", help="The file to write, .html or .pdf."),
     ],
     data_dir: DataDir = None,
 ) -> None:

@@ -12,6 +12,7 @@ from damperlab.service.cli.computing import Computer, Means, computes
 from damperlab.service.cli.failures import CommandFailed
 from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import duration, note, number, print_json, print_table, say
+from damperlab.service.cli.places import folder_option
 from damperlab.service.cli.run import find_or_submit
 from damperlab.service.cli.store import label, open_store, settings_of
 
@@ -28,10 +29,9 @@ REPORT = "reproduction"
 def reproduce(
     output: Annotated[
         Path,
-        typer.Option(
+        folder_option(
             "--output",
             "-o",
-            metavar="DIR",
             help=f"Folder of the report: {REPORT}.md, {REPORT}.json and PNGs.",
         ),
     ] = Path(REPORT),
@@ -47,9 +47,7 @@ def reproduce(
 
     The studies are stored like any others, so a second run computes only missing points.
     """
-    if output.exists() and not output.is_dir():
-        raise typer.BadParameter(f"{output} is a file; a folder is allowed. Name another.", param_hint="-o")
-    output.mkdir(parents=True, exist_ok=True)
+    output.mkdir(exist_ok=True)
     from damperlab.service.documents import plain
     from damperlab.service.figures.style import save
     from damperlab.service.reproduction.report import in_markdown, make_report

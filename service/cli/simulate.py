@@ -14,7 +14,8 @@ from damperlab.service.cli.options import (
     check_file,
     contact_document,
 )
-from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
+from damperlab.service.cli.output import note, number, print_json, print_table, say, working
+from damperlab.service.cli.places import file_option
 from damperlab.service.cli.warm import have_ready
 from damperlab.service.cli.words import cell
 from damperlab.studies.faults import counted
@@ -49,9 +50,7 @@ def simulate(
     contact_time: ContactTime = None,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "--output", "-o", metavar="FILE", help="Write the time history as .csv, .png, .svg or .pdf."
-        ),
+        file_option("--output", "-o", help="Write the time history as .csv, .png, .svg or .pdf."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -95,7 +94,6 @@ def _history(asked: Simulated, output: Path | None, frequency_ratio: float) -> i
 
 
 def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output: Path) -> None:
-    make_parent(output)
     if output.suffix == ".csv":
         with output.open("w", encoding="utf-8") as file:
             file.write(",".join(history) + "\n")

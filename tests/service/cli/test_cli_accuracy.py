@@ -38,7 +38,7 @@ def test_accuracy_writes_its_report_and_keeps_it(tmp_path: Path) -> None:
 def test_a_file_is_no_folder(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("")
     ended = run("accuracy", "-o", tmp_path / "taken", status=2)
-    assert "a folder is allowed" in ended.stderr
+    assert f"{tmp_path / 'taken'} is a file" in ended.stderr
 
 
 def test_show_accuracy_is_the_work_precision_of_a_study(stored: tuple[Path, dict[str, str]]) -> None:

@@ -1,0 +1,67 @@
+"""Where commands write: options that name a file or a folder, checked as they are read, before any work begins."""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from damperlab.service.cli.failures import UsageFault
+from damperlab.studies.faults import Fault
+
+IN_A_FOLDER = "a file in a folder that exists and can be written"
+A_FOLDER = "a folder that can be written, or a new one in a folder that exists"
+
+
+def file_option(*spellings: str, help: str, metavar: str = "FILE", **more: Any) -> Any:
+    """Make the option of a file that a command writes; its folder must exist, and a file must be writable there."""
+    return typer.Option(*spellings, metavar=metavar, help=help, callback=_check_file, **more)
+
+
+def folder_option(*spellings: str, help: str) -> Any:
+    """Make the option of a folder that a command writes files into; it makes the folder, but none above it."""
+    return typer.Option(*spellings, metavar="DIR", help=help, callback=_check_folder)
+
+
+def _check_file(param: typer.CallbackParam, value: Path | None) -> Path | None:
+    if value is not None and (wrong := _why_no_file(value)):
+        advice = f"name another file with {param.opts[0]}"
+        if not value.parent.exists():
+            advice = f"create the folder, or {advice}"
+        told = f"The file {value} cannot be written: {wrong}."
+        raise UsageFault(Fault(param.opts[0], str(value), IN_A_FOLDER, advice, told))
+    return value
+
+
+def _check_folder(param: typer.CallbackParam, value: Path | None) -> Path | None:
+    if value is not None and (wrong := _why_no_files_in(value if value.exists() else value.parent)):
+        advice = f"name another folder with {param.opts[0]}"
+        if not value.parent.exists():
+            advice = f"create {value.parent}, or {advice}"
+        told = f"The folder {value} cannot be written: {wrong}."
+        raise UsageFault(Fault(param.opts[0], str(value), A_FOLDER, advice, told))
+    return value
+
+
+def _why_no_file(path: Path) -> str:
+    """Say why no file can be written under this name; nothing where one can."""
+    if path.is_dir():
+        return "it is a folder"
+    if path.exists() and not os.access(path, os.W_OK):
+        return "its permissions forbid it"
+    return _why_no_files_in(path.parent)
+
+
+def _why_no_files_in(folder: Path) -> str:
+    """Say why no file can be made in a folder; nothing where one can."""
+    if not folder.exists():
+        return f"there is no folder {folder}"
+    if not folder.is_dir():
+        return f"{folder} is a file"
+    try:
+        # Permissions alone do not tell: of a file system that holds no files, or is mounted to be read, root has them all.
+        with tempfile.TemporaryFile(dir=folder):
+            return ""
+    except OSError as error:
+        return f"no file can be made in the folder {folder} ({(error.strerror or str(error)).lower()})"
