@@ -19,14 +19,13 @@ from damperlab.studies.faults import (
     PARTS,
     Fault,
     StudyFaults,
-    describe,
     listing,
     nearest,
     path,
     printable,
-    sentence,
 )
 from damperlab.studies.ground.shelf import RecordDamaged, RecordKept, RecordNotFound, ShelfFull
+from damperlab.studies.pydantic_faults import value_fault
 from damperlab.studies.store.chunks import BlockDamaged
 from damperlab.studies.store.faults import (
     CatalogueDamaged,
@@ -130,15 +129,9 @@ def invalid(entries: Sequence[Mapping[str, Any]], known: Sequence[str] = ()) -> 
     return tuple(_fault(entry, known) for entry in entries)
 
 
-PARSED = {"bool_parsing": "true or false", "int_parsing": "a whole number", "float_parsing": "a number"}
-"""What a text should be, where pydantic says how it read it."""
-
-
 def _fault(entry: Mapping[str, Any], known: Sequence[str]) -> Fault:
     place = entry["loc"][1:] if entry["loc"][:1] in (("query",), ("path",), ("header",)) else entry["loc"]
     field = path(place) or "body"
-    message = str(entry["msg"]).removeprefix("Value error, ")
-    bound = PARSED.get(str(entry["type"])) or message.removeprefix("Input should be ")
     match entry["type"]:
         case "extra_forbidden":
             meant = nearest(str(place[-1]), known)
@@ -147,8 +140,7 @@ def _fault(entry: Mapping[str, Any], known: Sequence[str]) -> Fault:
             return Fault(field, "an unknown name", listing(known) or "no names at all", advice, told)
         case "missing":
             return Fault(field, NOTHING, "a value", "add it", "{field} is missing.")
-    told = "" if bound != message else f"{{field}} is {describe(entry['input'])}. {sentence(message)}"
-    return Fault(field, describe(entry["input"]), bound, "correct the value", told)
+    return value_fault(field, entry)
 
 
 def respond(request: Request, problem: Problem) -> Response:

@@ -1,15 +1,66 @@
 """What pydantic found wrong, as faults of the study."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from pydantic import ValidationError
 
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, path, unknown_key
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, path, sentence, unknown_key
 
 _CHOICES = ("contact", "solver", "start")
 """Fields that are a choice of models: pydantic puts the name of the choice into the location."""
+
+
+_ALLOWED = {
+    "bool_parsing": "true or false",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "int_parsing_size": "a whole number of fewer digits",
+    "float_parsing": "a number",
+    "finite_number": "a finite number",
+    "greater_than_equal": "at least {ge:.15g}",
+    "greater_than": "above {gt:.15g}",
+    "less_than_equal": "at most {le:.15g}",
+    "less_than": "below {lt:.15g}",
+    "string_too_short": "a text of at least {min_length} characters",
+    "string_too_long": "a text of at most {max_length} characters",
+    "string_pattern_mismatch": "a text of the form {pattern}",
+    "byte_size": "a size, such as 50GB",
+    "byte_size_unit": "a size, such as 50GB",
+}
+"""What may stand where an error of this kind was found."""
+_NUMBER = re.compile(r"\s*[-+]?[0-9.]{1,30}(e[-+]?[0-9]{1,3})?\s*", re.IGNORECASE)
+_CHOSEN = ("literal_error", "enum")
+
+
+def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
+    """Word what pydantic says of one value, wherever it was written.
+
+    Parameters
+    ----------
+    field : str
+        As whoever wrote the value knows it: a key, a parameter of a request, an option.
+    found : mapping
+        One of ``ValidationError.errors()``.
+    """
+    kind, context = str(found["type"]), found.get("ctx", {})
+    if kind in _CHOSEN:
+        return Fault(
+            field, _given(found["input"]), context["expected"].replace("'", ""), "choose one of these"
+        )
+    if kind in _ALLOWED:
+        return Fault(field, _given(found["input"]), _ALLOWED[kind].format_map(context), "correct the value")
+    message = str(found["msg"]).removeprefix("Value error, ")
+    bound = message.removeprefix("Input should be ")
+    told = "" if bound != message else f"{{field}} is {_given(found['input'])}. {sentence(message)}"
+    return Fault(field, _given(found["input"]), bound, "correct the value", told)
+
+
+def _given(value: object) -> str:
+    """Describe a value; a number stays one where all that is written is text, as in an address or an option."""
+    return value.strip() if isinstance(value, str) and _NUMBER.fullmatch(value) else describe(value)
 
 
 def faults_of(error: ValidationError, keys: Mapping[str, tuple[str, ...]]) -> list[Fault]:
@@ -42,12 +93,10 @@ def _translate(
         return [_unknown(field, found["loc"][-1], known, keys)]
     if kind == "missing":
         return [Fault(field, NOTHING, "a value", f"add `{found['loc'][-1]}`", "{field} is missing.")]
-    if kind == "literal_error":
-        return [Fault(field, describe(value), context["expected"].replace("'", ""), "choose one of these")]
     if kind == "model_type":
         allowed = f"a mapping of {', '.join(keys.get(field, ()))}"
         return [Fault(field, describe(value), allowed, "write keys and values")]
-    return [Fault(field, describe(value), "a valid value", found["msg"])]
+    return [value_fault(field, found)]
 
 
 def _unknown(field: str, key: object, known: tuple[str, ...], keys: Mapping[str, tuple[str, ...]]) -> Fault:

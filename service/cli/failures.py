@@ -42,17 +42,17 @@ class CommandFailed(Exception):
 
 
 class UsageFault(Exception):
-    """An option has a value that it cannot have.
+    """Options have values that they cannot have.
 
     Parameters
     ----------
-    fault : Fault
-        Which option, and what is wrong.
+    *faults : Fault
+        Which option, and what is wrong, of each.
     """
 
-    def __init__(self, fault: Fault) -> None:
-        super().__init__(str(fault))
-        self.fault = fault
+    def __init__(self, *faults: Fault) -> None:
+        super().__init__(" ".join(map(str, faults)))
+        self.faults = faults
 
 
 SPELLED = {
@@ -94,7 +94,7 @@ def report(error: Exception, as_json: bool) -> int:
         kind, status, faults = "invalid", BAD_USAGE, error.faults
         text = f"The request has {len(faults)} fault{'' if len(faults) == 1 else 's'}; nothing was stored."
     elif isinstance(error, UsageFault):
-        kind, status, faults = "usage", BAD_USAGE, (error.fault,)
+        kind, status, faults = "usage", BAD_USAGE, error.faults
     elif isinstance(fault := getattr(error, "fault", None), Fault):
         # Store and cluster raise errors of their own that carry the one fault.
         kind, faults = _kebab(type(error).__name__), (fault,)
@@ -121,15 +121,32 @@ def _of_system(error: OSError) -> str:
 
 
 def _report_usage(error: typer.TyperException, as_json: bool) -> int:
+    faults = _faults_of_value(error)
     # the library that reads the options puts the name of its own exception before the message
-    text = _with_nearest(error.format_message().replace("Value error, ", ""))
+    text = " ".join(map(str, faults)) or _with_nearest(error.format_message().replace("Value error, ", ""))
     if as_json:
-        _print_problem("usage", error.exit_code, text, ())
+        _print_problem("usage", error.exit_code, text, faults)
     else:
         note(text if _asks_for_help(error) else f"damperlab: {text}")
         if not _asks_for_help(error):
             note("`damperlab --help` lists the commands, `damperlab COMMAND --help` their options.")
     return error.exit_code
+
+
+def _faults_of_value(error: typer.TyperException) -> tuple[Fault, ...]:
+    """Word what the library that reads the options found wrong with a value; nothing where it has words of ours."""
+    cause, param = error.__cause__, getattr(error, "param", None)
+    if cause is None or param is None:
+        return ()
+    from pydantic import ValidationError
+
+    from damperlab.studies.pydantic_faults import value_fault
+
+    if not isinstance(cause, ValidationError):
+        return ()
+    field = param.opts[0] if param.opts[0].startswith("-") else param.human_readable_name
+    entries = [each for each in cause.errors(include_url=False) if each["type"] != "value_error"]
+    return tuple(value_fault(field, each) for each in entries)
 
 
 def _with_nearest(text: str) -> str:

@@ -1,9 +1,13 @@
 """The store that a command works on."""
 
+import re
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
+from damperlab.service.cli.failures import UsageFault
+from damperlab.studies.faults import Fault, sentence
+from damperlab.studies.field import option_of
 
 if TYPE_CHECKING:
     from damperlab.service.settings import Settings
@@ -11,15 +15,22 @@ if TYPE_CHECKING:
     from damperlab.studies.store.store import Store
 
 
+_OPTIONS = {"quota_bytes": "--quota"}
+"""Settings whose options are not called as they are."""
+_SECRET = ("catalogue", "store")
+"""Addresses that may hold a password."""
+
+
 def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
     """Read the settings: what is given, --data-dir above all, else DAMPERLAB_…, else the defaults.
 
     Raises
     ------
-    BadParameter
+    UsageFault
         If one cannot be used.
     """
     from pydantic import ValidationError
+    from pydantic_settings import SettingsError
 
     from damperlab.service.settings import Settings
 
@@ -27,12 +38,33 @@ def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
     try:
         return Settings(**{name: value for name, value in named.items() if value is not None})
     except ValidationError as error:
-        # without what was found: an address may hold a password
-        faults = "; ".join(
-            f"{'_'.join(map(str, one['loc'])) or 'settings'}: {one['msg'].removeprefix('Value error, ')}"
-            for one in error.errors(include_url=False, include_input=False)
+        options = [name for name, value in named.items() if value is not None]
+        raise UsageFault(*(_fault(one, options) for one in error.errors(include_url=False))) from None
+    except SettingsError as error:
+        # of a variable whose text is read before it is judged; the message of the library quotes the setting alone
+        name = _variable(re.findall(r'field "(\w+)"', str(error))[0])
+        told = '{field} cannot be read; a list is written as in ["https://example.org"].'
+        raise UsageFault(Fault(name, "another text", "a list in JSON", "correct it", told)) from None
+
+
+def _fault(entry: Mapping[str, Any], options: Collection[str]) -> Fault:
+    """Word what is wrong with a setting, under the name that whoever set it knows."""
+    from damperlab.studies.pydantic_faults import value_fault
+
+    if not entry["loc"]:  # of several together: its words name them
+        return Fault("settings", "", "", "", sentence(str(entry["msg"]).removeprefix("Value error, ")))
+    name = str(entry["loc"][0])
+    field = _OPTIONS.get(name, option_of(name)) if name in options else _variable(name)
+    fault = value_fault(field, entry)
+    if name in _SECRET:
+        return Fault(
+            field, "another text", fault.allowed, fault.advice, f"{{field}} must be {fault.allowed}."
         )
-        raise typer.BadParameter(f"{faults} (an option, or DAMPERLAB_… in the environment)") from None
+    return fault
+
+
+def _variable(name: str) -> str:
+    return f"DAMPERLAB_{name.upper()}"
 
 
 def data_folder(data_dir: Path | None) -> Path:

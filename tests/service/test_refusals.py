@@ -132,3 +132,20 @@ def test_a_parameter_that_is_given_twice_is_refused(
 def test_request_id_of_the_client_is_kept_if_it_is_harmless(client: httpx.Client) -> None:
     assert client.get("/health/live", headers={"x-request-id": "abc-1"}).headers["x-request-id"] == "abc-1"
     assert client.get("/health/live", headers={"x-request-id": "a b;c"}).headers["x-request-id"] != "a b;c"
+
+
+@pytest.mark.parametrize(
+    ("query", "found", "allowed"),
+    [
+        ("limit=0", "0", "at least 1"),
+        ("limit=201", "201", "at most 200"),
+        ("limit=many", 'the text "many"', "a whole number"),
+        ("coarse=perhaps", 'the text "perhaps"', "true or false"),
+    ],
+)
+def test_a_parameter_is_refused_with_what_was_found_and_what_is_allowed(
+    client: httpx.Client, query: str, found: str, allowed: str
+) -> None:
+    (fault,) = client.get(f"{STUDIES}?{query}").json()["errors"]
+    assert (fault["field"], fault["found"], fault["allowed"]) == (query.partition("=")[0], found, allowed)
+    assert fault["message"] == f"`{fault['field']}` must be {allowed}, not {found}."
