@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.consistency import compliant_fault
 from damperlab.studies.contact import parse_contact
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, counted, describe, unknown_key
+from damperlab.studies.faults import (
+    NOTHING,
+    Fault,
+    StudyFaults,
+    counted,
+    describe,
+    unknown_key,
+    write_nearest,
+)
 from damperlab.studies.field import fields_of
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import RATIOS, read_count
@@ -105,7 +113,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         if has_particle or name not in OF_PARTICLE:
             if name not in given:
                 allowed = RATIOS[name].allowed
-                advice = "add it" if name not in OF_PARTICLE else "add it, or write particle: false"
+                advice = "add it" if name not in OF_PARTICLE else "add it, or write `particle: false`"
                 faults.append(Fault(name, "nothing", allowed, advice))
             else:
                 ratios[name] = _caught(faults, RATIOS[name].read, given[name], name, 1.0)
@@ -127,10 +135,10 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         faults.append(Fault("method", describe(method), "event or rk4", "choose one of the two"))
     excitation = document.get("excitation", Simulated.excitation)
     if excitation not in EXCITATIONS:
-        advice = "write force for a force on the structure"
+        advice = write_nearest(excitation, EXCITATIONS)
         faults.append(Fault("excitation", describe(excitation), " or ".join(EXCITATIONS), advice))
     elif excitation == "force" and method == "rk4":
-        faults.append(Fault("excitation", "force", "base with method rk4", "write method event"))
+        faults.append(Fault("excitation", "force", "base with method rk4", "write `method: event`"))
     contact: Contact | None = None
     if "contact" in document:
         try:
@@ -139,7 +147,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
             faults.extend(caught.faults)
         if method == "rk4" and isinstance(contact, DwellContact | CompliantContact):
             allowed = "instant with method rk4"
-            faults.append(Fault("contact", contact.model, allowed, "write method event"))
+            faults.append(Fault("contact", contact.model, allowed, "write `method: event`"))
     if isinstance(contact, CompliantContact) and has_particle:
         fault = compliant_fault(ratios["restitution"], "restitution")
         faults.extend([fault] if fault else [])

@@ -10,7 +10,15 @@ from pydantic import (
     Tag,
 )
 
-from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.faults import (
+    NOTHING,
+    Fault,
+    StudyFaults,
+    describe,
+    path,
+    unknown_key,
+    write_nearest,
+)
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.quantity import Quantity, read_count
 from damperlab.studies.reads import Reads
@@ -76,8 +84,7 @@ def read_excitation(raw: object) -> Literal["force"] | None:
         return None
     if raw == "force":
         return "force"
-    advice = "write force for a force on the structure, or leave it out"
-    raise StudyFaults([Fault("", describe(raw), " or ".join(EXCITATIONS), advice)])
+    raise StudyFaults([Fault("", describe(raw), " or ".join(EXCITATIONS), write_nearest(raw, EXCITATIONS))])
 
 
 ExcitationField = Annotated[
@@ -156,12 +163,15 @@ class Continuation(Choice):
     direction: Literal["up", "down"] = "up"
 
 
-def _choice(key: str, tags: tuple[str, ...], plain: bool = False) -> tuple[Discriminator, BeforeValidator]:
+def _choice(
+    key: str, tags: tuple[str, ...], settings: tuple[str, ...] = ()
+) -> tuple[Discriminator, BeforeValidator]:
     """Return the two annotations that pick one model of several by the text under `key`.
 
-    The first of `tags` is the default. A choice without settings is written as a mapping, or, where `plain`,
-    as its bare name.
+    The first of `tags` is the default. A choice without settings is written as a mapping, or, where the keys of the
+    others are given as `settings`, as its bare name.
     """
+    plain = bool(settings)
 
     def name(raw: Any) -> Any:
         if isinstance(raw, dict):
@@ -173,16 +183,32 @@ def _choice(key: str, tags: tuple[str, ...], plain: bool = False) -> tuple[Discr
         if not written:
             allowed = tags[0] if plain else f"a mapping, such as {{{key}: {tags[0]}}}"
             raise StudyFaults([Fault("", describe(raw), allowed, "write it in that form")])
+        if plain and isinstance(raw, dict) and key not in raw:
+            raise StudyFaults(_without_key(raw, key, tags[1:], settings))
         chosen = name(raw)
         if isinstance(raw, str) and chosen in tags[1:]:
             allowed = f"{tags[0]}, or a mapping such as {{{key}: {chosen}}}"
             raise StudyFaults([Fault("", describe(raw), allowed, "write it as a mapping, with its settings")])
         where = key if isinstance(raw, dict | BaseModel) else ""
         if chosen not in tags:
-            raise StudyFaults([Fault(where, describe(chosen), " or ".join(tags), f"write {tags[0]}")])
+            allowed = " or ".join(tags)
+            raise StudyFaults([Fault(where, describe(chosen), allowed, write_nearest(chosen, tags))])
         return raw
 
     return Discriminator(name), BeforeValidator(check)
+
+
+def _without_key(
+    raw: dict[Any, Any], key: str, tags: tuple[str, ...], settings: tuple[str, ...]
+) -> list[Fault]:
+    """Say that a mapping does not name its choice, and which of its keys are none."""
+    meant = next((tag for tag in tags if tag in raw), None)
+    advice = f"write `{key}: {meant}`, with its settings beside it" if meant else f"add `{key}`"
+    unknown = [one for one in raw if one not in settings]
+    return [
+        Fault(key, NOTHING, " or ".join(tags), advice),
+        *(unknown_key(path([one]), one, (key, *settings)) for one in unknown),
+    ]
 
 
 Contact = Annotated[
@@ -199,5 +225,5 @@ Start = Annotated[
     Annotated[Literal["rest"], Tag("rest")]
     | Annotated[Ensemble, Tag("ensemble")]
     | Annotated[Continuation, Tag("continuation")],
-    *_choice("kind", tuple(START_KINDS), plain=True),
+    *_choice("kind", tuple(START_KINDS), settings=("n", "seed", "direction")),
 ]

@@ -165,6 +165,12 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     return matches[0] if matches else None
 
 
+def write_nearest(word: object, known: Iterable[str], otherwise: str = "choose one of these") -> str:
+    """Advise to write the known word that was probably meant; where none is near, no word is advised."""
+    near = nearest(word, known) if isinstance(word, str) else None
+    return f"write {near}" if near else otherwise
+
+
 def sentence(text: str) -> str:
     """Write an advice as a sentence: with a capital letter at its start and a full stop at its end."""
     return text[:1].upper() + text[1:] + ("." if text and text[-1] not in ".?!" else "")

@@ -14,7 +14,7 @@ from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.selection import in_ratios, require_stored
 from damperlab.studies.answers.tmd_verdict import is_judged, verdict
 from damperlab.studies.answers.verdict import NEXT_BAND
-from damperlab.studies.faults import Fault, describe, listing
+from damperlab.studies.faults import Fault, describe, listing, write_nearest
 from damperlab.studies.field import At
 from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
@@ -151,7 +151,7 @@ def _excitation(cube: xr.Dataset, asked: Excitation | None) -> Excitation:
     if asked is None:
         return own
     if asked not in EXCITATIONS:
-        advice = "write force for a force on the structure"
+        advice = write_nearest(asked, EXCITATIONS)
         raise QueryFault(Fault("excitation", describe(asked), "base or force", advice))
     if own == "force" and asked != own:
         raise QueryFault(

@@ -179,7 +179,7 @@ def _range(
         span = _usual(name, known, measured)
     if span is None:
         told = f"{{field}} needs a range to look in, since {name} has no usual one."
-        advice = f"write the lowest and the highest value, as in --fit {name}=LOW,HIGH"
+        advice = f"write the lowest and the highest value, as in `fit: {{{name}: [LOW, HIGH]}}`"
         return Fault(field, NOTHING, "a range", advice, told)
     quantity = NAMED[name]
     for end in span:
@@ -208,7 +208,7 @@ def _faults_between(names: Iterable[str], measured: Measurement) -> list[Fault]:
     faults = []
     if not names:
         told = "Nothing is to be estimated."
-        advice = "name what is unknown, as in --fit restitution --fit friction_ratio=0,1"
+        advice = "name what is unknown, as in `fit: {restitution: null, friction_ratio: [0, 1]}`"
         faults.append(Fault("fit", NOTHING, f"one or more of {listing(FREE)}", advice, told))
     if len(names) > MOST_FREE:
         told = f"{len(names)} parameters are to be estimated; at most {MOST_FREE} are possible."
@@ -258,7 +258,7 @@ def _missing(question: FitQuestion, given: Mapping[str, float], particle: bool) 
     for name in RATIOS:
         if name == "frequency_ratio" or name in ratios or (name in OF_PARTICLE and not particle):
             continue
-        advice = f"give it, estimate it with --fit {name}, or add a column"
+        advice = f"give it, estimate it with `fit: {{{name}: null}}`, or add a column"
         if name in OF_PARTICLE:
             advice += "; or leave the particle out"
         told = f"{{field}} is neither given nor estimated nor a column of the table: {RATIOS[name].meaning}."

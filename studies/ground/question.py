@@ -6,7 +6,7 @@ from typing import Any
 from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.consistency import compliant_fault
 from damperlab.studies.contact import parse_contact
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key
+from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key, write_nearest
 from damperlab.studies.field import fields_of
 from damperlab.studies.ground.generated import GENERATED, WRITTEN, recipe_in
 from damperlab.studies.ground.motion import GroundMotion
@@ -140,7 +140,12 @@ def read_record_reference(raw: object, shelf: Shelf) -> tuple[str, GroundMotion]
 def _cases(raw: object, faults: list[Fault]) -> tuple[str, ...]:
     if isinstance(raw, list | tuple) and raw and all(isinstance(case, str) and case in CASES for case in raw):
         return tuple(case for case in CASES if case in raw)
-    faults.append(
-        Fault("cases", describe(raw), f"a list of any of {listing(CASES)}", "leave it out for all of them")
-    )
+    advice = "leave it out for all of them"
+    if isinstance(raw, list | tuple) and raw:
+        for index, case in enumerate(raw):
+            if not isinstance(case, str) or case not in CASES:
+                near = write_nearest(case, CASES, advice)
+                faults.append(Fault(f"cases[{index}]", describe(case), f"one of {listing(CASES)}", near))
+    else:
+        faults.append(Fault("cases", describe(raw), f"a list of any of {listing(CASES)}", advice))
     return ()

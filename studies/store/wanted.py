@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Row, and_, exists, literal, not_
 
-from damperlab.studies.faults import Fault, describe, listing
+from damperlab.studies.faults import Fault, describe, listing, write_nearest
 from damperlab.studies.kinds import EVERY_DIMENSION, kind_of_definition
 from damperlab.studies.remarks import faults_of_tag
 from damperlab.studies.store.box import box_of
@@ -63,12 +63,11 @@ class Wanted:
         axes = [name for name in EVERY_DIMENSION if name not in _OF_TEXTS]
         faults = [] if self.tag is None else faults_of_tag("tag", self.tag)
         if self.state is not None and self.state not in STATES:
-            advice = "leave it out for every state"
+            advice = write_nearest(self.state, STATES, "leave it out for every state")
             faults.append(Fault("state", describe(self.state), f"one of {listing(STATES)}", advice))
         if self.axis is not None and self.axis not in axes:
-            faults.append(
-                Fault("axis", describe(self.axis), f"one of {listing(axes)}", "leave it out for every study")
-            )
+            advice = write_nearest(self.axis, axes, "leave it out for every study")
+            faults.append(Fault("axis", describe(self.axis), f"one of {listing(axes)}", advice))
         ends = {"from": self.low, "to": self.high}
         for name, end in ends.items():
             if end is not None and (self.axis is None or math.isnan(end)):

@@ -131,7 +131,7 @@ def _range(
     span = span or USUAL.get(name)
     if span is None:
         told = f"{{field}} needs a range to look in, since {name} has no usual one."
-        advice = f"write the lowest and the highest value, as in --fit {name}=LOW,HIGH"
+        advice = f"write the lowest and the highest value, as in `fit: {{{name}: [LOW, HIGH]}}`"
         return Fault(field, NOTHING, "a range", advice, told)
     for end in span:
         if not NAMED[name].admits(end):
@@ -145,7 +145,7 @@ def _range(
 def _of_number(names: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
     if not names:
         told = "Nothing is to be estimated."
-        advice = "name what is unknown, as in --fit restitution --fit friction_force_n=0,0.2"
+        advice = "name what is unknown, as in `fit: {restitution: null, friction_force_n: [0, 0.2]}`"
         yield Fault("fit", NOTHING, f"one or more of {listing(FREE)}", advice, told)
     if len(names) > MOST_FREE:
         told = f"{len(names)} parameters are to be estimated; at most {MOST_FREE} are possible."
@@ -178,7 +178,7 @@ def _missing(numbers: Mapping[str, float], ranges: Mapping[str, Any], particle: 
     for ratio, name in needed.items():
         if ratio not in ratios:
             quantity = NAMED[name]
-            estimate = f", or estimate it with --fit {name}" if name in FREE else ""
+            estimate = f", or estimate it with `fit: {{{name}: null}}`" if name in FREE else ""
             told = f"{{field}} is neither given nor estimated: {quantity.meaning}."
             yield Fault(name, NOTHING, quantity.allowed, f"give it{estimate}", told)
 
