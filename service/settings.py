@@ -8,6 +8,7 @@ from pydantic import ByteSize, Field, field_validator, model_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from damperlab.service.documentation import FIRST, built
+from damperlab.service.scheduler_address import FORM, is_address
 from damperlab.studies.store.opening import default_data_dir
 from damperlab.studies.vocabulary import BatchSystem, Scope
 
@@ -187,6 +188,13 @@ class Settings(BaseSettings):
     def _networks(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         for each in value:
             ip_network(each, strict=False)
+        return value
+
+    @field_validator("scheduler")
+    @classmethod
+    def _an_address(cls, value: str | None) -> str | None:
+        if value is not None and not is_address(value):
+            raise ValueError(f"Write it as in {FORM}")
         return value
 
     @field_validator("docs_dir")

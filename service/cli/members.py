@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from damperlab.service.cli.failures import CommandFailed
+from damperlab.service.cli.options import check_address
 from damperlab.service.cli.output import say
 
 Tls = Annotated[
@@ -24,6 +25,7 @@ def worker(
         str,
         typer.Argument(
             metavar="ADDRESS",
+            callback=check_address,
             help="Address of the Dask scheduler, as in tls://HOST:8786.",
             show_default=False,
         ),

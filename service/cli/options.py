@@ -8,8 +8,10 @@ from typing import Annotated, Any
 
 import typer
 
+from damperlab.service.cli.failures import UsageFault
 from damperlab.service.cli.places import file_option
-from damperlab.studies.faults import nearest
+from damperlab.service.scheduler_address import FORM, is_address
+from damperlab.studies.faults import Fault, describe, nearest
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.vocabulary import (
     CONTACT_MODELS,
@@ -75,10 +77,23 @@ Cluster = Annotated[
         show_default=False,
     ),
 ]
+
+
+def check_address(param: typer.CallbackParam, value: str | None) -> str | None:
+    """Refuse what is no address of a scheduler; nobody would answer there, however long it is waited."""
+    if value is not None and not is_address(value):
+        field = param.opts[0] if param.opts[0].startswith("-") else str(param.metavar)
+        raise UsageFault(
+            Fault(field, describe(value), f"an address such as {FORM}", "name the host and its port")
+        )
+    return value
+
+
 Scheduler = Annotated[
     str | None,
     typer.Option(
         metavar="ADDRESS",
+        callback=check_address,
         help="Compute on this Dask scheduler (tcp://HOST:8786) in place of an embedded cluster.",
     ),
 ]
@@ -143,6 +158,13 @@ ContactTime = Annotated[
     str | None,
     typer.Option(metavar="TIME", help=f"Duration of a contact (dwell or compliant), {_NAMED_TIMES}"),
 ]
+
+CONTACT_OPTIONS = {
+    "contact": "--contact",
+    "contact.model": "--contact",
+    "contact.contact_time": "--contact-time",
+}
+"""Fields of a contact as options."""
 
 FIGURES = (".png", ".svg", ".pdf", ".csv")
 """What -o writes, by the suffix of the file."""

@@ -99,6 +99,16 @@ def test_help_names_every_command() -> None:
         (["show"], "ID"),
         (["run", "figure-11", "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "--scheduler"),
         (["run", "figure-11", "--workers", "0"], "--workers"),
+        (
+            ["run", "figure-11", "--scheduler", "foo"],
+            "`--scheduler` must be an address such as tcp://HOST:8786",
+        ),
+        (["run", "figure-11", "--scheduler", "tcp://host"], "Name the host and its port."),
+        (
+            ["serve", "--scheduler", "tcp://host:99999"],
+            "`--scheduler` must be an address such as tcp://HOST:8786",
+        ),
+        (["worker", "foo"], "`ADDRESS` must be an address such as tcp://HOST:8786 or tls://HOST:8786"),
         (["run", "no-such-study"], "no-such-study"),
         (["map", "x", "-o", "figure.docx"], ".png, .svg, .pdf, .csv"),
         (["map", "x", "--at", "clearance_ratio"], "dimension=value"),
@@ -118,55 +128,6 @@ def test_bad_usage_exits_2_and_says_what_is_allowed(arguments: list[str], part: 
     ended = run(*arguments, status=2)
     assert part in ended.stderr
     assert ended.stdout == ""
-
-
-VALUES = [
-    (["simulate", "--starts", "300"], "--starts", "300", "at most 256"),
-    (["simulate", "--cycles", "0"], "--cycles", "0", "at least 1"),
-    (["simulate", "--history", "-1"], "--history", "-1", "at least 0"),
-    (["run", "figure-11", "--budget", "-1"], "--budget", "-1", "at least 0"),
-    (["run", "figure-11", "--workers", "0"], "--workers", "0", "at least 1"),
-    (["run", "figure-11", "--priority", "99"], "--priority", "99", "at most 10"),
-    (["run", "figure-11", "--quota", "lots"], "--quota", 'the text "lots"', "a size, such as 50GB"),
-    (["serve", "--port", "99999"], "--port", "99999", "at most 65535"),
-    (["studies", "--limit", "0"], "--limit", "0", "at least 1"),
-    (["records", "--kanai-tajimi", "abc"], "--kanai-tajimi", 'the text "abc"', "a whole number"),
-    (["records", "--kanai-tajimi", "1.5"], "--kanai-tajimi", "1.5", "a whole number"),
-    (["records", "--peak-g", "high"], "--peak-g", 'the text "high"', "a number"),
-]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "option", "found", "allowed"), VALUES, ids=[each[1] for each in VALUES]
-)
-def test_a_value_is_refused_with_its_option_what_was_found_and_what_is_allowed(
-    tmp_path: Path, arguments: list[str], option: str, found: str, allowed: str
-) -> None:
-    asked = [*arguments, *(() if arguments[0] == "simulate" else ("--data-dir", str(tmp_path)))]
-    ended = run(*asked, status=2)
-    assert ended.stderr.splitlines()[0].startswith(
-        f"damperlab: `{option}` must be {allowed}, not {found}. "
-    ), ended.stderr
-    if arguments[0] != "serve":
-        (fault,) = json.loads(run(*asked, "--json", status=2).stdout)["errors"]
-        assert (fault["field"], fault["found"], fault["allowed"]) == (option, found, allowed)
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "told"),
-    [
-        ("WORKERS", "abc", 'must be a whole number, not the text "abc".'),
-        ("PORT", "99999", "must be at most 65535, not 99999."),
-        ("QUOTA_BYTES", "lots", 'must be a size, such as 50GB, not the text "lots".'),
-        ("ACCESS", "all", 'must be auto, keys or open, not the text "all".'),
-        ("CORS_ORIGINS", "a, b", "cannot be read; a list is written as in"),
-    ],
-)
-def test_a_setting_is_refused_under_the_name_of_its_variable(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str, text: str, told: str
-) -> None:
-    monkeypatch.setenv(f"DAMPERLAB_{name}", text)
-    assert f"`DAMPERLAB_{name}` {told}" in run("studies", "--data-dir", tmp_path, status=2).stderr
 
 
 def test_every_fault_of_a_study_is_one_line_and_nothing_is_stored(tmp_path: Path) -> None:
