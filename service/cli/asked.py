@@ -12,8 +12,10 @@ from typing import Annotated, Any
 
 import typer
 
+from damperlab.service.cli.failures import UsageFault
 from damperlab.service.cli.options import read_named, read_number, read_range
-from damperlab.studies.field import At, Field, Ranges, fields_of, option_of
+from damperlab.studies.faults import Fault, describe
+from damperlab.studies.field import At, Field, Ranges, admits, fields_of, option_of, words_of
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.questions import EVERY_AXIS
 from damperlab.studies.unit_names import RESULTS
@@ -204,8 +206,17 @@ def _value(question: type, given: dict[str, Any], short: dict[str, str]) -> Any:
         elif raw is not None and each.is_list:
             values[each.name] = tuple(part.strip() for part in raw.split(","))
         else:
-            values[each.name] = raw
+            values[each.name] = _within_limits(each, raw)
     return question(**values)
+
+
+def _within_limits(field: Field, value: Any) -> Any:
+    """Refuse a number that is outside of its field's limits; typer knows those of whole numbers alone."""
+    limited = words_of(field) if isinstance(value, float) else ""
+    if limited and not admits(field, value):
+        advice = "correct the value" + (", or leave it out" if field.default is None else "")
+        raise UsageFault(Fault(field.options[0], describe(value), limited, advice))
+    return value
 
 
 def _by_name(field: Field, written: Iterable[str] | None, short: dict[str, str]) -> dict[str, Any]:

@@ -7,8 +7,9 @@ from typing import Annotated, Any
 import typer
 
 from damperlab.service.cli.asked import Values, asks, names_a_design
-from damperlab.service.cli.generated_record import Duration, Generate, PeakG, Swept, recipe_of
+from damperlab.service.cli.generated_record import RECIPE_OPTIONS, Duration, Generate, PeakG, Swept, recipe_of
 from damperlab.service.cli.options import (
+    CONTACT_OPTIONS,
     AsJson,
     Contact,
     ContactTime,
@@ -18,13 +19,23 @@ from damperlab.service.cli.options import (
 )
 from damperlab.service.cli.output import note, number, print_json, print_table, say, working
 from damperlab.service.cli.places import file_option
+from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.store import data_folder
 from damperlab.service.cli.warm import have_ready
-from damperlab.studies.field import given
+from damperlab.studies.field import fields_of, given, option_of
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.questions import Compared
 
 RECORD_SUFFIXES = (".at2", ".csv", ".txt")
+
+OPTIONS = (
+    {name: option_of(name) for name in QUANTITIES}
+    | {each.key: each.options[0] for each in fields_of(Compared) if "command" in each.doors}
+    | CONTACT_OPTIONS
+    | RECIPE_OPTIONS
+    | {"record": "RECORD"}
+)
+"""Fields of a comparison as options."""
 
 COLUMNS = (
     ("peak_relative_displacement_m", "peak x−z [m]"),
@@ -96,7 +107,8 @@ def records(
         raise typer.BadParameter(
             "A FILE cannot be combined with --kanai-tajimi or --sweep. Leave one of them out."
         )
-    motion = read_file(file, units, name) if file is not None else _generated(recipe or {}, name)
+    with in_options(RECIPE_OPTIONS):
+        motion = read_file(file, units, name) if file is not None else _generated(recipe or {}, name)
     record_id, new = shelf.put(motion)
     summary: dict[str, Any] = {"id": record_id, **motion.summary()}
     if as_json:
@@ -159,7 +171,8 @@ def earthquake(
         document["record"], _ = shelf.put(read_file(Path(record), units, ""))
     else:
         document["record"] = record
-    asked = read_earthquake(document, shelf)
+    with in_options(OPTIONS):
+        asked = read_earthquake(document, shelf)
     have_ready(scenes_of(asked), apart=True)
     with working("Computing"):
         answer = answer_comparison(asked)

@@ -26,8 +26,10 @@ from damperlab.service.cli.options import (
 )
 from damperlab.service.cli.output import print_json, print_table, say, working
 from damperlab.service.cli.places import file_option
+from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.warm import have_ready
 from damperlab.studies.faults import StudyFaults
+from damperlab.studies.field import option_of
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
 
 if TYPE_CHECKING:
@@ -53,6 +55,11 @@ MEANINGS = {
     "clearance_m": "clearance on either side of the particle, in m",
     "particle_mass_kg": "mass of the particle, in kg",
 }
+
+OPTIONS = {name: option_of(name) for name in (*MEANINGS, "deviation", "confidence", "seed")} | {
+    f"fit.{name}": f"--fit {name}" for name in MEANINGS
+}
+"""Fields of a fit as options."""
 
 
 @names_a_design(MEANINGS)
@@ -165,10 +172,11 @@ def fit(
         correction = None if correct is None else read_correction(correct, data_dir)
     asked = Asked(known, ranges, design, _share(deviation), confidence, seed)
     wanted = Wanted(output, study, specification, correction, as_json)
-    if isinstance(table, History):
-        _fit_history(table, asked, wanted)
-    else:
-        _fit_response(table, asked, wanted)
+    with in_options(OPTIONS):
+        if isinstance(table, History):
+            _fit_history(table, asked, wanted)
+        else:
+            _fit_response(table, asked, wanted)
 
 
 class Asked(NamedTuple):

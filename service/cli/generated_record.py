@@ -24,6 +24,13 @@ Swept = Annotated[
     ),
 ]
 
+RECIPE_OPTIONS = {
+    "kanai_tajimi.seed": "--kanai-tajimi",
+    "kanai_tajimi.duration_s": "--duration-s",
+    "kanai_tajimi.peak_g": "--peak-g",
+}
+"""Fields of a generated record as options."""
+
 
 def recipe_of(
     seed: int | None, duration_s: float | None, peak_g: float | None, sweep: str | None

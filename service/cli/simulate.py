@@ -8,6 +8,7 @@ import typer
 
 from damperlab.service.cli.asked import Values, asks, names_a_design
 from damperlab.service.cli.options import (
+    CONTACT_OPTIONS,
     AsJson,
     Contact,
     ContactTime,
@@ -16,10 +17,11 @@ from damperlab.service.cli.options import (
 )
 from damperlab.service.cli.output import note, number, print_json, print_table, say, working
 from damperlab.service.cli.places import file_option
+from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.warm import have_ready
 from damperlab.service.cli.words import cell
 from damperlab.studies.faults import counted
-from damperlab.studies.field import given
+from damperlab.studies.field import fields_of, given, option_of
 from damperlab.studies.questions import Simulated
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES
 from damperlab.studies.vocabulary import DESIGN_POINT, OF_PARTICLE
@@ -35,6 +37,13 @@ STEADY_HISTORY = 20
 LONG_HISTORY = 200
 """Most cycles from rest in a file where no number is given."""
 SHOWN_SAMPLES = 1000
+OPTIONS = (
+    {name: option_of(name) for name in DIMENSIONS}
+    | {each.key: each.options[0] for each in fields_of(Simulated) if "command" in each.doors}
+    | CONTACT_OPTIONS
+    | {"particle: false": "--no-particle", "method: event": "--method event"}
+)
+"""Fields of a simulation as options."""
 
 
 MEANINGS = {name: f"{DIMENSION_LONG_NAMES[name]}; {DESIGN_POINT[name]:g} by default" for name in DIMENSIONS}
@@ -64,7 +73,8 @@ def simulate(
     with working("Reading the design"):
         from damperlab.service.simulation import compute, decimated, read_simulation, scenes_asked
 
-        checked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
+        with in_options(OPTIONS):
+            checked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
         checked = replace(checked, followed=as_json)  # a table tells the state alone
     have_ready(scenes_asked(checked, CYCLES_LIMIT))
     with working("Computing"):

@@ -7,12 +7,18 @@ import typer
 from damperlab.service.cli.failures import CommandFailed
 from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_name
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
+from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.store import label, open_store
 from damperlab.studies.store.provenance import COARSE_OF
 from damperlab.studies.vocabulary import EXCITATIONS, STATES
 
 if TYPE_CHECKING:
     from damperlab.studies.store.record import Record
+
+LISTED_BY = dict.fromkeys(("axis", "from", "to"), "--within") | {
+    name: f"--{name}" for name in ("state", "tag", "cursor")
+}
+"""What studies are listed by, as options."""
 
 
 def studies(
@@ -51,8 +57,9 @@ def studies(
         return
     from damperlab.studies.store.wanted import Wanted
 
-    wanted = Wanted(state, name, tag, *_read_range(within), coarse=coarse)
-    page = open_store(data_dir).page(limit, cursor, wanted)
+    with in_options(LISTED_BY):
+        wanted = Wanted(state, name, tag, *_read_range(within), coarse=coarse)
+        page = open_store(data_dir).page(limit, cursor, wanted)
     if as_json:
         print_json({"studies": [record.document() for record in page.records], "cursor": page.cursor})
         return
@@ -111,7 +118,10 @@ def remark(
 
     given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
     said = {name: value for name, value in (("tags", given), ("note", text)) if value is not None}
-    remarks = read_remarks(said)
+    if not said:
+        raise typer.BadParameter("found neither of them; allowed: one or both", param_hint="--tags, --note")
+    with in_options({"tags": "--tags", "note": "--note"}):
+        remarks = read_remarks(said)
     store = open_store(data_dir)
     record = store.remark(store.find(study).id, remarks)
     if as_json:
@@ -129,10 +139,17 @@ def _read_range(within: str | None) -> "tuple[str | None, float | None, float | 
     try:
         if not comma:
             raise ValueError
-        return name.strip(), float(low) if low.strip() else None, float(high) if high.strip() else None
+        first, last = (float(end) if end.strip() else None for end in (low, high))
+        if None in (first, last) or first <= last:  # type: ignore[operator]
+            return name.strip(), first, last
+        raise typer.BadParameter(
+            f"found {within!r}, allowed: lo not above hi; swap them", param_hint="--within"
+        )
     except ValueError:
-        raise CommandFailed(
-            "bad-range", f"--within {within} is not understood. Write it as in clearance_ratio=2,5."
+        raise typer.BadParameter(
+            f"found {within!r}, allowed: a name, an equals sign, and two numbers of which one may be left out, as in "
+            "clearance_ratio=2,5",
+            param_hint="--within",
         ) from None
 
 

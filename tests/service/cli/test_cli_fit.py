@@ -243,7 +243,7 @@ def test_a_history_makes_a_study_and_a_specification_where_its_mass_is_known(
     known: tuple[str | Path, ...] = ("--no-particle", "--natural-frequency-hz", "2.5")
     known += ("--friction-force-n", "0", "--fit", "damping_ratio=0.001,0.1")
     refused = run("fit", decay, *known, "--specification", tmp_path / "c.yaml", status=2)
-    assert "`mass_kg` is missing: a time history is in metres" in refused.stderr
+    assert "`--mass-kg` is missing: a time history is in metres" in refused.stderr
 
     study, written = tmp_path / "fitted.yaml", tmp_path / "c.yaml"
     known += ("--mass-kg", "1.6", "--study", study, "--specification", written)

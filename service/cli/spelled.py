@@ -1,0 +1,55 @@
+"""What a question refuses, in the names of the options that it was asked with."""
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+
+from damperlab.service.cli.failures import UsageFault
+from damperlab.studies.faults import Fault, StudyFaults
+
+
+@contextmanager
+def in_options(names: Mapping[str, str]) -> "Iterator[None]":
+    """Name the fields of what is refused as the options that they were given by.
+
+    Parameters
+    ----------
+    names : mapping of str
+        Options by field; a setting that an option stands for, as in ``particle: false``, is one too.
+
+    Raises
+    ------
+    StudyFaults
+        As they are raised within, in these names.
+    UsageFault
+        For an error with one fault, where its field is among these names.
+    """
+    try:
+        yield
+    except StudyFaults as error:
+        raise StudyFaults(_spelled(fault, names) for fault in error.faults) from None
+    except Exception as error:
+        fault = getattr(error, "fault", None)
+        if not isinstance(fault, Fault) or fault.field not in names:
+            raise
+        raise UsageFault(_spelled(fault, names)) from None
+
+
+def _spelled(fault: Fault, names: Mapping[str, str]) -> Fault:
+    # one of a list goes by the option that is repeated
+    field = names.get(re.sub(r"\[\d+\]\Z", "", fault.field), fault.field)
+    texts = {part: _in_text(getattr(fault, part), names) for part in ("allowed", "advice", "message")}
+    return replace(fault, field=field, **texts)
+
+
+def _in_text(text: str, names: Mapping[str, str]) -> str:
+    """Spell what a text quotes, as in `cycles`, `particle: false` or `fit: {restitution: null}`."""
+    text = re.sub(r"`fit: \{(.+?)\}`", lambda found: _sought(found[1]), text)
+    return re.sub(r"`([^`]+)`", lambda found: names.get(found[1], found[0]), text)
+
+
+def _sought(entries: str) -> str:
+    """Spell what is to be estimated: ``restitution: null, clearance_m: [LOW, HIGH]``."""
+    found = re.findall(r"(\w+): (?:null|\[(\w[\w.]*), (\w[\w.]*)\])", entries)
+    return " ".join(f"--fit {name}={low},{high}" if low else f"--fit {name}" for name, low, high in found)
