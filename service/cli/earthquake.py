@@ -14,6 +14,7 @@ from damperlab.service.cli.options import (
     Contact,
     ContactTime,
     DataDir,
+    check_alone,
     check_file,
     contact_document,
 )
@@ -81,6 +82,10 @@ def records(
     from damperlab.studies.ground.shelf import Shelf
 
     recipe = recipe_of(seed, duration_s, peak_g, sweep)
+    if file is None:
+        check_alone({"--units": units}, "FILE")
+    if file is None and recipe is None:
+        check_alone({"--name": name}, "FILE, --kanai-tajimi or --sweep")
     shelf = Shelf(data_folder(data_dir))
     if file is None and recipe is None:
         listed = shelf.summaries()
@@ -155,6 +160,13 @@ def earthquake(
     """
     check_file(output)
     recipe = recipe_of(kanai_tajimi, duration_s, peak_g, sweep)
+    is_file = recipe is None and Path(record).suffix.lower() in RECORD_SUFFIXES
+    if not is_file:
+        check_alone({"--units": units}, "a file as RECORD")
+    if recipe is not None and record != Compared.record:
+        raise typer.BadParameter(
+            f"{record} and a generated record cannot be combined. Leave RECORD out, or --kanai-tajimi and --sweep."
+        )
     from damperlab.service.earthquakes import answer_comparison
     from damperlab.studies.ground.question import read_earthquake
     from damperlab.studies.ground.shelf import Shelf
@@ -167,7 +179,7 @@ def earthquake(
     document |= contact_document(contact, contact_time)
     if recipe is not None:
         document["record"] = recipe
-    elif Path(record).suffix.lower() in RECORD_SUFFIXES:
+    elif is_file:
         document["record"], _ = shelf.put(read_file(Path(record), units, ""))
     else:
         document["record"] = record

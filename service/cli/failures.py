@@ -56,10 +56,11 @@ class UsageFault(Exception):
 
 
 SPELLED = {
-    each.key: each.options[0]
+    name: each.options[0]
     for question in (Judging, Ranking, Amplitudes, Selection, Plane, Tuning, Search, Race, Boundary)
     for each in fields_of(question)
-    if "command" in each.doors and each.key not in EVERY_DIMENSION
+    for name in (each.key, each.name)
+    if "command" in each.doors and name not in EVERY_DIMENSION
 }
 """Fields of questions as options; what is called like a dimension may be either."""
 

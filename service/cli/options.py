@@ -1,6 +1,6 @@
 """Arguments and options that several commands share, and how their values are read."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from datetime import datetime, time, timedelta
 from pathlib import Path
@@ -240,6 +240,22 @@ def check_name(option: str, name: str | None, allowed: tuple[str, ...]) -> None:
         near = nearest(name, allowed)
         meant = f"Did you mean {near}? " if near else ""
         raise typer.BadParameter(f"found {name!r}. {meant}Allowed: {', '.join(allowed)}.", param_hint=option)
+
+
+def check_alone(options: Mapping[str, object], needed: str) -> None:
+    """Refuse options that would change nothing.
+
+    Parameters
+    ----------
+    options : mapping
+        Values by option; None, False, an empty text or nothing in it where the option was not given.
+    needed : str
+        Without what they mean nothing.
+    """
+    for option, value in options.items():
+        if value:
+            message = f"found without {needed}, where it changes nothing; leave it out"
+            raise typer.BadParameter(message, param_hint=option)
 
 
 def check_file(output: Path | None, suffixes: tuple[str, ...] = FIGURES) -> None:

@@ -13,11 +13,13 @@ from damperlab.service.cli.options import (
     AsJson,
     DataDir,
     StudyId,
+    check_alone,
     check_name,
 )
 from damperlab.service.cli.output import note, number, print_json, say, working
 from damperlab.service.cli.queries import answered
 from damperlab.service.cli.store import open_store
+from damperlab.studies.field import fields_of, given
 from damperlab.studies.questions import Boundary, FollowUps, Judging, Race, Search
 from damperlab.studies.variables import DIMENSIONS
 
@@ -53,6 +55,17 @@ def refine(
             "--at applies to --boundary only. Restrict the designs with --within, or add --boundary.",
             param_hint="--at",
         )
+    if along is not None:
+        more = given(judging) | {
+            name: value for name, value in given(search).items() if name in ("value_tolerance", "budget")
+        }
+        unused = {
+            each.options[0]: True
+            for question in (Judging, Search)
+            for each in fields_of(question)
+            if each.name in more
+        }
+        check_alone(unused, "an optimum to be searched for, which --boundary takes the place of")
     from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 
     def judge(asked: "Study", cubes: "Cubes") -> "Refinement":

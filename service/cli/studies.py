@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from damperlab.service.cli.failures import CommandFailed
-from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_name
+from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_alone, check_name
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.store import label, open_store
@@ -53,6 +53,8 @@ def studies(
     """List the stored studies, newest first."""
     check_name("--state", state, STATES)
     if named:
+        given = {"--state": state, "--name": name, "--tag": tag, "--within": within, "--cursor": cursor}
+        check_alone(given | {"--coarse": coarse}, "stored studies, of which --named lists none")
         _list_named(as_json)
         return
     from damperlab.studies.store.wanted import Wanted
