@@ -90,7 +90,8 @@ class Ranking(Listed):
     )
     metric: str | None = asked(
         None,
-        "Result that dampers of a ground-motion suite are ranked by; peak_relative_displacement_m by default.",
+        "Result that dampers are ranked by in their worst case: of a ground-motion suite, peak_relative_displacement_m by "
+        "default, or over base amplitudes, amplitude_m by default.",
         allowed=EVERY_VARIABLE,
     )
     records: tuple[str, ...] | None = asked(
@@ -121,12 +122,24 @@ class Selection:
 
     metric: str | None = asked(
         None,
-        "Result variable to show; amplitude_ratio by default, peak_relative_displacement_m for a ground-motion suite.",
+        "Result variable to show; amplitude_ratio by default, amplitude_m over base amplitudes, "
+        "peak_relative_displacement_m for a ground-motion suite.",
         allowed=EVERY_METRIC,
     )
     at: At = asked_at()
     interpolate: bool = asked(
         False, "Interpolate between grid points where the response class does not change."
+    )
+
+
+@dataclass(frozen=True)
+class Followed(Selection):
+    """What is shown along the frequency, and of which design; a ground-motion suite has no such curve."""
+
+    metric: str | None = asked(
+        None,
+        "Result variable to show; amplitude_ratio by default, amplitude_m over base amplitudes.",
+        allowed=EVERY_METRIC,
     )
 
 
@@ -150,8 +163,8 @@ class Varied:
 
     metric: str | None = asked(
         None,
-        "Result whose variance is explained; amplitude_ratio by default, for a ground-motion suite "
-        "peak_relative_displacement_m.",
+        "Result whose variance is explained; amplitude_ratio by default, amplitude_m over base amplitudes, "
+        "peak_relative_displacement_m for a ground-motion suite.",
         allowed=EVERY_METRIC,
     )
     ranges: Ranges = asked(

@@ -17,7 +17,7 @@ from damperlab.service.cli.words import (
     slice_sentence,
     words_of,
 )
-from damperlab.studies.questions import Fragile, Judging, Ranking, Second, Selection, Varied
+from damperlab.studies.questions import Followed, Fragile, Judging, Ranking, Second, Varied
 
 RANKED = {
     "value": "amplitude_ratio",
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 @asks
 def response(
     study: StudyId,
-    selection: Selection,
+    selection: Followed,
     second: Second,
     output: Output = None,
     data_dir: DataDir = None,

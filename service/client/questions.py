@@ -11,6 +11,7 @@ from damperlab.studies.questions import (
     MOST_DESIGNS,
     Amplitudes,
     Design,
+    Followed,
     Fragile,
     Judging,
     Plane,
@@ -70,7 +71,7 @@ class Questions(Asked):
         second = Subtracted(None if minus is None else ids(minus)[0])
         return read_map(self._question("resonance-map", plane, selection, second))
 
-    @explained(Selection, Second)
+    @explained(Followed, Second)
     def frequency_response(
         self,
         metric: str | None = None,
@@ -91,7 +92,7 @@ class Questions(Asked):
         from damperlab.service.client.answers import read_response
 
         second = Second(None if with_ is None else ids(with_)[0])
-        return read_response(self._question("frequency-response", Selection(metric, at, interpolate), second))
+        return read_response(self._question("frequency-response", Followed(metric, at, interpolate), second))
 
     @explained(Judging, Ranking)
     def optimal_designs(

@@ -24,7 +24,16 @@ from damperlab.studies.answers.suite import require_harmonic
 from damperlab.studies.answers.window import window
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing
 from damperlab.studies.field import given
-from damperlab.studies.questions import Judging, Plane, Ranking, Second, Selection, Subtracted, Window
+from damperlab.studies.questions import (
+    Followed,
+    Judging,
+    Plane,
+    Ranking,
+    Second,
+    Selection,
+    Subtracted,
+    Window,
+)
 from damperlab.studies.store.record import Record
 from damperlab.studies.units import in_ratios
 from damperlab.studies.variables import DIMENSIONS
@@ -92,7 +101,7 @@ def ask_map(
 def ask_response(
     service: TheService,
     study: TheStudy,
-    asked: Annotated[tuple[Selection, Second], asks(Selection, Second, dimensions=(*DIMENSIONS, AMPLITUDE))],
+    asked: Annotated[tuple[Followed, Second], asks(Followed, Second, dimensions=(*DIMENSIONS, AMPLITUDE))],
 ) -> Document:
     """Follow one design along the frequency; it is named by `<dimension>=value`."""
     selection, second = asked

@@ -1,6 +1,7 @@
 """One table of fields behind three doors: HTTP, the command line and the client offer the same, in the same words."""
 
 import inspect
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,14 @@ from damperlab.service.client import Client, Study
 from damperlab.service.settings import Settings
 from damperlab.studies.field import Field, fields_of
 from damperlab.studies.ground.quantities import QUANTITIES
+from damperlab.studies.kinds import AMPLITUDES, HARMONIC, SUITE
 from damperlab.studies.questions import (
     EVERY_AXIS,
     Amplitudes,
     Boundary,
     Compared,
     Design,
+    Followed,
     FollowUps,
     Fragile,
     Judging,
@@ -41,7 +44,7 @@ from damperlab.studies.variables import DIMENSIONS, VARIABLES
 STUDY = "/api/v1/studies/{study_id}"
 QUESTIONS: list[tuple[str, str, Any, tuple[type, ...]]] = [
     (f"{STUDY}/resonance-map", "map", Study.resonance_map, (Plane, Selection, Subtracted, Window)),
-    (f"{STUDY}/frequency-response", "response", Study.frequency_response, (Selection, Second)),
+    (f"{STUDY}/frequency-response", "response", Study.frequency_response, (Followed, Second)),
     (f"{STUDY}/optimal-designs", "optimum", Study.optimal_designs, (Judging, Ranking)),
     (f"{STUDY}/robust-designs", "robust", Study.robust_designs, (Amplitudes, Judging)),
     (f"{STUDY}/tmd-comparison", "tmd", Study.tmd_comparison, (Tuning, Design)),
@@ -170,3 +173,21 @@ def test_a_field_in_one_door_only_says_so() -> None:
     assert "pareto" in fields
     assert "x_range" in offered((Window,), "http")
     assert offered((Window,), "client") == offered((Window,), "command") == {}
+
+
+def test_what_a_command_shows_by_default_is_said_of_each_kind_of_study() -> None:
+    """`response` of a suite is refused, so nothing is said of one; `optimum` ranks by a result in two kinds."""
+    helps = {
+        name: next(each.help for each in fields_of(kind) if each.name == "metric")
+        for name, kind in (
+            ("map", Selection),
+            ("response", Followed),
+            ("optimum", Ranking),
+            ("importance", Varied),
+        )
+    }
+    suite, amplitudes, harmonic = SUITE.metric, AMPLITUDES.metric, HARMONIC.metric
+    for name, said in helps.items():
+        told = {each for each in (suite, amplitudes, harmonic) if re.search(rf"\b{each}\b", said)}
+        expected = {"response": {amplitudes, harmonic}, "optimum": {suite, amplitudes}}
+        assert told == expected.get(name, {suite, amplitudes, harmonic}), name
