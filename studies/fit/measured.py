@@ -66,9 +66,9 @@ class Measurement:
         return self.amplitude.size
 
 
-def read_measurement(path: Path) -> Measurement:
+def read_measurement(path: Path | str) -> Measurement:
     """Read a measured response from a file; raises as `parse_measurement`, and where the file cannot be read."""
-    return parse_measurement(read_bytes(path), path.stem)
+    return parse_measurement(read_bytes(path), Path(path).stem)
 
 
 def parse_measurement(text: bytes | str, name: str = "measurement") -> Measurement:

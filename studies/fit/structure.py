@@ -9,7 +9,7 @@ from damperlab.studies.text import MAX_BYTES, Format, load_text
 FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
 
 
-def read_structure(path: Path) -> dict[str, Any]:
+def read_structure(path: Path | str) -> dict[str, Any]:
     """Read what is known of a prototype from a ``.json``, ``.yaml`` or ``.yml`` file.
 
     Returns
@@ -22,6 +22,7 @@ def read_structure(path: Path) -> dict[str, Any]:
     StudyFaults
         Where the file cannot be read or breaks the rules of its format.
     """
+    path = Path(path)
     written_in = FORMATS.get(path.suffix.lower())
     if written_in is None:
         told = f"The file {printable(path.name)} has no known ending; allowed are .json, .yaml and .yml."

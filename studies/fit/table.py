@@ -8,9 +8,9 @@ from damperlab.studies.fit.lines import lines_of, read_bytes
 from damperlab.studies.fit.measured import Measurement, parse_measurement
 
 
-def read_table(path: Path) -> Measurement | History:
+def read_table(path: Path | str) -> Measurement | History:
     """Read a measured table from a file; raises StudyFaults with every fault of it."""
-    return parse_table(read_bytes(path), path.stem)
+    return parse_table(read_bytes(path), Path(path).stem)
 
 
 def parse_table(text: bytes | str, name: str = "measurement") -> Measurement | History:

@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from damperlab.studies.faults import StudyFaults
-from damperlab.studies.fit.measured import parse_measurement, read_measurement
+from damperlab.studies.fit.measured import Measurement, parse_measurement, read_measurement
+from damperlab.studies.fit.structure import read_structure
+from damperlab.studies.fit.table import read_table
 
 
 @pytest.mark.parametrize(
@@ -80,6 +82,19 @@ def test_every_fault_is_told_together() -> None:
         "line 3",
         "line 4.frequency_ratio",
     ]
+
+
+def test_a_path_may_be_a_text(tmp_path: Path) -> None:
+    table, structure = tmp_path / "bench.csv", tmp_path / "known.yaml"
+    table.write_text("r, X/Z\n1, 20\n0.9, 8\n")
+    structure.write_text("damping_ratio: 0.01\n")
+    for read in (read_measurement, read_table):
+        found, same = read(str(table)), read(table)
+        assert isinstance(found, Measurement)
+        assert isinstance(same, Measurement)
+        assert found.name == same.name == "bench"
+        assert found.amplitude.tolist() == same.amplitude.tolist() == [20.0, 8.0]
+    assert read_structure(str(structure)) == read_structure(structure) == {"damping_ratio": 0.01}
 
 
 def test_a_file_that_is_not_there_and_a_long_one_are_refused(tmp_path: Path) -> None:
