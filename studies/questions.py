@@ -211,7 +211,7 @@ class Second:
 
     with_: str | None = asked(
         None,
-        "A second study to compare with, such as the downward sweep of a hysteresis.",
+        "A second study to compare with, such as the downward continuation of a hysteresis.",
         form="ID",
         options=_WITH,
     )

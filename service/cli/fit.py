@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 STUDIES = (".yaml", ".yml", ".json")
 
 
-Sweep = Literal["rest", "up", "down"]
+Direction = Literal["rest", "up", "down"]
 """Where each response starts."""
 
 MEANINGS = {
@@ -96,9 +96,9 @@ def fit(
     contact: Contact = "instant",
     contact_time: ContactTime = None,
     start: Annotated[
-        Sweep | None,
+        Direction | None,
         typer.Option(
-            help="How it was measured: each frequency from rest (the default), or a sweep up or down in frequency.",
+            help="How it was measured: each frequency from rest (the default), or by continuation up or down in frequency.",
             show_default=False,
         ),
     ] = None,

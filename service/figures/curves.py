@@ -211,7 +211,7 @@ def draw_history(history: Mapping[str, NDArray[np.float64]], ratios: Mapping[str
             for wall in (-clearance, clearance):
                 name = "walls" if wall > 0 else None
                 panels[1].axhline(wall, color="black", lw=0.8, ls=(0, (4, 3)), label=name)
-            panels[1].set(ylabel="Gap over $Z$")
+            panels[1].set(ylabel="Distance over $Z$")
         for panel in panels:
             panel.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0)
             panel.margins(x=0.005)

@@ -73,7 +73,7 @@ function markCurrent(path) {
 
 /** @type {View} */
 function nowhere(root) {
-  fill(root, el("h1", {}, "There is nothing here"), el("p", {}, el("a", { href: "#/" }, "All studies")));
+  fill(root, el("h1", {}, "No such view"), el("p", {}, el("a", { href: "#/" }, "All studies")));
 }
 
 /** Ask for a key in place of whatever is shown, once. */

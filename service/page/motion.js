@@ -76,7 +76,7 @@ export function motionPanel(session) {
         phase.element,
         spectrum.element,
         forces.element,
-        el("p", { class: "quiet" }, "Spring, damping and friction; an impact acts at once, so its force has no place in the figure."),
+        el("p", { class: "quiet" }, "Spring, damping and friction; an instantaneous impact has no finite force, so it has no place in the figure."),
         measures(answer, session),
       );
       await time.draw(() => timeTraces(history, ratios.clearance, units), () => timeLayout(history, units));

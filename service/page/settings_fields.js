@@ -88,7 +88,7 @@ export function startField(study, change, redraw) {
       numberField("Number of starts", "start.n", start.n, (n) => change("start.n", n)),
     kind === "continuation" &&
       picker(
-        "Direction of the sweep",
+        "Direction of the continuation",
         [
           ["up", "up"],
           ["down", "down"],

@@ -26,10 +26,10 @@ const AXES = Object.fromEntries(
 
 /** What stands for a survey among the studies that a new one may start from. */
 export const SURVEY = {
-  name: "survey of earthquakes",
+  name: "ground-motion suite",
   about: ["Dampers under ground-motion records, scaled up step by step: which damper is best under its worst record, and how likely each exceeds a limit."],
   definition: {
-    name: "survey",
+    name: "ground-motion suite",
     records: FIRST,
     axes: {
       clearance_m: { start: 0.005, stop: 0.02, num: 4 },

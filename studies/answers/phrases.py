@@ -35,7 +35,7 @@ class Printed(NamedTuple):
 
 PRINTED: dict[str, Printed] = {
     "clearance_ratio": Printed("d", "clearance d", "mm", 1e3),
-    "friction_ratio": Printed("F", "friction force F", "N", 1.0),
+    "friction_ratio": Printed("F_f", "friction force F_f", "N", 1.0),
     "mass_ratio": Printed("m", "mass of the particle m", "kg", 1.0),
     FREQUENCY: Printed("f", "excitation frequency f", "Hz", 1.0),
     "impact_speed_max": Printed("v", "largest impact speed", "m/s", 1.0),

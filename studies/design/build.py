@@ -16,7 +16,7 @@ acceleration its word, the base amplitude Z at the structure's natural frequency
 frequency. Under a ground-motion record its id, its scale, and the same two of the structure."""
 FORCE = ("force",)
 Spot = tuple[Law, Place, float]
-"""A damper under an amplitude, at every frequency: in ratios under a displacement or a force, else with d [m] and F [N] in
+"""A damper under an amplitude, at every frequency: in ratios under a displacement or a force, else with d [m] and F_f [N] in
 their place, and under a record with m [kg] in the place of β. Last the contact time over 1/ω_n; 0 where they take no time."""
 
 

@@ -1,4 +1,4 @@
-"""Messages, help texts and descriptions use the words of the glossary, and none that it has retired."""
+"""Messages, help texts, the web page and descriptions use the words of the glossary, and none that it has retired."""
 
 import ast
 import re
@@ -59,6 +59,18 @@ def message_texts() -> Iterator[tuple[str, str]]:
                             yield f"{place}:{node.lineno}", node.value
 
 
+def page_texts() -> Iterator[tuple[str, str]]:
+    """Give what the scripts and the pages of the web page say: texts of several words that name no classes, and its HTML."""
+    for file in sorted((ROOT / "service/page").glob("*.js")):
+        source = re.sub(r"/\*.*?\*/|^\s*//.*?$", "", file.read_text(), flags=re.DOTALL | re.MULTILINE)
+        for found in re.finditer(r'(class(?:Name)?: )?(?:"((?:[^"\\\n]|\\.)*)"|`((?:[^`\\]|\\.)*)`)', source):
+            text = found[2] or found[3] or ""
+            if found[1] is None and " " in text:
+                yield file.name, text
+    for file in sorted((ROOT / "service/page").glob("*.html")):
+        yield file.name, re.sub(r"<[^>]*>", " ", file.read_text())
+
+
 def _names(given: ast.Assign | ast.keyword) -> set[str]:
     if isinstance(given, ast.keyword):
         return {given.arg or ""}
@@ -86,6 +98,7 @@ def test_the_walk_reaches_what_it_should() -> None:
     texts = [text for _, text in message_texts()]
     assert len(texts) > 1000
     assert "correct the text there" in texts  # of a variable
+    assert "Start from" in {text for _, text in page_texts()}
     assert "mend" in retired()
     assert refused_in("Mend it with an own record.") == ["mend", "an own"]
 
@@ -103,6 +116,16 @@ def test_no_help_text_uses_a_retired_word() -> None:
 
 def test_no_message_uses_a_retired_word() -> None:
     assert [(place, words) for place, text in message_texts() if (words := refused_in(text))] == []
+
+
+def test_no_text_of_the_page_uses_a_retired_word() -> None:
+    assert [(place, text, words) for place, text in page_texts() if (words := refused_in(text))] == []
+
+
+def test_no_page_of_the_documentation_uses_the_retired_name_of_a_suite() -> None:
+    for page in (ROOT / "docs").rglob("*.md"):
+        text = page.read_text().split("## Retired words")[0]
+        assert not re.search(r"\bsurveys?\b", text, re.IGNORECASE), page.name
 
 
 def test_no_description_of_the_http_interface_uses_a_retired_word(tmp_path: Path) -> None:

@@ -214,7 +214,7 @@ def test_what_is_said_of_dampers_over_base_amplitudes_is_in_units(tmp_path: Path
 
     best = json.loads(printed("optimum", "ray", "--json"))["designs"][0]
     said = printed("optimum", "ray")
-    assert f"clearance d = {1e3 * best['clearance_m']:g} mm, friction force F = 0.3 N" in said
+    assert f"clearance d = {1e3 * best['clearance_m']:g} mm, friction force F_f = 0.3 N" in said
     assert f"Its worst case, {1e3 * best['value']:.6g} mm" in said
     assert f"base amplitude Z = {1e3 * best['base_amplitude_m']:g} mm" in said
     assert f"excitation frequency f = {2.5 * best['frequency_ratio']:g} Hz" in said

@@ -392,7 +392,7 @@ def test_a_suite_shows_its_map_its_dampers_and_no_tabs_that_do_not_apply(
     expect(page.locator(".left .note")).to_contain_text("record = northridge-360")
     expect(cells.nth(3)).to_have_text("northridge-360")
     choose("Up", "scale")
-    expect(page.locator(".left .note")).to_contain_text("friction force F = ")
+    expect(page.locator(".left .note")).to_contain_text("friction force F_f = ")
     choose("Shown", "status")
     expect(page.locator(".designs tbody tr")).to_have_count(0)
     tabs.nth(2).click()

@@ -1,4 +1,4 @@
-"""A survey of earthquakes on the page: from the form to a fragility curve, in a real browser before a real service."""
+"""A ground-motion suite on the page: from the form to a fragility curve, in a real browser before a real service."""
 
 import json
 import math
@@ -59,7 +59,7 @@ def test_a_survey_from_the_form_to_a_fragility_curve(
     watched = open_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
     watched.allowed = ("422 (Unprocessable",)  # a survey without records is refused
     page = watched.go("#/new")
-    page.get_by_label("Start from").select_option("survey of earthquakes")
+    page.get_by_label("Start from").select_option("ground-motion suite")
     boxes = page.get_by_role("group", name="Records").get_by_role("checkbox")
     expect(boxes.first).to_be_attached()
     assert boxes.count() >= len(builtin_ids())

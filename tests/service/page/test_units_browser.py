@@ -62,6 +62,6 @@ def test_a_figure_as_a_table_has_axes_without_what_conversion_leaves(
     with page.expect_download() as download:
         page.get_by_role("button", name="Download as CSV: Resonance map of thirds").click()
     head, *rows = Path(download.value.path()).read_text().splitlines()
-    assert head == "Clearance d [mm],Friction force F [N],amplitude X [mm]"
+    assert head == "Clearance d [mm],Friction force F_f [N],amplitude X [mm]"
     places = [",".join(row.split(",")[:2]) for row in rows]
     assert places == ["3,0.05", "6,0.05", "9,0.05", "3,0.11", "6,0.11", "9,0.11"]

@@ -261,7 +261,7 @@ def test_a_tuned_mass_damper_is_compared_at_one_base_amplitude(cube: xr.Dataset)
     np.testing.assert_array_equal(answer["hybrid"], cube["amplitude_ratio"].values[0, 0, 0, 1, 2, 1])
     assert answer.attrs["note"].startswith("Base amplitude Z = 0.002 m. At ")
     assert answer.attrs["in_units"]["note"].startswith("Base amplitude Z = 2 mm. At ")
-    assert "clearance d = 10 mm, friction force F = 1.5 N" in answer.attrs["in_units"]["note"]
+    assert "clearance d = 10 mm, friction force F_f = 1.5 N" in answer.attrs["in_units"]["note"]
     with pytest.raises(QueryFault, match="about one base amplitude, and the study has 3") as refused:
         at_one_amplitude(cube, {})
     assert refused.value.fault.field == "base_amplitude_m"

@@ -52,7 +52,7 @@ def test_tables_are_in_mm() -> None:
     phrases = Phrases.of(cube)
     answer = resonance_map(cube, "clearance_m", "friction_force_n", Selection(at={RECORD: "one"}))
     head, rows = map_table(answer, PEAK, phrases)
-    assert head == ("F [N] \\ d [mm]", "5", "10", "20")
+    assert head == ("F_f [N] \\ d [mm]", "5", "10", "20")
     assert rows[-1] == ("1", "11", "13", "15")
     head, rows = rows_table(worst_case_designs(cube), phrases, {"value": PEAK})
     table = dict(zip(head, rows[0], strict=True))
