@@ -59,10 +59,13 @@ lint: install-dev docs ## style, types, layers, documentation
 docs: install-dev ## the documentation site, in site/; a broken link is an error
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
-docs-figures: install-dev ## the figures, printed answers, notebooks and screenshots of the documentation, all computed again
+docs-figures: install-dev ## all that the documentation shows of running code, computed again: figures, printed answers, Python, notebooks, the report on the paper, screenshots
 	$(BIN)/python -m docs.drawing
-	$(BIN)/python -m docs.console README.md docs/tutorial.md docs/contact.md docs/how-to/earthquakes.md
+	$(BIN)/python -m docs.console
+	$(BIN)/python -m docs.snippets
+	$(BIN)/python -m docs.demo
 	$(BIN)/python -m docs.executed
+	$(BIN)/python -m docs.reproduced
 	$(BIN)/python -m docs.screens
 
 docs-designs: install-dev ## the named specifications designed again, and their page written

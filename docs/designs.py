@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from docs.computed import record
 from docs.console import ROOT
 from docs.drawing.figures import ALONE, rounded
 
@@ -194,6 +195,7 @@ def main() -> None:
         with styled(ALONE):
             draw_alternatives(found).savefig(path, metadata={"Date": None}, facecolor="white")
         path.write_text(rounded(path.read_text()))
+        record([answer_path(name).relative_to(ROOT).as_posix()])
         print(name, answer["points"], flush=True)
     PAGE.write_text(page_of(PAGE.read_text()))
 

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import nbformat
+from docs.computed import record
+from docs.console import ROOT
 from docs.running import service
 from nbclient import NotebookClient
 
@@ -59,6 +61,7 @@ def main() -> None:
     with service() as url, tempfile.TemporaryDirectory() as folder:
         for path in sorted(NOTEBOOKS.glob("*.ipynb")):
             nbformat.write(lasting(execute(path, url, Path(folder))), path)  # type: ignore[no-untyped-call]
+            record([path.relative_to(ROOT).as_posix()])
             print(path.name, path.stat().st_size)
 
 

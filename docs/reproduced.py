@@ -1,15 +1,18 @@
-"""The report on the paper as a page: `python -m docs.reproduced DIR` makes it of what `damperlab reproduce -o DIR` wrote."""
+"""The report on the paper as a page: `python -m docs.reproduced`, or of what `damperlab reproduce -o DIR` wrote, with DIR."""
 
 import json
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
-from docs.console import ROOT
+from docs.computed import record
+from docs.console import ROOT, run
 
 from damperlab.service.reproduction.report import in_markdown
 
 PAGE = ROOT / "docs" / "reproduction.md"
+KEY = "docs/reproduction.md"
 RECOMPUTED = ("figures 10 and 9", "table 4", "the paper beside itself")
 """Sections that take seconds: a test computes them anew and compares every number."""
 INTRODUCTION = (
@@ -44,5 +47,16 @@ def section_in(page: str, title: str) -> str:
     return rest.partition("\n## ")[0].strip()
 
 
+def main() -> None:
+    """Make the page of the report in the folder that is named, or of one that is made for it."""
+    with tempfile.TemporaryDirectory() as own:
+        folder = Path(sys.argv[1]) if sys.argv[1:] else Path(own)
+        if not sys.argv[1:]:
+            run(f"damperlab reproduce -o {folder}", folder)
+        PAGE.write_text(page_of(json.loads((folder / "reproduction.json").read_text())))
+    record([KEY])
+    print(KEY)
+
+
 if __name__ == "__main__":
-    PAGE.write_text(page_of(json.loads((Path(sys.argv[1]) / "reproduction.json").read_text())))
+    main()

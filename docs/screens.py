@@ -46,12 +46,26 @@ def take(browser: Browser, url: str, study: str) -> None:
     page.get_by_role("heading", name="Designs", exact=True).scroll_into_view_if_needed()
     page.evaluate("window.scrollTo(0, document.body.scrollHeight)")
     page.screenshot(path=FIGURES / "page-designs.png")
-    page.set_viewport_size({"width": 1280, "height": 1500})
     _go(page, f"{url}/#/studies/{study}/explore", drawn=True)
-    page.screenshot(path=FIGURES / "page-explore.png")
+    _pin_two(page)
+    page.screenshot(path=FIGURES / "page-explore.png", full_page=True)
     small = browser.new_page(viewport={"width": 390, "height": 844})
     _go(small, f"{url}/#/studies/{study}", drawn=True)
     small.screenshot(path=FIGURES / "page-small.png")
+
+
+def _pin_two(page: Page) -> None:
+    """Pin the best design and the one beside it, so that their curves are drawn together."""
+    pin = page.get_by_role("button", name="Pin this point")
+    pin.click()
+    page.get_by_role("slider").first.press("ArrowRight")
+    page.wait_for_timeout(SETTLED_MILLISECONDS)
+    pin.click()
+    page.locator("section", has=page.get_by_role("heading", name="Pinned points")).locator(
+        DRAWN
+    ).first.wait_for()
+    page.wait_for_timeout(SETTLED_MILLISECONDS)
+    page.evaluate("window.scrollTo(0, 0)")
 
 
 def _go(page: Page, address: str, drawn: bool = False) -> None:

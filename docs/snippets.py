@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from docs.console import ROOT, Shown, difference, put_files
+from docs.computed import record
+from docs.console import ROOT, Shown, put_files, shown_again
 from docs.running import service
 
 from damperlab import Client
@@ -44,6 +45,11 @@ def pages() -> list[str]:
     """Name the pages that show Python."""
     every = (ROOT / "README.md", *(ROOT / "docs").rglob("*.md"))
     return sorted(path.relative_to(ROOT).as_posix() for path in every if SNIPPET.search(path.read_text()))
+
+
+def key_of(page: str) -> str:
+    """Name what a page shows of its Python, apart from what its commands print, in `docs.computed`."""
+    return f"{page}: python"
 
 
 def put_what_a_reader_has(text: str, folder: Path, url: str) -> None:
@@ -95,8 +101,9 @@ def run_snippets(text: str, url: str, folder: Path) -> list[tuple[str, str | Non
 def renewed(text: str, url: str, folder: Path) -> str:
     """Give a page with what its Python prints now; what differs by chance alone stays as it is."""
     for printed, shown in run_snippets(text, url, folder):
-        if shown is not None and difference(Shown("python", shown), printed):
-            text = text.replace(f"```text\n{shown}```", f"```text\n{printed}```")
+        if shown is not None:
+            again = shown_again(Shown("python", shown), printed)
+            text = text.replace(f"```text\n{shown}```", f"```text\n{again}```")
     return text
 
 
@@ -112,6 +119,7 @@ def main() -> None:
             with tempfile.TemporaryDirectory() as folder:
                 put_what_a_reader_has(text, Path(folder), url)
                 page.write_text(renewed(text, url, Path(folder)))
+            record([key_of(name)])
 
 
 if __name__ == "__main__":

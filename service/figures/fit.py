@@ -18,13 +18,17 @@ from damperlab.service.figures.style import (
     ticks_1_2_5,
 )
 from damperlab.studies.fit.fitted import Fitted
-from damperlab.studies.fit.question import FitQuestion
+from damperlab.studies.fit.question import RATIO_OF, FitQuestion
+from damperlab.studies.vocabulary import OF_PARTICLE
 from damperlab.worker.fit.curve import Curve
 
 MILLIMETRES = 1e3
 MOST_NAMED = 8
 """Of rows measured at more conditions than these, the first are named."""
 TONES = colormaps[COLOURS].resampled(256)
+FEW = (BLUE, VERMILION, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "black", GREY)
+"""Of the Okabe-Ito palette: up to as many conditions have colours that no kind of colour vision takes for another."""
+MASSES = ("mass_ratio", "particle_mass_kg")
 
 
 def draw_fit(fitted: Fitted, curves: list[Curve]) -> Figure:
@@ -47,7 +51,7 @@ def draw_fit(fitted: Fitted, curves: list[Curve]) -> Figure:
         for index, (curve, (conditions, rows)) in enumerate(
             zip(curves, question.configurations, strict=True)
         ):
-            colour = TONES(0.9 * index / (len(curves) - 1)) if several else BLUE
+            colour = FEW[index] if len(curves) <= len(FEW) else TONES(0.9 * index / (len(curves) - 1))
             label = _condition(conditions) if index < MOST_NAMED else None
             above.plot(curve.frequency, curve.amplitude * scale, color=colour, lw=0.9, label=label)
             for axes, heights, deviation in (
@@ -104,9 +108,12 @@ def caption_of(question: FitQuestion) -> str:
 
 
 def _condition(conditions: Mapping[str, float]) -> str:
+    """Write what rows were measured at; where there was no particle, nothing of its cavity."""
     if not conditions:
         return "fitted response; measured: dots, ± one standard deviation"
+    alone = any(conditions.get(name) == 0.0 for name in MASSES)
     return ", ".join(
         f"{SYMBOLS[name]} = {value:.4g}" if name in SYMBOLS else f"{name} = {value:.4g}"
         for name, value in conditions.items()
+        if not (alone and RATIO_OF.get(name, name) in OF_PARTICLE and name not in MASSES)
     )

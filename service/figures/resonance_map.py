@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
+from damperlab.service.figures.contour_labels import label_places
 from damperlab.service.figures.style import (
     COLOURS,
     DARK,
@@ -163,14 +164,14 @@ def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[n
 
 
 def _place(candidates: np.ma.MaskedArray[Any, Any], x: xr.DataArray, y: xr.DataArray) -> tuple[int, int, str]:
-    """Give row and column of the smallest value, and say where it is; a whole row may share it."""
+    """Give row and column of the smallest value, and say where it is; of a row that shares it the first, as in rankings."""
     row, column = (int(index) for index in np.unravel_index(int(candidates.argmin()), candidates.shape))
     across, up = SYMBOLS[str(x.name)], SYMBOLS[str(y.name)]
     as_good = np.ma.filled(candidates <= candidates[row, column] * (1 + ALIKE), False)
     if as_good[row].all():
-        return row, candidates.shape[1] // 2, f"{up} = {float(y.values[row]):.4g}, any {across}"
+        return row, 0, f"{up} = {float(y.values[row]):.4g}, any {across}"
     if as_good[:, column].all():
-        return candidates.shape[0] // 2, column, f"{across} = {float(x.values[column]):.4g}, any {up}"
+        return 0, column, f"{across} = {float(x.values[column]):.4g}, any {up}"
     return row, column, f"{across} = {float(x.values[column]):.4g}, {up} = {float(y.values[row]):.4g}"
 
 
@@ -188,7 +189,8 @@ def _contours(
     levels = [level for level in steps if low < level < high]
     if levels:
         lines = axes.contour(x, y, values, levels=levels, colors="white", linewidths=0.7)
-        axes.clabel(lines, fmt=lambda level: f"{level:g}", fontsize=9)
+        places = label_places(lines, x, y)
+        axes.clabel(lines, fmt=lambda level: f"{level:g}", fontsize=9, manual=places)
 
 
 def _hatch(

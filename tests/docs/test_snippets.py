@@ -4,9 +4,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from docs.computed import is_of_here
 from docs.console import ROOT, Shown, difference
 from docs.running import service
-from docs.snippets import pages, put_what_a_reader_has, run_snippets
+from docs.snippets import key_of, pages, put_what_a_reader_has, run_snippets
 
 
 @pytest.fixture(scope="module")
@@ -23,8 +24,9 @@ def test_pages_with_python_are_found() -> None:
 def test_python_of_a_page_runs_and_prints_what_it_shows(page: str, url: str, tmp_path: Path) -> None:
     text = (ROOT / page).read_text()
     put_what_a_reader_has(text, tmp_path, url)
+    exact = is_of_here(key_of(page))
     for printed, shown in run_snippets(text, url, tmp_path):
-        assert shown is None or difference(Shown("python", shown), printed) == ""
+        assert shown is None or difference(Shown("python", shown), printed, exact) == ""
 
 
 def test_a_block_that_fails_is_told(tmp_path: Path) -> None:

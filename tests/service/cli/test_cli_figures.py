@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
+from matplotlib.path import Path as Path2D
 
 from damperlab.service.figures.comparison import draw_comparison
 from damperlab.service.figures.resonance_map import draw_map
@@ -111,7 +113,45 @@ def test_an_optimum_that_a_whole_row_shares_is_said_to_be_one() -> None:
         "friction_ratio",
         Selection("amplitude_ratio"),
     )
-    assert labels(draw_map(answer, "amplitude_ratio")) == ["optimum: 1.1 at $γ_F$ = 0.9, any $d/Z$"]
+    figure = draw_map(answer, "amplitude_ratio")
+    assert labels(figure) == ["optimum: 1.1 at $γ_F$ = 0.9, any $d/Z$"]
+    # at the first of them, which is the design that the ranking names
+    (star,) = (line for line in figure.axes[0].lines if line.get_marker() == "*")
+    assert (star.get_xdata()[0], star.get_ydata()[0]) == (X[0], Y[-1])
+
+
+def test_no_number_of_a_contour_line_stands_on_a_line_or_on_another_number() -> None:
+    values = 3.0 + (X[:, None] / 4.0) * (1.0 + Y[None, :])
+    values[:, -1], values[6:, -2] = (
+        0.8,
+        30.0,
+    )  # the lines of 1, 2, 5, 10 and 20 lie side by side below the last row
+    kinds = np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
+    answer = resonance_map(
+        cube(values, kinds, np.zeros(values.shape, np.int8)),
+        "clearance_ratio",
+        "friction_ratio",
+        Selection("amplitude_ratio"),
+    )
+    figure = draw_map(answer, "amplitude_ratio")
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    numbers = [text for text in axes.texts if text.get_text()]
+    assert numbers
+    assert len({text.get_text() for text in numbers}) == len(numbers)
+    boxes = [text.get_window_extent() for text in numbers]
+    assert not any(one.overlaps(other) for at, one in enumerate(boxes) for other in boxes[:at])
+    lines = [each for each in axes.collections if isinstance(each, ContourSet)]
+    corners = [
+        axes.transData.transform(piece)
+        for line in lines
+        for path in line.get_paths()
+        for piece in path.to_polygons(closed_only=False)
+    ]
+    for box in boxes:
+        # the middle of a number, which the line that it names is cut for
+        middle = box.expanded(0.5, 0.5)
+        assert not any(Path2D(piece).intersects_bbox(middle, filled=False) for piece in corners)
 
 
 def test_codes_are_named_on_their_scale() -> None:

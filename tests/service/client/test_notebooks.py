@@ -6,19 +6,20 @@ from typing import Any
 
 import nbformat
 import pytest
+from docs.computed import is_of_here
 from docs.executed import NOTEBOOKS, execute, lasting
 
 FIGURES = {"figure-11": 2, "robust-design": 2, "tuned-mass-damper": 2}
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
-def texts_of(notebook: Any) -> list[str]:
-    """Give what a notebook prints, numbers left out: chaotic responses differ between processors."""
+def texts_of(notebook: Any, exact: bool) -> list[str]:
+    """Give what a notebook prints; numbers only where every digit is the same: chaotic responses differ between processors."""
     found = []
     for cell in notebook.cells:
         for output in cell.get("outputs", []):
             text = output.get("text") or output.get("data", {}).get("text/plain", "")
-            found.append(re.sub(r"\s+", " ", NUMBER.sub("#", text)))
+            found.append(re.sub(r"\s+", " ", text if exact else NUMBER.sub("#", text)))
     return found
 
 
@@ -45,4 +46,5 @@ def test_notebook_runs(service: Any, name: str, tmp_path: Path) -> None:
     assert not [output for output in outputs if output.get("name") == "stderr"]
     kept = nbformat.read(NOTEBOOKS / f"{name}.ipynb", as_version=4)
     assert pictures_of(done) == FIGURES[name]
-    assert texts_of(lasting(done)) == texts_of(kept)
+    exact = is_of_here(f"docs/notebooks/{name}.ipynb")
+    assert texts_of(lasting(done), exact) == texts_of(kept, exact)  # `make docs-figures` renews what is kept

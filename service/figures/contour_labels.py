@@ -1,0 +1,93 @@
+"""Where the numbers of contour lines stand: each where no other line, and no fold of its own, runs through it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from matplotlib.contour import ContourSet
+from matplotlib.path import Path
+from numpy.typing import NDArray
+
+from damperlab.service.figures.style import is_logarithmic
+
+ROOM = 0.035
+"""Of either axis, around a number: half of its length."""
+STEP = 0.005
+"""Of either axis, between the points that a line is judged by."""
+FOLDED = 1.3
+"""Times the length of a straight line through the room of a number: more is a line that comes back."""
+STRAIGHT = 0.97
+"""Least distance of the ends of a number over the way along its line."""
+
+
+def label_places(
+    lines: ContourSet, x: NDArray[np.float64], y: NDArray[np.float64]
+) -> list[tuple[float, float]]:
+    """Choose a place for the number of each level; a level without a free one has none, and the scale of colours tells it.
+
+    Parameters
+    ----------
+    lines : ContourSet
+        Drawn over x and y.
+    x, y : ndarray
+        Of the grid, ascending; evenly spaced in their logarithm where the axis is logarithmic.
+
+    Returns
+    -------
+    list of (float, float)
+        Points on the lines, in the units of x and y.
+    """
+    pieces = [list(_pieces(path, x, y)) for path in lines.get_paths()]
+    points = [np.concatenate([np.empty((0, 2)), *each]) for each in pieces]
+    taken = np.empty((0, 2))
+    places = []
+    for index, own in enumerate(points):
+        room = [piece[_straight(piece)] for piece in pieces[index]]
+        inside = np.concatenate([np.empty((0, 2)), *room])
+        inside = inside[((inside > ROOM) & (inside < 1.0 - ROOM)).all(axis=1)]
+        others = np.concatenate([taken, *(each for at, each in enumerate(points) if at != index)])
+        away = _distance(inside, others)
+        around = (np.hypot(*(inside[:, None] - own).transpose(2, 0, 1)) < ROOM).sum(axis=1)
+        free = (away > ROOM) & (around < 2.0 * FOLDED * ROOM / STEP)
+        if free.any():
+            best = inside[free][away[free].argmax()]
+            taken = np.vstack([taken, best])
+            places.append((_back(best[0], x), _back(best[1], y)))
+    return places
+
+
+def _straight(piece: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Find the points of a piece about which it goes straight on for the length of a number."""
+    half = int(ROOM / STEP)
+    if len(piece) <= 2 * half:
+        return np.empty(0, np.intp)
+    ends = np.hypot(*(piece[2 * half :] - piece[: -2 * half]).T)
+    return half + np.flatnonzero(ends > STRAIGHT * 2 * half * STEP)
+
+
+def _pieces(path: Path, x: NDArray[np.float64], y: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
+    """Give points at equal steps on each piece of a path, in shares of both axes."""
+    for piece in path.to_polygons(closed_only=False):
+        across, up = np.asarray(piece, np.float64).T
+        corners = np.column_stack([_share(across, x), _share(up, y)])
+        along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(corners, axis=0).T))])
+        if along[-1] > STEP:
+            at = np.arange(0.0, along[-1], STEP)
+            yield np.column_stack([np.interp(at, along, corners[:, 0]), np.interp(at, along, corners[:, 1])])
+
+
+def _distance(points: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
+    if not others.size:
+        return np.ones(len(points))
+    return np.asarray(np.hypot(*(points[:, None] - others).transpose(2, 0, 1)).min(axis=1))
+
+
+def _share(values: NDArray[np.float64], axis: NDArray[np.float64]) -> NDArray[np.float64]:
+    if is_logarithmic(axis):
+        return _share(np.log(values), np.log(axis))
+    return np.asarray((values - axis[0]) / (axis[-1] - axis[0]))
+
+
+def _back(share: float, axis: NDArray[np.float64]) -> float:
+    if is_logarithmic(axis):
+        return float(axis[0] * (axis[-1] / axis[0]) ** share)
+    return float(axis[0] + share * (axis[-1] - axis[0]))
