@@ -25,6 +25,12 @@ WIDE = (0.05, 0.8)
 SIDE = np.linspace(-1.0, 1.0, 5)
 CLOSER, ROUNDS, FEW = 0.7, 20, 6
 """A grid of `SIDE` × `SIDE` is laid about the best so often, ever closer; first a few times, about many places."""
+ALONG = np.linspace(-1.0, 1.0, 9)
+ASIDE, NARROWER, HALVINGS, STRETCHES = 0.03, 0.3, 8, 5
+"""The bottom of a valley is followed along dampings `ALONG` it: the best tuning of each is looked for `ASIDE` by halving, then
+a stretch of the dampings that is narrower by this factor, so often."""
+WORTH = 0.999
+"""What is found there is another tuning only where it is better by more than this: every other one keeps all its digits."""
 EXCHANGES, ENOUGH = 6, 1.01
 """How often a structure that is harder than those tuned for by more than this is tuned for too."""
 
@@ -54,7 +60,9 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
     ]
     # the nominal structure tells valleys from each other, all of them how deep each is
     lowest = sorted((_least(nominal, one, FEW) for one in starts), key=lambda found: found[0])[:LOWS]
-    expected, absorber = min((_least(worst, one) for _, one in lowest), key=lambda found: found[0])
+    expected, absorber = _followed(
+        worst, *min((_least(worst, one) for _, one in lowest), key=lambda found: found[0])
+    )
     found = []
     for _ in range(EXCHANGES):
         value, shares = hardest(asked, absorber, judged)
@@ -62,7 +70,7 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
         if value <= ENOUGH * expected:
             break
         known.append(shares)
-        expected, absorber = _least(worst, absorber)
+        expected, absorber = _followed(worst, *_least(worst, absorber))
     return min(found, key=lambda each: each[0])[1]
 
 
@@ -103,3 +111,27 @@ def _least(
         best = Absorber(best.mass_ratio, float(tunings[least]), float(dampings[least]))
         width = width * CLOSER
     return value, best
+
+
+def _followed(
+    worst: Callable[[Floats, Floats], Floats], value: float, best: Absorber
+) -> tuple[float, Absorber]:
+    """Follow the best tuning of each damping: where two peaks are equal a valley is narrow and bends, and grids end beside."""
+    along, aside, reached, there = WIDE[1], ASIDE, value, best
+    for _ in range(STRETCHES):
+        dampings = there.damping_ratio * np.exp(along * ALONG)
+        tunings = np.full(dampings.size, there.tuning)
+        width = aside
+        for _ in range(HALVINGS):
+            tried = tunings[:, None] * np.exp(width * SIDE)
+            heights = worst(tried.ravel(), np.repeat(dampings, SIDE.size)).reshape(tried.shape)
+            lowest = heights.argmin(axis=1)[:, None]
+            tunings = np.take_along_axis(tried, lowest, axis=1)[:, 0]
+            width /= 2
+        bottom = np.take_along_axis(heights, lowest, axis=1)[:, 0]
+        least = int(bottom.argmin())
+        if bottom[least] < reached:
+            reached = float(bottom[least])
+            there = Absorber(best.mass_ratio, float(tunings[least]), float(dampings[least]))
+        along, aside = along * NARROWER, aside * NARROWER
+    return (reached, there) if reached < WORTH * value else (value, best)
