@@ -18,7 +18,7 @@ from damperlab.service.cli.options import (
     check_file,
     contact_document,
 )
-from damperlab.service.cli.output import note, number, print_json, print_table, say, working
+from damperlab.service.cli.output import note, number, print_json, print_table, say, two_digits, working
 from damperlab.service.cli.places import file_option
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.store import data_folder
@@ -26,6 +26,7 @@ from damperlab.service.cli.warm import have_ready
 from damperlab.studies.field import fields_of, given, option_of
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.questions import Compared
+from damperlab.studies.rounding import ROUNDING, ROUNDING_WORD
 
 RECORD_SUFFIXES = (".at2", ".csv", ".txt")
 
@@ -39,14 +40,14 @@ OPTIONS = (
 """Fields of a comparison as options."""
 
 COLUMNS = (
-    ("peak_relative_displacement_m", "peak x−z [m]"),
-    ("rms_relative_displacement_m", "rms x−z [m]"),
-    ("peak_absolute_displacement_m", "peak x [m]"),
+    ("peak_relative_displacement_m", "peak x−z [mm]"),
+    ("rms_relative_displacement_m", "rms x−z [mm]"),
+    ("peak_absolute_displacement_m", "peak x [mm]"),
     ("peak_absolute_acceleration_m_s2", "peak x'' [m/s²]"),
     ("rms_absolute_acceleration_m_s2", "rms x'' [m/s²]"),
     ("impacts", "impacts"),
     ("impact_speed_max_m_s", "fastest [m/s]"),
-    ("stick_fraction", "stuck"),
+    ("stick_fraction", "sticking"),
 )
 
 
@@ -92,7 +93,7 @@ def records(
         if as_json:
             print_json({"records": listed})
             return
-        columns = ("id", "name", "step [s]", "duration [s]", "peak [g]", "peak displacement [m]")
+        columns = ("id", "name", "step [s]", "duration [s]", "peak [g]", "peak displacement [mm]")
         print_table(
             columns,
             (
@@ -102,7 +103,7 @@ def records(
                     number(one["step_s"]),
                     number(one["duration_s"], 4),
                     number(one["peak_acceleration_g"], 3),
-                    number(one["peak_displacement_m"], 3),
+                    number(_printed("peak_displacement_m", one["peak_displacement_m"]), 3),
                 )
                 for one in listed
             ),
@@ -240,6 +241,11 @@ def _contact_words(contact: dict[str, Any]) -> str:
     return "" if time is None else f"; contact {contact['model']}, {time:g}/ω_n"
 
 
+def _printed(name: str, value: float) -> float:
+    """Give a quantity as it is printed: lengths in mm, all else in SI units."""
+    return float(value) * (1e3 if name.endswith("_m") else 1.0)
+
+
 def _print(answer: dict[str, Any]) -> None:
     record, design = answer["record"], answer["design"]
     say(
@@ -248,22 +254,27 @@ def _print(answer: dict[str, Any]) -> None:
     )
     say(
         f"Structure {design['mass_kg']:g} kg, {design['natural_frequency_hz']:g} Hz, ζ = {design['damping_ratio']:g}; "
-        f"particle {design['particle_mass_kg']:g} kg, d = {design['clearance_m']:g} m, e = {design['restitution']:g}; "
+        f"particle {design['particle_mass_kg']:g} kg, d = {_printed('clearance_m', design['clearance_m']):g} mm, "
+        f"e = {design['restitution']:g}; "
         f"friction {design['friction_force_n']:g} N{_contact_words(answer['contact'])}."
     )
     rows = [
-        (values["label"], *(number(float(values[name]), 4) for name, _ in COLUMNS))
+        (values["label"], *(number(_printed(name, values[name]), 4) for name, _ in COLUMNS))
         for values in answer["cases"].values()
     ]
     print_table(("damper", *(title for _, title in COLUMNS)), rows)
     for values in answer["cases"].values():
         over = values.get("spread")
         if over and over["sensitive"]:
-            peak = over["peak_relative_displacement_m"]
+            lowest, highest = (
+                number(_printed("peak_m", over["peak_relative_displacement_m"][end]))
+                for end in ("lowest", "highest")
+            )
             say(
-                f"With {values['label']}, a start that is {over['size_m']:g} m off changes the answer by {over['growth']:.2g} "
-                f"times as much: peak x−z from {number(peak['lowest'])} to {number(peak['highest'])} m over "
+                f"With {values['label']}, a start that is {_printed('size_m', over['size_m']):g} mm off changes the answer "
+                f"by {two_digits(over['growth'])} times as much: peak x−z from {lowest} to {highest} mm over "
                 f"{over['starts']} starts."
             )
     worst = max(float(values["energy_residual"]) for values in answer["cases"].values())
-    say(f"Energy balances to {worst:.1g}. Displacements x−z are against the base, x is absolute.")
+    balance = ROUNDING_WORD if worst < ROUNDING else number(worst, 1)
+    say(f"Energy balances to {balance}. Displacements x−z are against the base, x is absolute.")

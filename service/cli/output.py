@@ -55,6 +55,11 @@ def number(value: float, digits: int = 6) -> str:
     return f"{value:.{digits}g}" if math.isfinite(value) else "—"
 
 
+def two_digits(value: float) -> str:
+    """Spell a number with two significant digits, however large it is, without an exponent."""
+    return f"{float(f'{value:.2g}'):,.15g}" if abs(value) >= 1 else number(value, 2)
+
+
 def duration(seconds: float | None) -> str:
     """Spell a time span for people: "0.8 s", "42 s", "3 min 5 s", "2 h 10 min"."""
     if seconds is None or not math.isfinite(seconds):

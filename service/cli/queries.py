@@ -175,6 +175,7 @@ def fragility(
     record, cube = ask(study, data_dir)
     from damperlab.service.comparisons import columns_document
     from damperlab.studies.answers.fragility import fragility as fitted
+    from damperlab.studies.answers.phrases import Phrases
 
     with working("Reading the cube"):
         answer = fitted(cube, fragile)
@@ -186,9 +187,8 @@ def fragility(
 
     def tell() -> None:
         say(answer.attrs["note"])
-        columns = {name: answer[name].values.tolist() for name in ("scale", *answer.data_vars)}
-        rows = (tuple(map(number, row)) for row in zip(*columns.values(), strict=True))
-        print_table(tuple(map(str, columns)), rows)
+        of_metric = dict.fromkeys(("lowest", "median", "highest"), str(answer.attrs["metric"]))
+        print_table(*rows_table(answer, Phrases.of(cube), of_metric))
 
     hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)
 

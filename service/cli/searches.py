@@ -16,9 +16,10 @@ from damperlab.service.cli.options import (
     check_alone,
     check_name,
 )
-from damperlab.service.cli.output import note, number, print_json, say, working
+from damperlab.service.cli.output import note, print_json, say, working
 from damperlab.service.cli.queries import answered
 from damperlab.service.cli.store import open_store
+from damperlab.service.cli.words import found_sentence
 from damperlab.studies.field import fields_of, given
 from damperlab.studies.questions import Boundary, FollowUps, Judging, Race, Search
 from damperlab.studies.variables import DIMENSIONS
@@ -138,8 +139,10 @@ class Pursuit:
 
             print_json(answered(record, {**refinement_document(found), "with": ids[1:]}))
             return
+        from damperlab.studies.answers.phrases import Phrases
+
         say(found.note)
-        say(", ".join(f"{name} = {_cell(value)}" for name, value in found.found.items()))
+        say(found_sentence(found.found, Phrases.of(cubes[record.id])))
         if ids[1:]:
             say(f"Follow-up studies: {', '.join(ids[1:])}.")
 
@@ -157,7 +160,3 @@ class Pursuit:
             )
             raise typer.Exit(FAILED)
         return record
-
-
-def _cell(value: object) -> str:
-    return number(value) if isinstance(value, float) else str(value)

@@ -1,12 +1,13 @@
 """Answers as sentences and tables for people."""
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from damperlab.service.cli.output import number
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import EVERY_DIMENSION, kind_of
 from damperlab.studies.rounding import ROUNDING_WORD, VALUE_OF_ERROR, is_rounding
-from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
+from damperlab.studies.variables import VARIABLES, Status
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -98,7 +99,7 @@ def rows_table(
         Coordinates that are shown though all rows share them: nothing else says which of their values it is.
     """
     (dimension,) = (str(name) for name in answer.sizes)
-    names = [dimension] if dimension in DIMENSIONS else []
+    names = [dimension] if dimension in EVERY_DIMENSION else []
     names += [
         name
         for name in EVERY_DIMENSION
@@ -147,6 +148,22 @@ def slice_sentence(answer: "xr.Dataset", metric: str, study: str, phrases: "Phra
         else ""
     )
     return f"{study}: {long_name}{reduced}. {words_of(answer)['note']}"
+
+
+def found_sentence(found: "Mapping[str, Any]", phrases: "Phrases") -> str:
+    """Say what a search has found: a design with its value, or the ends between which a boundary lies."""
+    along = str(found.get("along", ""))
+    parts = []
+    for name, value in found.items():
+        if name == "value":
+            parts.append(f"value = {phrases.measured(value, found.get('error', math.nan))}")
+        elif name == "along":
+            parts.append(f"along {phrases.label(along)}")
+        elif name in ("low", "high"):
+            parts.append(f"{name} = {phrases.value(along, value)}")
+        elif name != "error":
+            parts.append(f"{name} = {value}" if isinstance(value, str) else _equal(name, value, phrases))
+    return ", ".join(parts)
 
 
 def completeness_sentence(answer: "xr.Dataset") -> str:

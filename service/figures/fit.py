@@ -1,6 +1,6 @@
 """The figure of a fit: what was measured, and the response with the estimated parameters."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from matplotlib import colormaps
@@ -12,17 +12,29 @@ from damperlab.service.figures.style import (
     GREY,
     LOG_FROM,
     STYLE,
-    SYMBOLS,
     VERMILION,
     styled,
     ticks_1_2_5,
+    told,
 )
-from damperlab.studies.fit.fitted import Fitted
+from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.question import RATIO_OF, FitQuestion
 from damperlab.studies.vocabulary import OF_PARTICLE
 from damperlab.worker.fit.curve import Curve
 
 MILLIMETRES = 1e3
+UNITS = {
+    "natural_frequency_hz": "Hz",
+    "mass_kg": "kg",
+    "particle_mass_kg": "kg",
+    "clearance_m": "m",
+    "base_amplitude_m": "m",
+    "friction_force_n": "N",
+    "damping_n_s_per_m": "N s/m",
+}
+"""Of what may be estimated or measured; all else is a ratio."""
+_ALSO = {"mass_kg": "$M$", "damping_n_s_per_m": "$c$"}
+"""Symbols of what no study varies."""
 MOST_NAMED = 8
 """Of rows measured at more conditions than these, the first are named."""
 TONES = colormaps[COLOURS].resampled(256)
@@ -94,9 +106,13 @@ def draw_fit(fitted: Fitted, curves: list[Curve]) -> Figure:
             axes.grid(color="#dddddd", lw=0.5)
             axes.set_axisbelow(True)
             axes.margins(x=0.02)
-        title = ", ".join(f"{each.name} = {each.value:.4g}" for each in fitted.estimates)
-        figure.suptitle(title, x=0.02, ha="left", fontsize=STYLE["axes.titlesize"])
+        figure.suptitle(title_of(fitted.estimates), x=0.02, ha="left", fontsize=STYLE["axes.titlesize"])
     return figure
+
+
+def title_of(estimates: Iterable[Estimate]) -> str:
+    """Name the parameters and their values as an engineer writes them: symbols, and lengths in mm."""
+    return ", ".join(_equal(each.name, each.value) for each in estimates)
 
 
 def caption_of(question: FitQuestion) -> str:
@@ -113,7 +129,11 @@ def _condition(conditions: Mapping[str, float]) -> str:
         return "fitted response; measured: dots, ± one standard deviation"
     alone = any(conditions.get(name) == 0.0 for name in MASSES)
     return ", ".join(
-        f"{SYMBOLS[name]} = {value:.4g}" if name in SYMBOLS else f"{name} = {value:.4g}"
+        _equal(name, value)
         for name, value in conditions.items()
         if not (alone and RATIO_OF.get(name, name) in OF_PARTICLE and name not in MASSES)
     )
+
+
+def _equal(name: str, value: float) -> str:
+    return told(_ALSO.get(name, name), value, UNITS.get(name, "1"))

@@ -2,6 +2,7 @@
 
 from matplotlib.figure import Figure
 
+from damperlab.service.figures.fit import title_of
 from damperlab.service.figures.style import BLUE, GREY, STYLE, styled
 from damperlab.studies.fit.history.fitted import FittedHistory
 
@@ -39,6 +40,5 @@ def draw_history_fit(fitted: FittedHistory) -> Figure:
             axes.set_axisbelow(True)
             axes.margins(x=0.02)
         figure.legend(loc="outside lower center", ncols=2)
-        title = ", ".join(f"{each.name} = {each.value:.4g}" for each in fitted.estimates)
-        figure.suptitle(title, x=0.02, ha="left", fontsize=STYLE["axes.titlesize"])
+        figure.suptitle(title_of(fitted.estimates), x=0.02, ha="left", fontsize=STYLE["axes.titlesize"])
     return figure

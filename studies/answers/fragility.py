@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.selection import (
     as_float,
     check_metric,
@@ -125,7 +126,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
             "median_scale_interval": list(fitted.median_interval),
             "dispersion_interval": list(fitted.dispersion_interval),
         }
-    attributes["note"] = _note(cube, metric, attributes, say(cube, index, asked.at))
+    attributes["note"] = _note(cube, metric, attributes, say(cube, index, asked.at, Phrases.of(cube)))
     nothing = np.full(scales.size, np.nan)
     some = bool(known.any())
     variables: Mapping[str, tuple[Floats, str]] = {

@@ -145,6 +145,34 @@ def test_refine_computes_follow_ups_until_the_optimum_is_known(tmp_path: Path) -
     assert "--boundary" in bad.stderr
 
 
+def test_what_a_refinement_finds_is_said_in_the_units_of_its_study(tmp_path: Path) -> None:
+    study = {
+        "name": "pad",
+        "particle": False,
+        "damping_ratio": DAMPING,
+        "physical": {
+            "mass_kg": 2.0,
+            "natural_frequency_hz": 2.5,
+            "base_amplitude_m": 0.001,
+            "friction_force_n": [0.05, 0.1, 0.15, 0.6],
+            "excitation_frequency_hz": 2.5,
+        },
+    }
+    (tmp_path / "pad.json").write_text(json.dumps(study))
+    run("run", tmp_path / "pad.json", "--data-dir", tmp_path / "data")
+    asked = ("refine", "pad", "--dry-run", "--data-dir", tmp_path / "data")
+    moving = (*asked, "--exclude-locked")
+    found = json.loads(run(*moving, "--json").stdout)["found"]
+    said = run(*moving).stdout.splitlines()[-1]
+    assert "friction force F = 0.15 N, excitation frequency f = 2.5 Hz" in said
+    # X/Z with Z = 1 mm is X in mm; the error of a closed orbit is rounding
+    assert said.endswith(f"value = {found['value']:.6g} mm")
+    assert not [name for name in ("friction_ratio", "damping_ratio", "error") if name in said]
+    # kZ = 0.49 N: the mass is locked with 0.6 N and moves with 0.15 N
+    boundary = run(*asked, "--boundary", "friction_ratio").stdout.splitlines()[-1]
+    assert "along friction force F, low = 0.15 N, high = 0.6 N, below = no_impact, above = locked" in boundary
+
+
 def test_the_comparison_is_that_of_the_closed_forms_and_is_drawn(data_dir: Path, tmp_path: Path) -> None:
     asked = ["tmd", "friction", "--mass-ratio", "0.1", "--criterion", "hinf", "--data-dir", data_dir]
     point = ["--at", "friction_ratio=0.2"]

@@ -6,6 +6,9 @@ from pathlib import Path
 import pytest
 from tests.service.cli.commands import run
 
+from damperlab.service.cli.output import two_digits
+from damperlab.studies.rounding import ROUNDING
+
 
 def test_records_are_listed_and_kept(tmp_path: Path) -> None:
     listed = run("records", "--data-dir", tmp_path)
@@ -105,3 +108,47 @@ def test_a_contact_time_is_asked_for(tmp_path: Path) -> None:
     assert "contact dwell, 0.322" in run(*still, "--contact", "dwell", *timed).stdout
     assert "contact compliant, 0.322" in run(*still, "--contact", "compliant", *timed).stdout
     assert "--contact-time" in run(*still, "--contact", "dwell", status=2).stderr
+
+
+def test_what_is_printed_of_a_comparison_is_its_answer_in_millimetres(tmp_path: Path) -> None:
+    asked = ("earthquake", "el-centro", "--case", "pid", "--starts", "4", "--data-dir", tmp_path)
+    answer = json.loads(run(*asked, "--json").stdout)
+    _, structure, head, row, sensitive, balance = run(*asked).stdout.splitlines()
+    assert f"d = {1e3 * answer['design']['clearance_m']:g} mm" in structure
+    assert "peak x−z [mm]" in head
+    assert "stuck" not in head
+    case = answer["cases"]["pid"]
+    lengths = [case[f"{each}_displacement_m"] for each in ("peak_relative", "rms_relative", "peak_absolute")]
+    assert row.split()[1:4] == [f"{1e3 * each:.4g}" for each in lengths]
+    over = case["spread"]
+    assert over["sensitive"]
+    assert f"{1e3 * over['size_m']:g} mm off" in sensitive
+    assert f"by {two_digits(over['growth'])} times as much" in sensitive
+    assert f"to {1e3 * over['peak_relative_displacement_m']['highest']:.6g} mm" in sensitive
+    assert case["energy_residual"] < ROUNDING
+    assert "Energy balances to rounding." in balance
+
+
+def test_a_large_number_of_two_digits_has_no_exponent() -> None:
+    assert [two_digits(each) for each in (0.123, 8.77, 877.0, 8.77e9)] == [
+        "0.12",
+        "8.8",
+        "880",
+        "8,800,000,000",
+    ]
+
+
+def test_a_fragility_curve_is_printed_in_the_units_of_its_result(tmp_path: Path) -> None:
+    (tmp_path / "suite.yaml").write_text(
+        "name: cavity\nrecords: [northridge]\naxes: {scale: [0.5, 2], clearance_m: 0.005, friction_force_n: 0.2}\n"
+    )
+    data = ("--data-dir", tmp_path / "data")
+    run("run", tmp_path / "suite.yaml", *data)
+    asked = ("fragility", "cavity", "--threshold", "0.005", *data)
+    said, head, *rows = run(*asked).stdout.splitlines()
+    assert "clearance d = 5 mm" in said
+    assert "0.005" not in said
+    assert head.split("  ")[-1].strip() == "highest [mm]"
+    highest = json.loads(run(*asked, "--json").stdout)["highest"]
+    assert [row.split()[-1] for row in rows] == [f"{1e3 * each:.6g}" for each in highest]
+    assert [row.split()[0] for row in rows] == ["0.5", "2"]

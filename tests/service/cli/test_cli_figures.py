@@ -10,11 +10,15 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path as Path2D
 
 from damperlab.service.figures.comparison import draw_comparison
+from damperlab.service.figures.fit import title_of
 from damperlab.service.figures.resonance_map import draw_map
 from damperlab.service.figures.style import is_logarithmic, save
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
+from damperlab.studies.fit.asking import FREE
+from damperlab.studies.fit.fitted import Estimate
+from damperlab.studies.fit.history.asking import FREE as FREE_OF_HISTORY
 from damperlab.studies.questions import Selection, Tuning
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, ResponseClass, Status
 
@@ -213,3 +217,11 @@ def test_nothing_is_shaded_where_a_peak_may_lie_between_the_frequencies() -> Non
     assert answer.attrs["hybrid_better"]
     (axes,) = draw_comparison(answer).axes
     assert not axes.patches
+
+
+def test_the_title_of_a_fit_names_whatever_can_be_estimated_by_its_symbol_and_lengths_in_mm() -> None:
+    titles = {name: title_of([Estimate(name, 0.0123, *[0.0] * 6, 1.0)]) for name in {*FREE, *FREE_OF_HISTORY}}
+    assert not [title for name, title in titles.items() if name in title]
+    assert titles["clearance_m"] == "$d$ = 12.3 mm"
+    assert titles["friction_ratio"] == "$γ_F$ = 0.0123"
+    assert titles["natural_frequency_hz"] == "$f_n$ = 0.0123 Hz"
