@@ -40,6 +40,9 @@ def studies(
     coarse: Annotated[
         bool, typer.Option("--coarse", help="List the coarse grids too that large studies computed first.")
     ] = False,
+    designs: Annotated[
+        bool, typer.Option("--designs", help="List the studies too that designs asked for.")
+    ] = False,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Largest number of studies to list.")] = 50,
     cursor: Annotated[
         str | None, typer.Option(help="Continue a list that was cut off: the cursor that it printed.")
@@ -54,13 +57,15 @@ def studies(
     check_name("--state", state, STATES)
     if named:
         given = {"--state": state, "--name": name, "--tag": tag, "--within": within, "--cursor": cursor}
-        check_alone(given | {"--coarse": coarse}, "stored studies, of which --named lists none")
+        check_alone(
+            given | {"--coarse": coarse, "--designs": designs}, "stored studies, of which --named lists none"
+        )
         _list_named(as_json)
         return
     from damperlab.studies.store.wanted import Wanted
 
     with in_options(LISTED_BY):
-        wanted = Wanted(state, name, tag, *_read_range(within), coarse=coarse)
+        wanted = Wanted(state, name, tag, *_read_range(within), coarse=coarse, designs=designs)
         page = open_store(data_dir).page(limit, cursor, wanted)
     if as_json:
         print_json({"studies": [record.document() for record in page.records], "cursor": page.cursor})

@@ -7,10 +7,11 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import Connection, Row, func, insert, select, text
+from sqlalchemy import ColumnElement, Connection, Row, func, insert, not_, select, text
 
 from damperlab.studies.faults import Fault, describe, nearest, printable
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.provenance import COARSE_OF, DESIGNS
 from damperlab.studies.store.record import Record, utc
 from damperlab.studies.store.rowsum import require_row
 from damperlab.studies.store.solver import is_outdated
@@ -51,12 +52,18 @@ def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
     return row
 
 
+def asked_for(purpose: str) -> ColumnElement[bool]:
+    """Tell of a row whether a program asked for the study for this purpose, a key of its provenance."""
+    return studies.c.provenance.contains(f'"{purpose}": "', autoescape=True)
+
+
 def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
     """Make the fault for a study that is not there: when it was deleted, which one was probably meant, a few others."""
     order = studies.c.number.desc()
-    newest = connection.execute(
-        select(studies.c.id, studies.c.name).where(ALIVE).order_by(order).limit(NAMES_COMPARED)
-    ).all()
+    there = select(studies.c.id, studies.c.name).where(ALIVE).order_by(order).limit(NAMES_COMPARED)
+    # studies that programs asked for are named where there are no others
+    own = there.where(not_(asked_for(DESIGNS)), not_(asked_for(COARSE_OF)))
+    newest = connection.execute(own).all() or connection.execute(there).all()
     known = ", ".join(f"{row.id} ({row.name})" for row in newest[:3])
     near = nearest(ref, dict.fromkeys(row.name for row in newest if row.name))
     advice = f"did you mean {near}?" if near else "`damperlab studies` lists what there is"

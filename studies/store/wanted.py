@@ -13,7 +13,8 @@ from damperlab.studies.remarks import faults_of_tag
 from damperlab.studies.store.box import box_of
 from damperlab.studies.store.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.provenance import COARSE_OF
+from damperlab.studies.store.provenance import COARSE_OF, DESIGNS
+from damperlab.studies.store.rows import asked_for
 from damperlab.studies.store.tables import studies
 from damperlab.studies.vocabulary import STATES
 
@@ -39,6 +40,9 @@ class Wanted:
     coarse : bool
         Whether coarse grids count too, which large studies compute first; where not, those do all the same that have the tag
         asked for, and those whose study is gone.
+    designs : bool
+        Whether the studies that designs ask for count too; where not, those do all the same that have the tag or the name
+        asked for.
 
     Raises
     ------
@@ -53,6 +57,7 @@ class Wanted:
     low: float | None = None
     high: float | None = None
     coarse: bool = True
+    designs: bool = True
 
     def __post_init__(self) -> None:
         """Refuse what no study can be."""
@@ -93,6 +98,8 @@ class Wanted:
             found.append(studies.c.tags.contains(json.dumps(self.tag), autoescape=True))
         elif not self.coarse:
             found.append(not_(_is_coarse_grid()))
+        if not self.designs and self.tag is None and not self.name:
+            found.append(not_(asked_for(DESIGNS)))
         return found
 
     @property
@@ -131,7 +138,7 @@ def _is_coarse_grid() -> ColumnElement[bool]:
     its_study = studies.c.provenance.like(literal(f"%{key}") + whole.c.id + '"%')
     # the study is looked for where one is named alone
     return and_(
-        studies.c.provenance.contains(key, autoescape=True),
+        asked_for(COARSE_OF),
         exists().where(whole.c.deleted.is_(None), its_study).correlate(studies),
     )
 

@@ -59,6 +59,31 @@ def test_every_evaluation_is_a_study_that_says_what_it_is_for(
     assert {record.provenance["designs"] for record in records} == {document["digest"]}
 
 
+def test_studies_of_a_design_are_listed_where_they_are_asked_for(
+    written: tuple[Path, dict[str, Any]], linear_study: Path
+) -> None:
+    data = ("--data-dir", written[0] / "data")
+    alone = run("show", "nowhere", *data, status=2).stderr
+    assert "small <machine>" in alone  # there are no others to be named
+    run("run", linear_study, *data)
+    every = {
+        one["id"]
+        for one in json.loads(run("studies", "--designs", "--limit", "500", *data, "--json").stdout)[
+            "studies"
+        ]
+    }
+    (own,) = json.loads(run("studies", *data, "--json").stdout)["studies"]
+    assert own["name"] == "bare structure"
+    store = Store.open(written[0] / "data")
+    assert every == {record.id for record in store.page(500).records}
+    store.close()
+    named = json.loads(run("studies", "--name", "small", "--limit", "500", *data, "--json").stdout)["studies"]
+    assert {one["id"] for one in named} == every - {own["id"]}
+    told = run("show", "nowhere", *data, status=2).stderr
+    assert f"the newest are {own['id']} (bare structure)." in told
+    run("delete", own["id"], "--yes", *data)
+
+
 def test_asked_again_nothing_is_computed_and_the_answer_is_the_same(
     written: tuple[Path, dict[str, Any]],
 ) -> None:
