@@ -3,10 +3,12 @@
 import sys
 from pathlib import Path
 
-from docs.drawing.figures import FIGURES, write
+from docs.computed import record
+from docs.drawing.figures import FIGURES, key_of, write
 
 FOLDER = Path(__file__).parents[1] / "figures"
 
 for name in sys.argv[1:] or FIGURES:
     write(name, FOLDER)
+    record([key_of(name)])
     print(f"{name}.svg", (FOLDER / f"{name}.svg").stat().st_size)

@@ -46,6 +46,11 @@ def write(name: str, folder: Path) -> Path:
     return path
 
 
+def key_of(name: str) -> str:
+    """Name a figure in `docs.computed`."""
+    return f"docs/figures/{name}.svg"
+
+
 def rounded(svg: str) -> str:
     """Round the coordinates of a drawing to a tenth of a point, which no eye sees: half of its bytes remain."""
 

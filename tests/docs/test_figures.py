@@ -4,7 +4,8 @@ import re
 from pathlib import Path
 
 import pytest
-from docs.drawing.figures import FIGURES, write
+from docs.computed import is_of_here
+from docs.drawing.figures import FIGURES, key_of, write
 
 from damperlab.studies.specification.reading import named_specifications
 
@@ -21,8 +22,10 @@ def test_every_figure_is_kept() -> None:
     assert {f"{name}.svg" for name in FIGURES} | designs == {path.name for path in KEPT.glob("*.svg")}
 
 
-@pytest.mark.parametrize("name", FIXED)
+@pytest.mark.parametrize("name", FIGURES)
 def test_figure_is_what_is_drawn_today(name: str, tmp_path: Path) -> None:
+    if name not in FIXED and not is_of_here(key_of(name)):
+        pytest.skip("drawn on another machine, or by another solver: motion that does not repeat is another")
     new, old = write(name, tmp_path).read_text(), (KEPT / f"{name}.svg").read_text()
     assert NUMBER.sub("#", new) == NUMBER.sub("#", old)
     far = [
