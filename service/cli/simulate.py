@@ -12,7 +12,6 @@ from damperlab.service.cli.options import (
     AsJson,
     Contact,
     ContactTime,
-    check_alone,
     check_file,
     contact_document,
 )
@@ -66,13 +65,6 @@ def simulate(
 ) -> None:
     """Simulate one design point from rest: its response, its final state and its time history."""
     check_file(output)
-    if no_particle:
-        of_it = {option_of(name): str(value) for name, value in design.items() if name in OF_PARTICLE}
-        check_alone(of_it | {"--contact": contact != "instant"}, "a particle")
-    if not asked.starts:
-        check_alone({"--seed": asked.seed}, "--starts")
-    if output is None and not as_json and asked.cycles is not None:
-        check_alone({"--history": asked.history}, "-o or --json, which write it")
     at = {**DESIGN_POINT, **design}
     document: dict[str, object] = {**given(asked), "particle": not no_particle, "samples": SAMPLES_LIMIT}
     document |= {name: at[name] for name in DIMENSIONS if not (no_particle and name in OF_PARTICLE)}
