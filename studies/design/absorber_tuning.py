@@ -29,8 +29,6 @@ ALONG = np.linspace(-1.0, 1.0, 9)
 ASIDE, NARROWER, HALVINGS, STRETCHES = 0.03, 0.3, 8, 5
 """The bottom of a valley is followed along dampings `ALONG` it: the best tuning of each is looked for `ASIDE` by halving, then
 a stretch of the dampings that is narrower by this factor, so often."""
-WORTH = 0.999
-"""What is found there is another tuning only where it is better by more than this: every other one keeps all its digits."""
 EXCHANGES, ENOUGH = 6, 1.01
 """How often a structure that is harder than those tuned for by more than this is tuned for too."""
 
@@ -134,4 +132,4 @@ def _followed(
             reached = float(bottom[least])
             there = Absorber(best.mass_ratio, float(tunings[least]), float(dampings[least]))
         along, aside = along * NARROWER, aside * NARROWER
-    return (reached, there) if reached < WORTH * value else (value, best)
+    return reached, there
