@@ -38,7 +38,7 @@ def accuracy(
     from damperlab.worker.accuracy.report import FIGURE, in_markdown, make_report
     from damperlab.worker.scenes import accuracy_scenes
 
-    output.mkdir(exist_ok=True)
+    output.mkdir(parents=True, exist_ok=True)
     have_ready(accuracy_scenes(), apart=True)
     steps = ["the solver"]
     with working(lambda: f"Measuring {steps[-1]}"):

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from damperlab.service.cli.options import check_file
+from damperlab.service.cli.output import make_parent
 
 DOCUMENTS = (".html", ".htm", ".pdf")
 
@@ -32,7 +33,7 @@ def write_document(text: str, output: Path) -> None:
         from damperlab.service.printing import printed
 
         content = printed(text)
-    partial = output.with_name(f"{output.name}.{os.getpid()}.partial")
+    partial = make_parent(output).with_name(f"{output.name}.{os.getpid()}.partial")
     try:
         partial.write_bytes(content)
         partial.replace(output)

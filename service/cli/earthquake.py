@@ -18,7 +18,16 @@ from damperlab.service.cli.options import (
     check_file,
     contact_document,
 )
-from damperlab.service.cli.output import note, number, print_json, print_table, say, two_digits, working
+from damperlab.service.cli.output import (
+    make_parent,
+    note,
+    number,
+    print_json,
+    print_table,
+    say,
+    two_digits,
+    working,
+)
 from damperlab.service.cli.places import file_option
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.store import data_folder
@@ -197,7 +206,7 @@ def earthquake(
             from damperlab.service.figures.style import save
 
             with working("Drawing"):
-                save(draw_earthquake(asked), output)
+                save(draw_earthquake(asked), make_parent(output))
         note(f"Wrote {output}.")
     if as_json:
         print_json(answer)
@@ -229,7 +238,7 @@ def _generated(recipe: dict[str, Any], name: str) -> Any:
 
 
 def _write_csv(answer: dict[str, Any], output: Path) -> None:
-    with output.open("w", encoding="utf-8") as file:
+    with make_parent(output).open("w", encoding="utf-8") as file:
         names = [name for name in next(iter(answer["cases"].values())) if name not in ("label", "spread")]
         file.write(",".join(("damper", *names)) + "\n")
         for case, values in answer["cases"].items():

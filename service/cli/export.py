@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from damperlab.service.cli.options import DataDir, StudyId
-from damperlab.service.cli.output import note, working
+from damperlab.service.cli.output import make_parent, note, working
 from damperlab.service.cli.places import file_option
 from damperlab.service.cli.store import label, open_store
 from damperlab.studies.vocabulary import EXPORT_FORMATS, EXPORT_SUFFIXES, ExportFormat
@@ -39,6 +39,7 @@ def export(
     store = open_store(data_dir)
     record = store.find(study)
     cube = store.cube(record.id)
+    make_parent(output)
     with working(f"Writing {output}"):
         if file_format == "netcdf":
             write_netcdf(cube, output)

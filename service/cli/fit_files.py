@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from damperlab.service.cli.documents import DOCUMENTS, check_document, write_document
 from damperlab.service.cli.options import check_file
-from damperlab.service.cli.output import note, working
+from damperlab.service.cli.output import make_parent, note, working
 
 if TYPE_CHECKING:
     from damperlab.studies.fit.fitted import Fitted
@@ -71,7 +71,7 @@ def write_fit(fitted: "Fitted", made: "Made", output: Path) -> None:
         if output.suffix in DOCUMENTS:
             write_document(fit_report(fitted, curves, made), output)
         else:
-            save(draw_fit(fitted, curves), output)
+            save(draw_fit(fitted, curves), make_parent(output))
     note(f"Wrote {output}.")
 
 
@@ -85,7 +85,7 @@ def write_history_fit(fitted: "FittedHistory", made: "Made", output: Path) -> No
         if output.suffix in DOCUMENTS:
             write_document(history_report(fitted, made), output)
         else:
-            save(draw_history_fit(fitted), output)
+            save(draw_history_fit(fitted), make_parent(output))
     note(f"Wrote {output}.")
 
 
@@ -96,7 +96,7 @@ def write_study(document: dict[str, Any], path: Path) -> None:
     text = _json(document)
     if path.suffix != ".json":
         text = yaml.safe_dump(document, allow_unicode=True, sort_keys=False)
-    path.write_text(text, encoding="utf-8")
+    make_parent(path).write_text(text, encoding="utf-8")
     note(f"Wrote {path}; `damperlab run {path}` computes it.")
 
 
@@ -105,7 +105,7 @@ def write_specification(specified: "Specified", path: Path) -> None:
     from damperlab.studies.fit.specification_text import specification_text
 
     text = _json(specified.document) if path.suffix == ".json" else specification_text(specified)
-    path.write_text(text, encoding="utf-8")
+    make_parent(path).write_text(text, encoding="utf-8")
     note(f"Wrote {path}; `damperlab design {path}` searches a damper for it.")
 
 

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
@@ -106,6 +107,12 @@ def working(what: str | Callable[[], str]) -> Iterator[None]:
     finally:
         done.set()
         thread.join()
+
+
+def make_parent(path: Path) -> Path:
+    """Create the folder that `path` will lie in."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return path
 
 
 def _is_number(text: str) -> bool:

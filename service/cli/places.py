@@ -1,4 +1,7 @@
-"""Where commands write: options that name a file or a folder, checked as they are read, before any work begins."""
+"""Where commands write: options that name a file or a folder, checked as they are read, before any work begins.
+
+Folders that are not there are made when something is written.
+"""
 
 import os
 import tempfile
@@ -10,35 +13,31 @@ import typer
 from damperlab.service.cli.failures import UsageFault
 from damperlab.studies.faults import Fault
 
-IN_A_FOLDER = "a file in a folder that exists and can be written"
-A_FOLDER = "a folder that can be written, or a new one in a folder that exists"
+IN_A_FOLDER = "a file in a folder that can be written"
+A_FOLDER = "a folder that can be written"
 
 
 def file_option(*spellings: str, help: str, metavar: str = "FILE", **more: Any) -> Any:
-    """Make the option of a file that a command writes; its folder must exist, and a file must be writable there."""
+    """Make the option of a file that a command writes; a file must be writable in its folder."""
     return typer.Option(*spellings, metavar=metavar, help=help, callback=_check_file, **more)
 
 
 def folder_option(*spellings: str, help: str) -> Any:
-    """Make the option of a folder that a command writes files into; it makes the folder, but none above it."""
+    """Make the option of a folder that a command writes files into; files must be writable in it."""
     return typer.Option(*spellings, metavar="DIR", help=help, callback=_check_folder)
 
 
 def _check_file(param: typer.CallbackParam, value: Path | None) -> Path | None:
     if value is not None and (wrong := _why_no_file(value)):
         advice = f"name another file with {param.opts[0]}"
-        if not value.parent.exists():
-            advice = f"create the folder, or {advice}"
         told = f"The file {value} cannot be written: {wrong}."
         raise UsageFault(Fault(param.opts[0], str(value), IN_A_FOLDER, advice, told))
     return value
 
 
 def _check_folder(param: typer.CallbackParam, value: Path | None) -> Path | None:
-    if value is not None and (wrong := _why_no_files_in(value if value.exists() else value.parent)):
+    if value is not None and (wrong := _why_no_files_in(value)):
         advice = f"name another folder with {param.opts[0]}"
-        if not value.parent.exists():
-            advice = f"create {value.parent}, or {advice}"
         told = f"The folder {value} cannot be written: {wrong}."
         raise UsageFault(Fault(param.opts[0], str(value), A_FOLDER, advice, told))
     return value
@@ -55,8 +54,8 @@ def _why_no_file(path: Path) -> str:
 
 def _why_no_files_in(folder: Path) -> str:
     """Say why no file can be made in a folder; nothing where one can."""
-    if not folder.exists():
-        return f"there is no folder {folder}"
+    while not folder.exists():
+        folder = folder.parent
     if not folder.is_dir():
         return f"{folder} is a file"
     try:

@@ -7,7 +7,7 @@ import typer
 
 from damperlab.service.cli.asked import asks
 from damperlab.service.cli.options import AsJson, DataDir, Output, StudyId, check_file
-from damperlab.service.cli.output import note, number, print_json, print_table, say, working
+from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from damperlab.service.cli.store import label, open_store
 from damperlab.service.cli.words import (
     axes_of,
@@ -237,6 +237,7 @@ def hand_out(
     """
     if output is not None:
         with working(f"Writing {output}"):
+            make_parent(output)
             if output.suffix == ".csv" or draw is None:
                 from damperlab.studies.answers.classes import with_words
 

@@ -47,7 +47,7 @@ def reproduce(
 
     The studies are stored like any others, so a second run computes only missing points.
     """
-    output.mkdir(exist_ok=True)
+    output.mkdir(parents=True, exist_ok=True)
     from damperlab.service.documents import plain
     from damperlab.service.figures.style import save
     from damperlab.service.reproduction.report import in_markdown, make_report

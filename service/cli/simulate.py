@@ -15,7 +15,7 @@ from damperlab.service.cli.options import (
     check_file,
     contact_document,
 )
-from damperlab.service.cli.output import note, number, print_json, print_table, say, working
+from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from damperlab.service.cli.places import file_option
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.warm import have_ready
@@ -104,6 +104,7 @@ def _history(asked: Simulated, output: Path | None, frequency_ratio: float) -> i
 
 
 def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output: Path) -> None:
+    make_parent(output)
     if output.suffix == ".csv":
         with output.open("w", encoding="utf-8") as file:
             file.write(",".join(history) + "\n")

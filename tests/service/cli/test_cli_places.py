@@ -35,16 +35,17 @@ def of_store(arguments: tuple[str, ...], data_dir: Path) -> tuple[str | Path, ..
 
 
 @pytest.mark.parametrize("arguments", [*FILES, *FOLDERS], ids=" ".join)
-def test_a_folder_that_is_not_there_is_refused_and_not_made(
+def test_a_folder_that_cannot_be_made_is_refused_before_anything_is_read(
     stored: Stored, tmp_path: Path, arguments: tuple[str, ...]
 ) -> None:
-    missing = tmp_path / "mispelt"
-    ended = run(*placed(arguments, missing), *of_store(arguments, stored[0]), status=2)
-    assert f"there is no folder {missing}." in ended.stderr
-    # the file itself is not the first thing that was missed: nothing was read before the place was looked at
+    taken = tmp_path / "taken"
+    taken.write_text("here already")
+    ended = run(*placed(arguments, taken / "below"), *of_store(arguments, stored[0]), status=2)
+    assert f"{taken} is a file." in ended.stderr
+    # nothing was read before the place was looked at
     assert "no-such.csv" not in ended.stderr
     assert ended.stderr.count("\n") == 1
-    assert list(tmp_path.iterdir()) == []
+    assert taken.read_text() == "here already"
 
 
 @pytest.mark.parametrize("arguments", [*FILES, *FOLDERS], ids=" ".join)
@@ -61,12 +62,13 @@ def test_a_folder_that_takes_no_files_is_refused_without_the_system_s_own_words(
 def test_what_is_refused_of_a_place_names_the_option_what_was_found_and_what_is_allowed(
     stored: Stored, tmp_path: Path
 ) -> None:
-    asked = ("map", "bare structure", "-o", tmp_path / "gone" / "x.png", "--data-dir", stored[0], "--json")
+    (tmp_path / "taken").write_text("")
+    asked = ("map", "bare structure", "-o", tmp_path / "taken" / "x.png", "--data-dir", stored[0], "--json")
     document = json.loads(run(*asked, status=2).stdout)
     (fault,) = document["errors"]
-    assert (fault["field"], fault["found"]) == ("--output", str(tmp_path / "gone" / "x.png"))
-    assert fault["allowed"] == "a file in a folder that exists and can be written"
-    assert fault["advice"].startswith("create the folder")
+    assert (fault["field"], fault["found"]) == ("--output", str(tmp_path / "taken" / "x.png"))
+    assert fault["allowed"] == "a file in a folder that can be written"
+    assert fault["advice"] == "name another file with --output"
 
 
 def test_a_folder_is_no_file_and_a_file_no_folder(stored: Stored, tmp_path: Path) -> None:

@@ -103,7 +103,7 @@ def test_a_response_is_the_transmissibility(stored: Stored, tmp_path: Path) -> N
     expected = [transmissibility(r) for r in document["frequency_ratio"]]
     np.testing.assert_allclose(document["values"], expected, rtol=1e-9)
     assert "131.583" in run(*asked).stdout
-    table = tmp_path / "response.csv"
+    table = tmp_path / "new folder" / "response.csv"
     run(*asked, "-o", table)
     with table.open(newline="") as file:
         found = [float(row["amplitude_ratio"]) for row in csv.DictReader(file)]
