@@ -1,33 +1,39 @@
-"""On which solver and machine what a page shows was computed: there, and nowhere else, it is the same to the last digit."""
+"""By which kernels and on what machine a page was computed: there, and nowhere else, it is the same to the last digit."""
 
 import json
 from collections.abc import Iterable
+from importlib.metadata import version
 from pathlib import Path
 
 from damperlab.worker.provenance import computing
 
 RECORD = Path(__file__).parent / "computed.json"
-KEPT = ("identity", "solver", "target", "libc")
-"""`identity` decides; the others say the same for people."""
+KEPT = ("kernels", "target", "libc", "numpy", "numba", "llvmlite")
+"""Of the solver and the machine: what decides every bit that a kernel computes."""
+LIBRARIES = ("matplotlib", "xarray")
+"""Whose versions decide how it is shown."""
 
 
 def is_of_here(page: str) -> bool:
-    """Whether a page was computed by this solver on a machine that computes the same bits.
+    """Whether a page was computed by these kernels on a machine that computes the same bits.
 
     Parameters
     ----------
     page : str
         Its path from the root of the repository.
     """
-    found = _recorded().get(page)
-    return found is not None and found["identity"] == computing()["identity"]
+    return _recorded().get(page) == _here()
 
 
 def record(pages: Iterable[str]) -> None:
     """Note that pages have just been computed here."""
-    facts = computing()
-    recorded = _recorded() | {key: {name: facts[name] for name in KEPT} for key in pages}
+    recorded = _recorded() | dict.fromkeys(pages, _here())
     RECORD.write_text(json.dumps(recorded, indent=1, sort_keys=True) + "\n")
+
+
+def _here() -> dict[str, str]:
+    facts = computing()
+    return {name: facts[name] for name in KEPT} | {name: version(name) for name in LIBRARIES}
 
 
 def _recorded() -> dict[str, dict[str, str]]:

@@ -191,7 +191,7 @@ def main() -> None:
             page.write_text(renewed(page.read_text(), Path(folder)))
             for made, kept in figures_of(page, Path(folder)):
                 kept.write_bytes(made.read_bytes())
-        record([name])
+        record([page.resolve().relative_to(ROOT).as_posix()])
 
 
 if __name__ == "__main__":

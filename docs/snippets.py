@@ -100,11 +100,16 @@ def run_snippets(text: str, url: str, folder: Path) -> list[tuple[str, str | Non
 
 def renewed(text: str, url: str, folder: Path) -> str:
     """Give a page with what its Python prints now; what differs by chance alone stays as it is."""
-    for printed, shown in run_snippets(text, url, folder):
-        if shown is not None:
-            again = shown_again(Shown("python", shown), printed)
-            text = text.replace(f"```text\n{shown}```", f"```text\n{again}```")
-    return text
+    printed = (now for now, _ in run_snippets(text, url, folder))
+
+    def block(found: re.Match[str]) -> str:
+        now, shown = next(printed), found["printed"]
+        if shown is None:
+            return found[0]
+        start, end = (place - found.start() for place in found.span("printed"))
+        return found[0][:start] + shown_again(Shown("python", shown), now) + found[0][end:]
+
+    return SNIPPET.sub(block, text)
 
 
 def main() -> None:

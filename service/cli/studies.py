@@ -65,7 +65,14 @@ def studies(
     from damperlab.studies.store.wanted import Wanted
 
     with in_options(LISTED_BY):
-        wanted = Wanted(state, name, tag, *_read_range(within), coarse=coarse, designs=designs)
+        wanted = Wanted(
+            state,
+            name,
+            tag,
+            *_read_range(within),
+            coarse=coarse,
+            designs=designs or state not in (None, "done"),
+        )
         page = open_store(data_dir).page(limit, cursor, wanted)
     if as_json:
         print_json({"studies": [record.document() for record in page.records], "cursor": page.cursor})

@@ -47,12 +47,11 @@ def tmd(
         # a force beside a shaken base has no base amplitude that its static displacement could be over
         of_force = answer.attrs["excitation"] != excitation_of(cube)
         phrases = Phrases.of(cube.drop_vars(list(cube.data_vars)) if of_force else cube)
-        better = ", ".join(phrases.span(FREQUENCY, low, high) for low, high in answer.attrs["hybrid_better"])
-        say(
-            f"The study's damper is better at {better}."
-            if better
-            else "The study's damper is better at no frequency."
+        better_at = ", ".join(
+            phrases.span(FREQUENCY, low, high) for low, high in answer.attrs["hybrid_better"]
         )
+        if answer.attrs["judged"]:
+            say(f"The study's damper is better at {better_at or 'no frequency that was computed'}.")
         print_table(
             *rows_table(answer, phrases, dict.fromkeys(("hybrid", "tmd", "no_damper"), "amplitude_ratio"))
         )

@@ -17,6 +17,8 @@ FOLDED = 1.3
 """Times the length of a straight line through the room of a number: more is a line that comes back."""
 STRAIGHT = 0.97
 """Least distance of the ends of a number over the way along its line."""
+MOST_POINTS, CANDIDATES = 10_000, 200
+"""Of all lines, and places that are tried for a number: they bound time and memory. Where lines fill a map there is no room."""
 
 
 def label_places(
@@ -38,12 +40,15 @@ def label_places(
     """
     pieces = [list(_pieces(path, x, y)) for path in lines.get_paths()]
     points = [np.concatenate([np.empty((0, 2)), *each]) for each in pieces]
+    if sum(map(len, points)) > MOST_POINTS:
+        return []
     taken = np.empty((0, 2))
     places = []
     for index, own in enumerate(points):
         room = [piece[_straight(piece)] for piece in pieces[index]]
         inside = np.concatenate([np.empty((0, 2)), *room])
         inside = inside[((inside > ROOM) & (inside < 1.0 - ROOM)).all(axis=1)]
+        inside = inside[:: 1 + len(inside) // CANDIDATES]
         others = np.concatenate([taken, *(each for at, each in enumerate(points) if at != index)])
         away = _distance(inside, others)
         around = (np.hypot(*(inside[:, None] - own).transpose(2, 0, 1)) < ROOM).sum(axis=1)

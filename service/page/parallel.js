@@ -203,7 +203,7 @@ function axesOf({ selection, shown }, designs) {
     return { name, title, low, high: high > low ? high : low + 1, of, text };
   };
   const named = selection.varied.filter((name) => name !== FREQUENCY);
-  const plain = (/** @type {string} */ name) => (shown.has(name) ? shown.title(name).replace(/^.* (?=\S+ \[)/, "") : shown.title(name).replace(/^.* /, ""));
+  const plain = (/** @type {string} */ name) => (shown.has(name) ? shown.title(name).replace(/^.* (?=\S+ \[)/, "") : shown.title(name).replace(/^.* /, "")).replace("_", "");
   return [
     ...named.map((name) => axis(name, plain(name), (design) => design[name], (value) => short(value * shown.factor(name), 3))),
     axis("impact_share", "impacts", (design) => design.impact_share ?? 0, (value) => `${short(100 * value, 3)} %`),

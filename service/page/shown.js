@@ -73,7 +73,7 @@ export class Shown {
 
   /** The symbol of a dimension as it is printed. @param {string} name @returns {HTMLElement} */
   symbol(name) {
-    return this.has(name) ? el("i", {}, QUANTITIES[name][0]) : symbol(name);
+    return this.has(name) ? lowered(QUANTITIES[name][0]) : symbol(name);
   }
 
   /** A value with its unit. @param {string} name @param {number | null | undefined} value @param {number} [digits] */

@@ -43,7 +43,12 @@ export function axisTitle(dimension) {
 
 /** The symbol of a dimension as it is printed. @param {string} dimension @returns {HTMLElement} */
 export function symbol(dimension) {
-  const [letter, index] = (SYMBOLS[dimension] ?? "").split("_");
+  return lowered(SYMBOLS[dimension] ?? "");
+}
+
+/** A symbol with its index lowered. @param {string} text @returns {HTMLElement} */
+export function lowered(text) {
+  const [letter, index] = text.split("_");
   return el("i", {}, letter, index && el("sub", {}, index));
 }
 

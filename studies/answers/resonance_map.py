@@ -170,8 +170,10 @@ def resonance_map(
             sentences.append(say_frequency(cube, r, phrases))
         if over is not None and answer.attrs["complete"] < 1:
             sentences.append(f"Not everything is computed: the {reduce} is that of what is there.")
-        if reduce == "max" and answer.attrs["points_failed"]:
-            sentences.append("Where a point failed, as an unbounded response does, the max is not known.")
+        if (reduce == "max" or inner is not None) and answer.attrs["points_failed"]:
+            sentences.append(
+                "Where a point failed, as an unbounded response does, the largest value is not known."
+            )
         return {"note": " ".join(filter(None, sentences))}
 
     answer.attrs |= said(cube, note)

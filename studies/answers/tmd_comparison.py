@@ -56,7 +56,7 @@ def tmd_comparison(
         `ratio` (hybrid over tuned mass damper), `judged` (whether it is known which of the two peaks is lower), the
         bandwidths `hybrid_bandwidth` and `tmd_bandwidth` (share of the band where X/Z is above its peak over √2),
         `hybrid_better` (lowest and highest grid frequency of each run of them at which the hybrid is better by
-        more than its error) and `hybrid_better_share` of the frequencies that have a value; `complete`,
+        more than its error) and `hybrid_better_share` of the frequencies at which that is known; `complete`,
         `points`, `points_failed`, `verdict` (which is better, in sentences; at one frequency, what to compute next in
         place of that), `note`.
 
@@ -128,7 +128,7 @@ def tmd_comparison(
         "hybrid_bandwidth": _above(r, hybrid, peak / math.sqrt(2)),
         "tmd_bandwidth": _above(r, beside, top.value / math.sqrt(2)),
         "hybrid_better": runs(r, better),
-        "hybrid_better_share": float(better.sum() / known.sum()) if known.any() else math.nan,
+        "hybrid_better_share": float(better.sum() / (known | unbounded).sum()) if known.any() else math.nan,
     }
     answer.attrs["judged"] = is_judged(answer)
 

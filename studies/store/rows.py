@@ -89,7 +89,7 @@ def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
     known = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
     if len(ref) < FIRST_DIGITS:
         allowed = f"a name, or at least the first {FIRST_DIGITS} digits of an id; this begins {known}"
-        told = f"No study is named {printable(ref)}, and an id needs at least {FIRST_DIGITS} digits; it begins {known}."
+        told = f"No study is named {printable(ref)}; of an id it takes {FIRST_DIGITS} digits. It begins that of {known}."
     else:
         allowed = f"one study; this fits {known}"
         told = f"{printable(ref)} fits more than one study: {known}."

@@ -164,13 +164,15 @@ def test_what_a_refinement_finds_is_said_in_the_units_of_its_study(tmp_path: Pat
     moving = (*asked, "--exclude-locked")
     found = json.loads(run(*moving, "--json").stdout)["found"]
     said = run(*moving).stdout.splitlines()[-1]
-    assert "friction force F = 0.15 N, excitation frequency f = 2.5 Hz" in said
+    assert "friction force F_f = 0.15 N, excitation frequency f = 2.5 Hz" in said
     # X/Z with Z = 1 mm is X in mm; the error of a closed orbit is rounding
     assert said.endswith(f"value = {found['value']:.6g} mm")
     assert not [name for name in ("friction_ratio", "damping_ratio", "error") if name in said]
     # kZ = 0.49 N: the mass is locked with 0.6 N and moves with 0.15 N
     boundary = run(*asked, "--boundary", "friction_ratio").stdout.splitlines()[-1]
-    assert "along friction force F, low = 0.15 N, high = 0.6 N, below = no_impact, above = locked" in boundary
+    assert (
+        "along friction force F_f, low = 0.15 N, high = 0.6 N, below = no_impact, above = locked" in boundary
+    )
 
 
 def test_the_comparison_is_that_of_the_closed_forms_and_is_drawn(data_dir: Path, tmp_path: Path) -> None:

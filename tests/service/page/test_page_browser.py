@@ -299,7 +299,7 @@ def test_a_study_in_units_is_shown_in_units_or_as_ratios_and_the_choice_is_remem
 
     value = best["value"] * amplitude * 1000
     expect(head.locator("strong")).to_have_text(f"{value:.5g} mm")
-    expect(head).to_contain_text(f"F = {best['friction_ratio'] * force:.5g} N")
+    expect(head).to_contain_text(f"Ff = {best['friction_ratio'] * force:.5g} N")
     expect(panel.get_by_role("heading", level=2)).to_contain_text(" N")
     assert drawn()[1] == pytest.approx([x * amplitude * 1000 for x in curve["values"]], rel=1e-12)
     for part in ("map", "tmd"):
