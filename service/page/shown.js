@@ -3,7 +3,7 @@
 import { el } from "./dom.js";
 import { short } from "./numbers.js";
 import { STANDS_FOR, unitFactor } from "./quantities.js";
-import { axisTitle, NAMES, symbol, titled } from "./vocabulary.js";
+import { axisTitle, NAMES, lowered, symbol, titled } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 const REMEMBERED = "damperlab.ratios";
