@@ -34,10 +34,10 @@ def said(values: list[list[float]], **asked: object) -> str:
 
 def test_the_best_damper_at_the_end_of_an_axis_is_said_to_be():
     rises = [[3.0, 2.5, 2.2], [2.0, 1.6, 1.3], [1.5, 1.1, 0.9]]
-    expected = "The optimum lies at the upper end of d (20 mm) and the upper end of F (2 N): a better one may lie beyond"
+    expected = "The optimum lies at the upper end of d (20 mm) and the upper end of F_f (2 N): a better one may lie beyond"
     assert said(rises).startswith(expected)
     # a range that was asked for ends before the axis does, and says nothing of what lies beyond
-    assert "F (" not in said(rises, ranges={"friction_force_n": (0.0, 1.0)})
+    assert "F_f (" not in said(rises, ranges={"friction_force_n": (0.0, 1.0)})
     assert "of d (20 mm)" in said(rises, ranges={"friction_force_n": (0.0, 1.0)})
     assert said(rises, records=["two"]).startswith(expected)
 

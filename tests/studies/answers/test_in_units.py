@@ -141,7 +141,7 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
     assert said.startswith("Optimum: largest amplitude in the band")
     for name, factor, symbol, unit in (
         ("clearance_ratio", BASE * 1e3, "d", "mm"),
-        ("friction_ratio", FORCE, "F", "N"),
+        ("friction_ratio", FORCE, "F_f", "N"),
         ("mass_ratio", MASS, "m", "kg"),
         ("frequency_ratio", HERTZ, "f", "Hz"),
     ):

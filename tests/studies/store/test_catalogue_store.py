@@ -187,7 +187,9 @@ def test_too_few_digits_stand_for_no_study(store, make_study, make_plan_of):
     record, _ = store.submit(make_study("only one"), make_plan_of(make_study()), {})
     assert store.find(record.id[:4]) == record
     for digits in (1, 2, 3):
-        with pytest.raises(StudyNotFound, match=f"at least 4 digits; it begins {record.id} \\(only one\\)"):
+        with pytest.raises(
+            StudyNotFound, match=f"it takes 4 digits. It begins that of {record.id} \\(only one\\)"
+        ):
             store.find(record.id[:digits])
 
 
