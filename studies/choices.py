@@ -179,6 +179,8 @@ def _choice(
         return getattr(raw, key, raw)
 
     def check(raw: Any) -> Any:
+        if plain and raw == {key: tags[0]}:
+            return tags[0]  # written as those with settings are
         written = isinstance(raw, dict | BaseModel) or (plain and isinstance(raw, str))
         if not written:
             allowed = tags[0] if plain else f"a mapping, such as {{{key}: {tags[0]}}}"

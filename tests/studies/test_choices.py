@@ -34,6 +34,15 @@ def test_a_word_is_advised_where_one_is_near(part: dict[str, Any], advice: str) 
     assert fault.advice == advice
 
 
+def test_a_start_from_rest_may_be_written_as_those_with_settings_are() -> None:
+    axes = {"axes": {"clearance_ratio": 3, "frequency_ratio": 1}}
+    assert (
+        parse_study(axes | {"start": {"kind": "rest"}})
+        == parse_study(axes | {"start": "rest"})
+        == parse_study(axes)
+    )
+
+
 def test_a_start_without_its_kind_is_told_so_and_what_of_it_is_unknown() -> None:
     missing, unknown = faults_of({"start": {"ensemble": {"n": 4}}})
     assert (missing.field, missing.found) == ("start.kind", "nothing")
