@@ -169,4 +169,5 @@ def test_a_second_run_computes_nothing_and_says_the_same(made: tuple[Path, dict[
 
 def test_a_file_is_no_folder(tmp_path: Path) -> None:
     (tmp_path / "taken").write_text("")
-    assert "a folder is allowed" in run("reproduce", "-o", tmp_path / "taken", status=2).stderr
+    refused = run("reproduce", "-o", tmp_path / "taken", status=2).stderr
+    assert f"{tmp_path / 'taken'} is a file. Name another folder with --output." in refused

@@ -23,7 +23,8 @@ SECTION = (ROOT / "docs" / "reference" / "client.md").read_text().partition("\n#
 
 def test_example_prints_what_is_printed_below_it(service: Any, tmp_path: Path) -> None:
     code, _, rest = EXAMPLE.partition("```python\n")[2].partition("```\n")
-    expected = re.findall(r"^    (\S+) (\S+)$", rest.partition("Any other program")[0], re.MULTILINE)
+    printed = rest.partition("```text\n")[2].partition("```")[0]
+    expected = [line.split() for line in printed.splitlines()]
     assert len(expected) == 3
     code = code.replace("http://127.0.0.1:8000", service.url)
     assert service.url in code
