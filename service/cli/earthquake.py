@@ -29,10 +29,10 @@ from damperlab.service.cli.output import (
     working,
 )
 from damperlab.service.cli.places import file_option
-from damperlab.service.cli.spelled import in_options
+from damperlab.service.cli.spelled import in_options, options_of
 from damperlab.service.cli.store import data_folder
 from damperlab.service.cli.warm import have_ready
-from damperlab.studies.field import fields_of, given, option_of
+from damperlab.studies.field import given, option_of
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.questions import Compared
 from damperlab.studies.rounding import ROUNDING, ROUNDING_WORD
@@ -41,7 +41,7 @@ RECORD_SUFFIXES = (".at2", ".csv", ".txt")
 
 OPTIONS = (
     {name: option_of(name) for name in QUANTITIES}
-    | {each.key: each.options[0] for each in fields_of(Compared) if "command" in each.doors}
+    | options_of(Compared)
     | CONTACT_OPTIONS
     | RECIPE_OPTIONS
     | {"record": "RECORD"}

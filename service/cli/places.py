@@ -28,19 +28,23 @@ def folder_option(*spellings: str, help: str) -> Any:
 
 
 def _check_file(param: typer.CallbackParam, value: Path | None) -> Path | None:
-    if value is not None and (wrong := _why_no_file(value)):
-        advice = f"name another file with {param.opts[0]}"
-        told = f"The file {value} cannot be written: {wrong}."
-        raise UsageFault(Fault(param.opts[0], str(value), IN_A_FOLDER, advice, told))
+    if value is not None:
+        _refuse("file", value, IN_A_FOLDER, _why_no_file(value), param)
     return value
 
 
 def _check_folder(param: typer.CallbackParam, value: Path | None) -> Path | None:
-    if value is not None and (wrong := _why_no_files_in(value)):
-        advice = f"name another folder with {param.opts[0]}"
-        told = f"The folder {value} cannot be written: {wrong}."
-        raise UsageFault(Fault(param.opts[0], str(value), A_FOLDER, advice, told))
+    if value is not None:
+        _refuse("folder", value, A_FOLDER, _why_no_files_in(value), param)
     return value
+
+
+def _refuse(what: str, value: Path, allowed: str, why: str, param: typer.CallbackParam) -> None:
+    """Refuse a place, if there is a reason to."""
+    if why:
+        advice = f"name another {what} with {param.opts[0]}"
+        told = f"The {what} {value} cannot be written: {why}."
+        raise UsageFault(Fault(param.opts[0], str(value), allowed, advice, told))
 
 
 def _why_no_file(path: Path) -> str:

@@ -17,11 +17,11 @@ from damperlab.service.cli.options import (
 )
 from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
 from damperlab.service.cli.places import file_option
-from damperlab.service.cli.spelled import in_options
+from damperlab.service.cli.spelled import in_options, options_of
 from damperlab.service.cli.warm import have_ready
 from damperlab.service.cli.words import cell
 from damperlab.studies.faults import counted
-from damperlab.studies.field import fields_of, given, option_of
+from damperlab.studies.field import given, option_of
 from damperlab.studies.questions import Simulated
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES
 from damperlab.studies.vocabulary import DESIGN_POINT, OF_PARTICLE
@@ -39,7 +39,7 @@ LONG_HISTORY = 200
 SHOWN_SAMPLES = 1000
 OPTIONS = (
     {name: option_of(name) for name in DIMENSIONS}
-    | {each.key: each.options[0] for each in fields_of(Simulated) if "command" in each.doors}
+    | options_of(Simulated)
     | CONTACT_OPTIONS
     | {"particle: false": "--no-particle", "method: event": "--method event"}
 )

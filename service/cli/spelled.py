@@ -7,6 +7,12 @@ from dataclasses import replace
 
 from damperlab.service.cli.failures import UsageFault
 from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.field import fields_of
+
+
+def options_of(question: type) -> dict[str, str]:
+    """Give the option of each field of a question that the command line asks for, by the field's name in documents."""
+    return {each.key: each.options[0] for each in fields_of(question) if "command" in each.doors}
 
 
 @contextmanager

@@ -53,8 +53,7 @@ def optimal_designs(
         locked; both unknown, -1 and NaN, where the study keeps no class. `lowest` and `highest` are limits that hold
         for all designs at once with the confidence stated; `impact_share` is the share of the judged frequencies at which
         a particle that has mass strikes while the mass moves; `alike` counts further designs that have the very same response
-        without impacts, which are
-        folded into the first of them. Attributes: `objective`, `designs` (all in the
+        without impacts, which are folded into the first of them. Attributes: `objective`, `designs` (all in the
         ranges), `incomplete`, `failed`, `locked`, `too_fast`, `outside` (those left out, by reason), `complete` (share
         of the designs that were computed), `band`,
         `frequencies`, `flatness` of the best (see `flatness.flatness`), those of `verdict.verdict`, and `note`, which

@@ -39,7 +39,7 @@ def verdict(answer: xr.Dataset, phrases: Phrases) -> list[str]:
     Parameters
     ----------
     answer : Dataset
-        Of `tmd_comparison`, with its peaks and their `ratio`.
+        Of `tmd_comparison`, with its peaks, their `ratio`, and `judged`.
     phrases : Phrases
         How quantities are spelled.
     """
@@ -67,7 +67,7 @@ def verdict(answer: xr.Dataset, phrases: Phrases) -> list[str]:
     largest = phrases.measured(peak, error) if error == error else phrases.value(AMPLITUDE, peak)
     beside = phrases.value(AMPLITUDE, found["tmd_peak"])
     apart = f"{100 * abs(found['ratio'] - 1):.3g} %"
-    if not is_judged(answer):
+    if not found["judged"]:
         told = f"Which damper has the lower peak over {band} is not known: "
         if missing:
             return [

@@ -25,7 +25,7 @@ def test_every_figure_is_kept() -> None:
 @pytest.mark.parametrize("name", FIGURES)
 def test_figure_is_what_is_drawn_today(name: str, tmp_path: Path) -> None:
     if name not in FIXED and not is_of_here(key_of(name)):
-        pytest.skip("drawn on another machine, or by another solver: motion that does not repeat is another")
+        pytest.skip("drawn by another solver or machine: motion that does not repeat differs there")
     new, old = write(name, tmp_path).read_text(), (KEPT / f"{name}.svg").read_text()
     assert NUMBER.sub("#", new) == NUMBER.sub("#", old)
     far = [

@@ -108,8 +108,8 @@ def test_locked_failed_and_missing_points_are_told_apart() -> None:
     ]
 
 
-def test_an_optimum_that_a_whole_row_shares_is_said_to_be_one() -> None:
-    values = np.tile(2.0 - Y, (X.size, 1))
+def symmetric_map(values: np.ndarray) -> Figure:
+    """Draw a map of values, over X and Y, all of which are of symmetric responses."""
     kinds = np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
     answer = resonance_map(
         cube(values, kinds, np.zeros(values.shape, np.int8)),
@@ -117,7 +117,11 @@ def test_an_optimum_that_a_whole_row_shares_is_said_to_be_one() -> None:
         "friction_ratio",
         Selection("amplitude_ratio"),
     )
-    figure = draw_map(answer, "amplitude_ratio")
+    return draw_map(answer, "amplitude_ratio")
+
+
+def test_an_optimum_that_a_whole_row_shares_is_said_to_be_one() -> None:
+    figure = symmetric_map(np.tile(2.0 - Y, (X.size, 1)))
     assert labels(figure) == ["optimum: 1.1 at $γ_F$ = 0.9, any $d/Z$"]
     # at the first of them, which is the design that the ranking names
     (star,) = (line for line in figure.axes[0].lines if line.get_marker() == "*")
@@ -130,14 +134,7 @@ def test_no_number_of_a_contour_line_stands_on_a_line_or_on_another_number() -> 
         0.8,
         30.0,
     )  # the lines of 1, 2, 5, 10 and 20 lie side by side below the last row
-    kinds = np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
-    answer = resonance_map(
-        cube(values, kinds, np.zeros(values.shape, np.int8)),
-        "clearance_ratio",
-        "friction_ratio",
-        Selection("amplitude_ratio"),
-    )
-    figure = draw_map(answer, "amplitude_ratio")
+    figure = symmetric_map(values)
     figure.canvas.draw()
     axes = figure.axes[0]
     numbers = [text for text in axes.texts if text.get_text()]

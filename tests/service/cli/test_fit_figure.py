@@ -1,4 +1,4 @@
-"""The figure of a fit names what rows were measured at, in colours that can be told apart."""
+"""The legend of a fit's figure names the conditions of the measured rows; their colours can be told apart."""
 
 from itertools import combinations
 
