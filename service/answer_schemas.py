@@ -194,6 +194,7 @@ _TMD = _of_cube(
     band=RANGE,
     verdict=TEXTS,
     hybrid_better=_list(RANGE),
+    exact=_object(frequency_ratio=NUMBERS, tmd=NUMBERS, no_damper=NUMBERS),
     judged=FLAG,
     **dict.fromkeys(
         (

@@ -201,7 +201,9 @@ def _over_hertz(answer: xr.Dataset, units: Mapping[str, InUnits]) -> xr.Dataset:
     answer = answer.assign_coords(frequency_ratio=hertz)
     if "hybrid_better" in answer.attrs:
         better = [[end * each.factor for end in run] for run in answer.attrs["hybrid_better"]]
-        answer.attrs = {**answer.attrs, "hybrid_better": better}
+        exact = answer.attrs["exact"]
+        exact = {**exact, "frequency_ratio": [r * each.factor for r in exact["frequency_ratio"]]}
+        answer.attrs = {**answer.attrs, "hybrid_better": better, "exact": exact}
     return answer
 
 
@@ -210,9 +212,13 @@ def _in_metres(answer: xr.Dataset, units: Mapping[str, InUnits]) -> xr.Dataset:
         return answer
     each = units["amplitude_ratio"]
     names = [name for name in ("hybrid", "tmd", "no_damper", "amplitude_error") if name in answer]
-    return answer.assign(
+    answer = answer.assign(
         {name: ("frequency_ratio", each.of(answer[name].values), each.attributes) for name in names}
     )
+    exact = dict(answer.attrs["exact"])
+    exact |= {name: [x * each.factor for x in exact[name]] for name in ("tmd", "no_damper")}
+    answer.attrs = {**answer.attrs, "exact": exact}
+    return answer
 
 
 def _matters(cube: xr.Dataset) -> Iterable[str]:

@@ -37,14 +37,16 @@ def draw_comparison(answer: xr.Dataset) -> Figure:
         if "amplitude_error" in answer:
             error = answer["amplitude_error"].values
             axes.fill_between(r.values, hybrid - error, hybrid + error, color=BLUE, alpha=0.25, lw=0)
-        axes.plot(r.values, answer["no_damper"].values, color=GREY, lw=0.9, label="no damper")
+        exact = {name: np.array(values, dtype=float) for name, values in answer.attrs["exact"].items()}
+        axes.plot(exact["frequency_ratio"], exact["no_damper"], color=GREY, lw=0.9, label="no damper")
         mu, detuning = answer.attrs["tmd_mass_ratio"], answer.attrs["detuning"]
         name = f"tuned mass damper, μ = {mu:.4g}, {answer.attrs['criterion']}"
         name += f", {detuning:+.3g} in frequency" if detuning else ""
-        axes.plot(r.values, answer["tmd"].values, color=VERMILION, ls=(0, (5, 2)), label=name)
+        axes.plot(exact["frequency_ratio"], exact["tmd"], color=VERMILION, ls=(0, (5, 2)), label=name)
         axes.plot(r.values, hybrid, color=BLUE, marker="o", ms=2.2, label="study's damper")
         axes.set_yscale("log")
-        shown = np.concatenate((answer["tmd"].values, hybrid[np.isfinite(hybrid)]))
+        shown = np.concatenate((exact["tmd"], hybrid))
+        shown = shown[np.isfinite(shown) & (shown > 0)]
         axes.set_ylim(0.8 * shown.min(), 2.5 * shown.max())
         ticks_1_2_5(axes.yaxis)
         scale(axes, "x", r.values)

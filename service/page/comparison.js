@@ -139,9 +139,13 @@ function traces(answer, shown) {
     ["no_damper", "no damper"],
   ]);
   const mode = answer.frequency_ratio.length < 2 ? "markers" : "lines";
-  return curves.map(([name, title], i) => ({
-    type: "scatter", mode, x: answer.frequency_ratio.map((/** @type {number} */ r) => r * shown.factor(FREQUENCY)),
-    y: answer[name].map((/** @type {number | null} */ x) => (x === null ? null : x * shown.factor("amplitude_ratio"))), name: title,
-    line: { color: CURVES()[i], dash: DASHES[i], width: 2 }, marker: { size: 10, symbol: ["circle", "square", "diamond"][i], color: CURVES()[i] },
-  }));
+  return curves.map(([name, title], i) => {
+    // what has a closed form is drawn between the study's frequencies too
+    const from = name in answer.exact ? answer.exact : answer;
+    return {
+      type: "scatter", mode, x: from.frequency_ratio.map((/** @type {number} */ r) => r * shown.factor(FREQUENCY)),
+      y: from[name].map((/** @type {number | null} */ x) => (x === null ? null : x * shown.factor("amplitude_ratio"))), name: title,
+      line: { color: CURVES()[i], dash: DASHES[i], width: 2 }, marker: { size: 10, symbol: ["circle", "square", "diamond"][i], color: CURVES()[i] },
+    };
+  });
 }

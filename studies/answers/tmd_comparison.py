@@ -17,6 +17,7 @@ from damperlab.studies.answers.verdict import NEXT_BAND
 from damperlab.studies.faults import Fault, describe, listing, write_nearest
 from damperlab.studies.field import At
 from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
+from damperlab.studies.tmd.curves import exact_curves
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.variables import Status
@@ -56,7 +57,8 @@ def tmd_comparison(
         `ratio` (hybrid over tuned mass damper), `judged` (whether it is known which of the two peaks is lower), the
         bandwidths `hybrid_bandwidth` and `tmd_bandwidth` (share of the band where X/Z is above its peak over √2),
         `hybrid_better` (lowest and highest grid frequency of each run of them at which the hybrid is better by
-        more than its error) and `hybrid_better_share` of the frequencies at which that is known; `complete`,
+        more than its error) and `hybrid_better_share` of the frequencies at which that is known; `exact` (both exact
+        curves to be drawn, at frequencies so close that no peak is missed, as `studies.tmd.curves` has them); `complete`,
         `points`, `points_failed`, `verdict` (which is better, in sentences; at one frequency, what to compute next in
         place of that), `note`.
 
@@ -127,6 +129,7 @@ def tmd_comparison(
         "ratio": peak / top.value,
         "hybrid_bandwidth": _above(r, hybrid, peak / math.sqrt(2)),
         "tmd_bandwidth": _above(r, beside, top.value / math.sqrt(2)),
+        "exact": exact_curves(r, absorber, structural, excitation),
         "hybrid_better": runs(r, better),
         "hybrid_better_share": float(better.sum() / (known | unbounded).sum()) if known.any() else math.nan,
     }
