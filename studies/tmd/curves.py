@@ -12,7 +12,7 @@ from damperlab.studies.vocabulary import Excitation
 BEND = 0.01
 """Relative height of a curve over the line between two of its points that nobody sees."""
 LEAST_SHARE = 1e-5
-"""Share of the band that is not split further; beside an undamped resonance, where the curve is infinite, splitting has no end."""
+"""Share of the band that is not split further; beside an undamped resonance, an infinite value, splitting has no end."""
 
 
 def exact_curves(
