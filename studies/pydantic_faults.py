@@ -24,7 +24,7 @@ _ALLOWED = {
     "greater_than": "above {gt:.15g}",
     "less_than_equal": "at most {le:.15g}",
     "less_than": "below {lt:.15g}",
-    "string_too_short": "a text of at least {min_length} characters",
+    "string_too_short": "a text of {min_length} or more characters",
     "string_too_long": "a text of at most {max_length} characters",
     "string_pattern_mismatch": "a text of the form {pattern}",
     "byte_size": "a size, such as 50GB",
