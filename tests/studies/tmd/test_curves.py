@@ -31,7 +31,7 @@ def test_lines_between_the_points_follow_both_curves(
         ("no_damper", [transmissibility.absolute_amplitude(structural, r) for r in at]),
     ):
         drawn = np.exp(np.interp(at, curves["frequency_ratio"], np.log(curves[name])))
-        # a parabola is off by as much as in the middle; a curve whose bend changes within an interval by less than twice that
+        # held to `BEND` at the thirds; in between, a curve whose bend changes may be off by more, but by less than twice that
         np.testing.assert_allclose(drawn, values, rtol=2 * BEND)
 
 
@@ -54,7 +54,7 @@ def test_one_frequency_stays_one():
 
 
 @pytest.mark.parametrize("absorber", [exact_hinf(0.1), Absorber(0.1, 0.9, 0.0), Absorber(1e-12, 1.0, 1e-6)])
-def test_an_undamped_resonance_ends_the_halving(absorber):
+def test_splitting_ends_beside_an_undamped_resonance(absorber):
     curves = exact_curves(np.linspace(0.0, 3.0, 31), absorber)
     assert curves["no_damper"][curves["frequency_ratio"].index(1.0)] == np.inf
     assert len(curves["frequency_ratio"]) < 1000
