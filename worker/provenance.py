@@ -1,8 +1,9 @@
 """Which code computes, so that a cube holds the work of one solver, whatever workers it came from."""
 
 import hashlib
+import math
 import socket
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -15,6 +16,26 @@ from damperlab.worker.kernel_cache import identity as identity_of_kernels
 from damperlab.worker.kernel_cache import source_hash
 
 DISTRIBUTION = "damperlab"
+
+_FUNCTIONS: tuple[Callable[[float], float], ...] = (
+    *(
+        math.exp,
+        math.expm1,
+        math.log,
+        math.log1p,
+        math.sin,
+        math.cos,
+        math.tan,
+        math.sinh,
+        math.cosh,
+        math.tanh,
+    ),
+    lambda x: math.pow(x, 1.0 / 3.0),
+    lambda x: math.hypot(1.0, x),
+)
+"""What kernels and closed forms take from the C library."""
+_ARGUMENTS = tuple(8.0 * ((k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0) for k in range(1, 1001))
+"""Of these functions: evenly from 0 to 8. Two versions differ at some in a hundred or a thousand of them."""
 
 
 class WrongCode(RuntimeError):
@@ -70,21 +91,30 @@ def identity() -> dict[str, str]:
 
 @cache
 def target() -> str:
-    """What kernels are compiled for, and a hash of the processor features that numpy takes other paths for.
+    """What kernels are compiled for, and which of its functions the C library takes here.
 
-    Kernels are one machine code on every processor that has their target. Closed forms are numpy's, whose last bits may
-    differ between two processors.
+    Kernels are one machine code on every processor that has their target, and what numpy computes of a result
+    has the same bits on every processor (`damperlab.studies.portable`). Exponentials and sines come from the C library.
 
     Returns
     -------
     str
-        As in "x86-64-v3 x86_64-unknown-linux-gnu, numpy 0123abcd".
+        As in "x86-64-v3 x86_64-unknown-linux-gnu, libm 0123abcd".
     """
-    config = np.show_config(mode="dicts")
-    found = sorted(config.get("SIMD Extensions", {}).get("found", ())) if config else ()
-    return (
-        f"{identity_of_kernels()['target']}, numpy {hashlib.sha256(','.join(found).encode()).hexdigest()[:8]}"
-    )
+    return f"{identity_of_kernels()['target']}, libm {libm()}"
+
+
+@cache
+def libm() -> str:
+    """Hash of what the C library's functions give, 8 hex digits.
+
+    A C library has several versions of a function, whose last bits differ, and takes the one for the processor: glibc's are the
+    same wherever there are AVX2 and FMA. The name and version of the library do not tell which.
+    """
+    digest = hashlib.sha256()
+    for function in _FUNCTIONS:
+        digest.update(np.array([function(x) for x in _ARGUMENTS]).astype("<f8").tobytes())
+    return digest.hexdigest()[:8]
 
 
 @cache

@@ -35,9 +35,8 @@ def warm(
     target: Annotated[
         Target | None,
         typer.Option(
-            help="Processor to compile for; generic runs on any processor of this architecture, but slower. Where "
-            "DAMPERLAB_TARGET=generic is set on every "
-            "machine of a fleet, those with and without AVX2 compute the same bits."
+            help="Processor to compile for; generic runs on any processor of this architecture, but slower. "
+            "For clusters of which some processors lack AVX2; see the page on clusters."
         ),
     ] = None,
     as_json: AsJson = False,

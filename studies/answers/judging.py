@@ -9,6 +9,7 @@ from damperlab.studies.answers.band import WHY
 from damperlab.studies.answers.contenders import limits
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.portable import product
 from damperlab.studies.store.slabs import slabs
 from damperlab.studies.variables import DIMENSIONS, NONE_IS_ZERO, ResponseClass, Status
 
@@ -137,7 +138,7 @@ def judge(
         # a design without an impact has no impact speed, and one that dissipates nothing no shares
         known = np.nan_to_num(load(name)[rows])
         found[name] = (
-            known.max(axis=1, initial=0.0) if name == "impact_speed_max" else known @ question.weights
+            known.max(axis=1, initial=0.0) if name == "impact_speed_max" else product(known, question.weights)
         )
     return found
 
@@ -150,9 +151,9 @@ def _weigh(
         each = np.arange(place.size)
         return amplitude[each, place], error[each, place]
     if question.objective == "band_mean":
-        return amplitude @ question.weights, error @ question.weights
-    rms = np.sqrt(amplitude**2 @ question.weights)
-    return rms, (amplitude * error) @ question.weights / np.where(rms > 0, rms, 1.0)
+        return product(amplitude, question.weights), product(error, question.weights)
+    rms = np.sqrt(product(amplitude**2, question.weights))
+    return rms, product(amplitude * error, question.weights) / np.where(rms > 0, rms, 1.0)
 
 
 def _weigh_alone(question: DesignQuestion, amplitude: np.ndarray) -> np.ndarray:
@@ -161,8 +162,9 @@ def _weigh_alone(question: DesignQuestion, amplitude: np.ndarray) -> np.ndarray:
         return np.zeros(0)
     if question.objective in ("resonance", "peak"):
         return np.asarray(amplitude.max(axis=1))
-    power = 1 if question.objective == "band_mean" else 2
-    return np.asarray((amplitude**power @ question.weights) ** (1 / power))
+    if question.objective == "band_mean":
+        return product(amplitude, question.weights)
+    return np.sqrt(product(amplitude**2, question.weights))
 
 
 def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np.ndarray]) -> xr.Dataset:

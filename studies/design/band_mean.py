@@ -48,7 +48,7 @@ def band_mean(r: NDArray[np.float64], values: NDArray[np.float64], errors: NDArr
     width = float(r[-1] - r[0])
     steps = np.diff(r)
     weights = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps)) / width
-    square = float(weights @ values**2)
+    square = float((weights * values**2).sum())
     if square == 0.0:
         return BandMean(0.0, 0.0, 0.0)
     value = float(np.sqrt(square))

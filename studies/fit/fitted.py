@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from damperlab.studies.fit.chi_square import chi_square_limit, chi_square_probability
 from damperlab.studies.fit.columns import CONDITIONS
 from damperlab.studies.fit.question import RATIO_OF, FitQuestion
+from damperlab.studies.portable import log
 from damperlab.studies.variables import ResponseClass
 from damperlab.studies.vocabulary import OF_PARTICLE
 
@@ -133,7 +134,7 @@ class Fitted:
         measured = self.question.measured.amplitude
         if self.question.in_shares:
             both = np.hypot(self.deviation / measured, self.model_error / self.model)
-            return np.asarray(np.log(measured / self.model) / both)
+            return np.asarray(log(measured / self.model) / both)
         return np.asarray((measured - self.model) / np.hypot(self.deviation, self.model_error))
 
     @property
@@ -159,7 +160,7 @@ class Fitted:
         """Rows that lie further off than chance allows (Bonferroni), the farthest first."""
         limit = outlier_limit(self.question.measured.rows)
         off = np.nan_to_num(np.abs(self.residual))
-        return [int(row) for row in np.argsort(-off) if off[row] > limit]
+        return [int(row) for row in np.argsort(-off, kind="stable") if off[row] > limit]
 
     @property
     def alike(self) -> list[tuple[str, str, float]]:

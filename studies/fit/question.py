@@ -13,6 +13,7 @@ from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.fit.columns import CONDITIONS
 from damperlab.studies.fit.measured import Measurement
 from damperlab.studies.physical import DERIVATIONS, QUANTITIES
+from damperlab.studies.portable import power
 from damperlab.studies.quantity import RATIOS, Quantity
 from damperlab.studies.vocabulary import OF_PARTICLE
 
@@ -55,7 +56,7 @@ class Free:
     def values(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
         """Turn shares of the range, 0 at its low end and 1 at its high end, into values."""
         if self.logarithmic:
-            return np.asarray(self.low * (self.high / self.low) ** shares)
+            return np.asarray(self.low * power(self.high / self.low, shares))
         return np.asarray(self.low + (self.high - self.low) * shares)
 
 

@@ -154,8 +154,9 @@ def _rows(fitted: Fitted) -> Iterator[str]:
     with np.errstate(invalid="ignore"):
         unsure = np.flatnonzero(fitted.model_error > fitted.deviation)
     if unsure.size:
-        worst = unsure[np.argsort(-fitted.model_error[unsure] / fitted.deviation[unsure])][:NAMED_ROWS]
-        frequencies = listing(f"{fitted.question.measured.frequency[row]:.4g}" for row in sorted(worst))
+        worst = unsure[np.argsort(-fitted.model_error[unsure] / fitted.deviation[unsure], kind="stable")]
+        named = sorted(worst[:NAMED_ROWS])
+        frequencies = listing(f"{fitted.question.measured.frequency[row]:.4g}" for row in named)
         unit = " Hz" if fitted.question.measured.in_hertz else ""
         yield (
             f"At {counted(unsure.size, 'row')} the model itself is less certain than the measurement, since the response is "

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from damperlab.studies.faults import Fault, StudyFaults, describe, path, unknown_key
 from damperlab.studies.ground.motion import MOST_SAMPLES, STANDARD_GRAVITY, GroundMotion, checked
+from damperlab.studies.portable import cos, sin
 from damperlab.studies.quantity import Quantity, read_count
 
 _QUANTITIES: dict[str, tuple[Quantity, float]] = {
@@ -144,7 +145,8 @@ def kanai_tajimi(
     frequency = np.fft.rfftfreq(length, step_s)[1:-1]
     phase = 2.0 * np.pi * np.random.default_rng(seed).random(frequency.size)
     lines = np.zeros(length // 2 + 1, dtype=complex)
-    lines[1:-1] = np.sqrt(spectrum(frequency, ground_frequency_hz, ground_damping_ratio)) * np.exp(1j * phase)
+    size = np.sqrt(spectrum(frequency, ground_frequency_hz, ground_damping_ratio))
+    lines.real[1:-1], lines.imag[1:-1] = size * cos(phase), size * sin(phase)
     wave = np.fft.irfft(lines)[:count]
     time = step_s * np.arange(count)
     if rise_s > 0:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.portable import cos, exp, expm1, sin
 
 Floats = NDArray[np.float64]
 
@@ -84,7 +85,7 @@ class Sweep:
         """Give the frequency at times from 0 to the end [Hz]."""
         time = np.asarray(time_s, dtype=float)
         if self.logarithmic:
-            return np.asarray(self.start_hz * np.exp(self.growth_per_s * time))
+            return np.asarray(self.start_hz * exp(self.growth_per_s * time))
         return np.asarray(self.start_hz + (self.stop_hz - self.start_hz) / self.duration_s * time)
 
     def phase(self, time_s: ArrayLike) -> Floats:
@@ -92,7 +93,7 @@ class Sweep:
         time = np.asarray(time_s, dtype=float)
         if self.logarithmic:
             rate = self.growth_per_s
-            return np.asarray(2.0 * math.pi * self.start_hz * np.expm1(rate * time) / rate)
+            return np.asarray(2.0 * math.pi * self.start_hz * expm1(rate * time) / rate)
         half_rate = (self.stop_hz - self.start_hz) / self.duration_s / 2.0
         return np.asarray(2.0 * math.pi * (self.start_hz + half_rate * time) * time)
 
@@ -118,7 +119,7 @@ class Sweep:
         envelope = ramp * level
         envelope_1 = ramp_1 * level + ramp * level_1
         envelope_2 = ramp_2 * level + 2.0 * ramp_1 * level_1 + ramp * level_2
-        sine, cosine = np.sin(phase), np.cos(phase)
+        sine, cosine = sin(phase), cos(phase)
         return (
             envelope * sine,
             envelope_1 * sine + envelope * omega * cosine,
@@ -184,8 +185,9 @@ def _step(share: Floats) -> tuple[Floats, Floats, Floats]:
     """
     s = np.clip(share, 0.0, 1.0)
     rest = 1.0 - s
+    square, both = s * s, s * rest
     return (
-        s**4 * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s))),
-        140.0 * (s * rest) ** 3,
-        420.0 * (s * rest) ** 2 * (1.0 - 2.0 * s),
+        square * square * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s))),
+        140.0 * both * both * both,
+        420.0 * both * both * (1.0 - 2.0 * s),
     )

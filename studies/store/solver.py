@@ -22,6 +22,7 @@ SOURCES: tuple[str, ...] = (
     "studies/ground/variables.py",
     "studies/physical.py",
     "studies/plan.py",
+    "studies/portable.py",
     "studies/presets.py",
     "studies/quantity.py",
     "studies/spacing.py",

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.fit.question import FitQuestion
+from damperlab.studies.portable import log, log1p
 from damperlab.worker.fit.model import Responses, responses_at
 
 Matrix = NDArray[np.float64]
@@ -61,14 +62,14 @@ class Archive:
         self.responses += found
 
     def _compared(self, amplitude: Matrix) -> Matrix:
-        return np.asarray(np.log(amplitude) if self.logarithmic else amplitude)
+        return log(amplitude) if self.logarithmic else amplitude
 
     def coarse_misfit(self) -> Matrix:
         """How far each place is from the measurement: rows that are far off count little (Cauchy)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             off = self.amplitude - self.measured
             if not self.logarithmic:
-                off = np.log(self.amplitude / self.measured)
+                off = log(self.amplitude / self.measured)
             off = off / COARSE
-        missed = np.log1p(np.where(np.isfinite(off), off, 100.0) ** 2)
+        missed = log1p(np.where(np.isfinite(off), off, 100.0) ** 2)
         return np.asarray(missed.sum(axis=1))

@@ -5,6 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.portable import log
+
 Matrix = NDArray[np.float64]
 STRETCH = 2.0
 """Largest factor of a move, as its inventors chose it."""
@@ -46,8 +48,8 @@ def draw(log_density: Callable[[Matrix], Matrix], walkers: Matrix, steps: int, s
             factor = root**2
             there = partner + factor[:, None] * (here - partner)
             new = log_density(there)
-            chance = (dimensions - 1) * np.log(factor) + new - density[moved]
-            taken = np.log(generator.random(len(here))) < chance
+            chance = (dimensions - 1) * log(factor) + new - density[moved]
+            taken = log(generator.random(len(here))) < chance
             walkers[moved] = np.where(taken[:, None], there, here)
             density[moved] = np.where(taken, new, density[moved])
         if step >= steps // 2:

@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 from damperlab.studies.fit.chi_square import chi_square_limit, chi_square_probability
 from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted
 from damperlab.studies.fit.question import FitQuestion
+from damperlab.studies.portable import log
 from damperlab.worker.fit.archive import Archive, Progress
 from damperlab.worker.fit.chain import draw
 from damperlab.worker.fit.model import scenes_of
 from damperlab.worker.fit.region import EDGE, RADIUS, Region
+from damperlab.worker.fit.singular_values import covariance_of, length_of
 from damperlab.worker.fit.spread import halton
 from damperlab.worker.fit.surface import Surface, fit_surface, terms
 from damperlab.worker.warm import warm
@@ -127,9 +129,9 @@ def _settled(archive: Archive, region: Region) -> _End:
         archive.add(region.draw(batch, archive.generator))
         surface, variance, share = _laid(archive, region, batch)
         draws = _drawn(archive, region, surface, variance, STEPS)
-        moved = float(np.linalg.norm(region.local(draws.mean(axis=0)[None, :])))
+        moved = float(length_of(region.local(draws.mean(axis=0))))
         sizes, region = region.resized(draws, archive.generator)
-        if round_ + 1 >= LEAST_ROUNDS and moved < SETTLED and np.abs(np.log(sizes)).max() < SETTLED:
+        if round_ + 1 >= LEAST_ROUNDS and moved < SETTLED and np.abs(log(sizes)).max() < SETTLED:
             break
     archive.add(region.draw(2 * batch, archive.generator))
     surface, variance, share = _laid(archive, region, 2 * batch)
@@ -141,7 +143,7 @@ def _settled(archive: Archive, region: Region) -> _End:
     archive.add(tried)
     misfit = _weighed(archive.measured - archive.amplitude[first:], variance)
     row = first + int(np.argmin(misfit))
-    total = float(misfit.min() + np.log(variance[np.isfinite(variance)]).sum())
+    total = float(misfit.min() + log(variance[np.isfinite(variance)]).sum())
     return _End(surface, draws, archive.places[row], row, variance, share, total)
 
 
@@ -149,7 +151,7 @@ def _laid(archive: Archive, region: Region, newest: int) -> tuple[Surface, Matri
     """Lay polynomials through all responses of a region; and the variance of measurement and model together."""
     near = region.holds(archive.places)
     near[-newest:] = True
-    surface = fit_surface(region.centre, region.frame, archive.places[near], archive.amplitude[near])
+    surface = fit_surface(region, archive.places[near], archive.amplitude[near])
     error = np.sqrt(np.nan_to_num(np.nanmean(np.where(near[:, None], archive.error, 0.0) ** 2, axis=0)))
     scatter = np.maximum(surface.scatter, error)
     question = archive.question
@@ -238,7 +240,7 @@ def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
     return Fitted(
         question=question,
         estimates=estimates,
-        correlation=np.atleast_2d(np.corrcoef(draws.T)),
+        correlation=_correlation(draws),
         model=best.amplitude,
         model_error=error * best.amplitude if archive.logarithmic else error,
         deviation=np.asarray(deviation),
@@ -251,10 +253,16 @@ def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
     )
 
 
+def _correlation(draws: Matrix) -> Matrix:
+    covariance = covariance_of(draws)
+    deviation = np.sqrt(np.diag(covariance))
+    with np.errstate(invalid="ignore"):  # NaN for a parameter that all draws have at one end
+        return np.asarray(covariance / deviation[:, None] / deviation)
+
+
 def _is_other(one: _End, best: _End) -> bool:
     """Whether a region ended elsewhere than the best one, and agrees about as well."""
-    place = np.linalg.norm(best.surface.local(one.best[None, :]))
-    return one.misfit < best.misfit + AS_GOOD and bool(place > RADIUS)
+    return one.misfit < best.misfit + AS_GOOD and not best.surface.region.holds(one.best)
 
 
 def _as_good(archive: Archive, end: _End, widening: float) -> NDArray[np.bool_]:

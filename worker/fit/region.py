@@ -1,9 +1,13 @@
 """A region of the parameters: an ellipsoid within their ranges, in which responses are drawn and described."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from damperlab.studies.portable import power, product
+from damperlab.worker.fit.singular_values import covariance_of, inverse, length_of, principal
 
 Matrix = NDArray[np.float64]
 
@@ -32,21 +36,25 @@ class Region:
     centre: Matrix
     frame: Matrix
 
+    @cached_property
+    def _unit(self) -> Matrix:
+        return inverse(self.frame).T
+
     def local(self, places: Matrix) -> Matrix:
         """Turn places, shape (n, parameters), into z."""
-        return np.asarray(np.linalg.solve(self.frame, (places - self.centre).T).T)
+        return product(places - self.centre, self._unit)
 
     def holds(self, places: Matrix, radius: float = RADIUS) -> NDArray[np.bool_]:
         """Whether places lie in the region."""
-        return np.asarray(np.linalg.norm(self.local(places), axis=1) <= radius)
+        return np.asarray(length_of(self.local(places)) <= radius)
 
     def draw(self, number: int, generator: np.random.Generator, radius: float = RADIUS) -> Matrix:
         """Draw places evenly in the region, folded back into the ranges at their ends."""
         count = self.centre.size
         direction = generator.standard_normal((number, count))
-        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-        length = radius * generator.random((number, 1)) ** (1.0 / count)
-        places = np.mod(self.centre + (direction * length) @ self.frame.T, 2.0)
+        direction /= length_of(direction)[:, None]
+        length = radius * power(generator.random((number, 1)), 1.0 / count)
+        places = np.mod(self.centre + product(direction * length, self.frame.T), 2.0)
         return np.asarray(np.minimum(places, 2.0 - places))
 
     def resized(self, draws: Matrix, generator: np.random.Generator) -> tuple[Matrix, "Region"]:
@@ -60,16 +68,13 @@ class Region:
             Of the new region over those of this one.
         region : Region
         """
-        variances, directions = np.linalg.eigh(_covariance(self.local(draws)))
+        variances, directions = principal(covariance_of(self.local(draws)))
         sizes = np.sqrt(np.maximum(variances, NARROWEST))
         even = self.draw(EVEN, generator, EDGE * RADIUS)
         even = self.local(even[self.holds(even, EDGE * RADIUS)])
-        spread = np.sqrt(np.einsum("ji,jk,ki->i", directions, _covariance(even), directions))
-        largest = WHOLE / np.linalg.norm(self.frame @ directions, axis=0)
+        spread = np.sqrt(np.diag(product(directions.T, product(covariance_of(even), directions))))
+        turned = product(self.frame, directions)
+        largest = WHOLE / length_of(turned.T)
         sizes = np.where(sizes > FULL * spread, WIDER, sizes)
         sizes = np.minimum(sizes, np.maximum(largest, NARROWEST))
-        return sizes, Region(draws.mean(axis=0), self.frame @ directions * sizes)
-
-
-def _covariance(places: Matrix) -> Matrix:
-    return np.atleast_2d(np.cov(places.T))
+        return sizes, Region(draws.mean(axis=0), turned * sizes)

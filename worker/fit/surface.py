@@ -12,7 +12,14 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.portable import product
+from damperlab.worker.fit.region import Region
+from damperlab.worker.fit.singular_values import singular_values
+
 Matrix = NDArray[np.float64]
+
+LEAST = 1e-10
+"""Share of the largest singular value from which a coefficient is known."""
 
 
 def terms(count: int) -> int:
@@ -26,43 +33,36 @@ class Surface:
 
     Attributes
     ----------
-    centre : ndarray, shape (parameters,)
-        The place.
-    frame : ndarray, shape (parameters, parameters)
-        A parameter is centre + frame·z.
+    region : Region
+        The place; its z are the variables of the polynomials.
     coefficients : ndarray, shape (terms, rows)
         Of 1, z_i, z_i z_j.
     scatter : ndarray, shape (rows,)
         Standard deviation of the responses about the polynomial; infinite where too few responses exist.
     """
 
-    centre: Matrix
-    frame: Matrix
+    region: Region
     coefficients: Matrix
     scatter: Matrix
 
-    def local(self, places: Matrix) -> Matrix:
-        """Turn places, shape (n, parameters), into z."""
-        return np.asarray(np.linalg.solve(self.frame, (places - self.centre).T).T)
-
     def at(self, places: Matrix) -> Matrix:
         """Responses at places of shape (n, parameters): shape (n, rows)."""
-        return _powers(self.local(places)) @ self.coefficients
+        return product(_powers(self.region.local(places)), self.coefficients)
 
 
-def fit_surface(centre: Matrix, frame: Matrix, places: Matrix, responses: Matrix) -> Surface:
+def fit_surface(region: Region, places: Matrix, responses: Matrix) -> Surface:
     """Lay polynomials through responses.
 
     Parameters
     ----------
-    centre, frame : ndarray
-        As in `Surface`.
+    region : Region
+        Near what they describe the responses.
     places : ndarray, shape (n, parameters)
         Where there are responses.
     responses : ndarray, shape (n, rows)
         NaN where one failed.
     """
-    powers = _powers(np.asarray(np.linalg.solve(frame, (places - centre).T).T, np.float64))
+    powers = _powers(region.local(places))
     count, rows = powers.shape[1], responses.shape[1]
     coefficients, scatter = np.zeros((count, rows)), np.full(rows, np.inf)
     complete = np.isfinite(responses)
@@ -74,14 +74,15 @@ def fit_surface(centre: Matrix, frame: Matrix, places: Matrix, responses: Matrix
         if np.count_nonzero(there) > count + 2 and there.mean() > 0.5:
             found, left = _regress(powers[there], responses[there][:, [row]])
             coefficients[:, row], scatter[row] = found[:, 0], left[0]
-    return Surface(centre, frame, coefficients, scatter)
+    return Surface(region, coefficients, scatter)
 
 
 def _regress(powers: Matrix, responses: Matrix) -> tuple[Matrix, Matrix]:
-    coefficients, _, rank, _ = np.linalg.lstsq(powers, responses, rcond=1e-10)
-    left = responses - powers @ coefficients
-    freedom = max(1, len(powers) - int(rank))
-    return np.asarray(coefficients, np.float64), np.sqrt((left**2).sum(axis=0) / freedom)
+    found = singular_values(powers)
+    coefficients = found.solve(responses, LEAST)
+    left = responses - product(powers, coefficients)
+    freedom = max(1, len(powers) - found.rank(LEAST))
+    return coefficients, np.sqrt((left**2).sum(axis=0) / freedom)
 
 
 def _powers(local: Matrix) -> Matrix:

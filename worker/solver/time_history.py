@@ -1,5 +1,7 @@
 """Time history of recorded segments, sampled from their closed form."""
 
+from math import cos, sin
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,7 +55,7 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
     out: list[tuple[float, ...]] = []
     for logged in log.rows[: log.cursor[0]]:
         start, duration = logged[START], logged[DURATION]
-        sine, cosine = np.sin(r * start), np.cos(r * start)
+        sine, cosine = sin(r * start), cos(r * start)
         expand_base(base, phase_of_sine(sine, cosine, r), of_base)
         held = friction is not None and logged[SLIP] == 0.0
         offset = 0.0 if friction is None else logged[SLIP] * friction

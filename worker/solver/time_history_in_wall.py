@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.portable import product
 from damperlab.worker.solver.motion.contact_motion import ContactMotion
 from damperlab.worker.solver.motion.contact_rows import OF_RELATIVE, OF_Y, combine_rows
 from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DIM, Y_RATE, Y
@@ -32,8 +33,8 @@ def motion_in_wall(
     from_fast = motion.from_fast.reshape(DIM, 2)
     if row[DURATION] > motion.step * (1.0 + 1e-12) and motion.fast > 0:
         units, rows = DIM - motion.fast, motion.slow_rows
-        f = motion.to_fast.reshape(2, DIM) @ start
-        start = start - from_fast @ f
+        f = product(motion.to_fast.reshape(2, DIM), start)
+        start = start - product(from_fast, f)
     x, y_row = np.empty(TERMS), np.empty(TERMS)
     combine_rows(OF_RELATIVE, start, units, rows, x)
     combine_rows(OF_Y, start, units, rows, y_row)
@@ -41,7 +42,7 @@ def motion_in_wall(
     vibration = Vibration(f[0], f[1])
 
     def at(t: float) -> tuple[float, float, float, float]:
-        added = from_fast @ np.array(vibration_after(vibration, motion.rates, t))
+        added = product(from_fast, vibration_after(vibration, motion.rates, t))
         return (
             value(x, t) + added[CENTRE] + motion.share * added[Y],
             slope(x, t) + added[CENTRE_RATE] + motion.share * added[Y_RATE],

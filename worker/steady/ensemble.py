@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from math import cos, hypot, log, pi, sin
+from math import cos, exp, hypot, log, pi, sin
 
 import numpy as np
 
@@ -62,7 +62,7 @@ def drawn_starts(
     most = log(min(max(alone, 2.0), HIGHEST))
     for _ in range(n - 1):
         size, turn, place, speed = random.random(4).tolist()
-        a = float(np.exp(size * most))
+        a = exp(size * most)
         phase = 2.0 * pi * turn
         u_rate = a * frequency_ratio * cos(phase)
         p_rate = u_rate + (2.0 * speed - 1.0) * a * frequency_ratio if particle is not None else 0.0

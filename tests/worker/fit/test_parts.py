@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from damperlab.worker.fit.chain import draw
+from damperlab.worker.fit.region import Region
 from damperlab.worker.fit.spread import halton
 from damperlab.worker.fit.surface import fit_surface, terms
 
@@ -28,7 +29,7 @@ def test_a_polynomial_of_second_degree_is_found_exactly_wherever_its_frame_lies(
     x, y, z = places.T
     truth = np.stack([1 + 2 * x - y * z, 3 * z**2 + x * y], axis=1)
     frame = np.linalg.cholesky(np.array([[0.04, 0.01, 0], [0.01, 0.02, 0.005], [0, 0.005, 0.01]]))
-    surface = fit_surface(np.array([0.3, 0.6, 0.4]), frame, places, truth)
+    surface = fit_surface(Region(np.array([0.3, 0.6, 0.4]), frame), places, truth)
     elsewhere = rng.random((10, 3))
     x, y, z = elsewhere.T
     expected = np.stack([1 + 2 * x - y * z, 3 * z**2 + x * y], axis=1)
@@ -44,7 +45,7 @@ def test_scatter_is_the_standard_deviation_of_what_jumps_and_failures_are_left_o
     noisy = smooth + 0.1 * rng.standard_normal(2000)
     failing = np.where(places[:, 0] > 0.9, np.nan, smooth)
     lost = np.where(places[:, 0] > 0.2, np.nan, smooth)
-    surface = fit_surface(np.array([0.5]), np.eye(1), places, np.stack([noisy, failing, lost], axis=1))
+    surface = fit_surface(Region(np.array([0.5]), np.eye(1)), places, np.stack([noisy, failing, lost], 1))
     # The standard error of a standard deviation from 2000 values is 1/√4000 of it; five of them.
     assert surface.scatter[0] == pytest.approx(0.1, rel=5 / np.sqrt(4000))
     assert surface.scatter[1] < 1e-12

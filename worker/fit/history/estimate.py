@@ -11,6 +11,7 @@ import numpy as np
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.fit.history.question import HistoryQuestion
+from damperlab.studies.portable import log1p
 from damperlab.worker.fit.history.beginning import Beginning
 from damperlab.worker.fit.history.march import scenes_of
 from damperlab.worker.fit.history.spread import Spread, spread_at
@@ -121,7 +122,7 @@ def _begin(trials: Trials, rows: int) -> list[Place]:
     off = np.where(np.isfinite(off), off, 100.0)
     chosen: list[int] = []
     for reach in (rows, measured.rows):
-        score = np.log1p(off[:, :reach] ** 2).sum(axis=1)
+        score = log1p(off[:, :reach] ** 2).sum(axis=1)
         chosen += [int(one) for one in np.argsort(score, kind="stable")[:BEGUN]]
     return [trials.place(spread[one], rows) for one in dict.fromkeys(chosen)]
 

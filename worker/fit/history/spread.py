@@ -5,7 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from damperlab.studies.portable import product
 from damperlab.worker.fit.history.trials import PRIOR, STEP, Matrix, Place, Trials
+from damperlab.worker.fit.singular_values import principal
 
 REACH = 2.0
 """Standard deviations to either side over which a response has to change evenly."""
@@ -42,13 +44,13 @@ class Spread:
     @property
     def covariance(self) -> Matrix:
         """Of the parameters, where the residuals are white."""
-        return np.asarray((self.directions * self.sizes**2) @ self.directions.T)
+        return product(self.directions * self.sizes**2, self.directions.T)
 
     def draw(self, number: int, generator: np.random.Generator) -> Matrix:
         """Draw places, half of them three times as far as they are likely: shape (number, parameters)."""
         far = self.sizes * generator.standard_normal((number, self.sizes.size))
         far[::2] *= 3.0
-        return np.asarray(self.centre + far @ self.directions.T)
+        return self.centre + product(far, self.directions.T)
 
     @classmethod
     def at(cls, trials: Trials, place: Place, rows: int) -> "Spread":
@@ -58,10 +60,8 @@ class Spread:
         sizes = np.full(place.shares.size, STEP)
         for _ in range(2):
             slopes = trials.slopes(place.shares, rows, sizes) / scatter
-            variances, directions = np.linalg.eigh(
-                np.linalg.inv(slopes.T @ slopes + PRIOR * np.eye(len(sizes)))
-            )
-            along = np.sqrt(np.maximum(variances, 1e-18))
+            pulls, directions = principal(product(slopes.T, slopes))
+            along = np.sqrt(np.maximum(1.0 / (pulls + PRIOR), 1e-18))
             # what a parameter does alone, so that a pair that only acts together is not stepped out of its valley
             sizes = 1.0 / np.sqrt((slopes**2).sum(axis=0) + PRIOR)
         return cls(place.shares, directions, along, slopes, residual / scatter)
@@ -96,9 +96,9 @@ def _rises(trials: Trials, place: Place, rows: int, spread: Spread, away: Matrix
     for side in (-REACH, REACH):
         inside = np.clip(place.shares + side * away, 0.0, 1.0)
         step = inside - place.shares
-        changed = spread.slopes @ step
+        changed = product(spread.slopes, step)
         known = PRIOR * float((step**2).sum())
-        linear = float((changed**2).sum() + 2.0 * spread.residual @ changed) + known
+        linear = float((changed**2).sum() + 2.0 * (spread.residual * changed).sum()) + known
         if linear >= 0.5 * REACH**2:
             rise = (trials.place(inside, rows).squares - place.squares) / variance
             yield (rise + known) / linear

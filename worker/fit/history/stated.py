@@ -7,6 +7,7 @@ import numpy as np
 from damperlab.studies.fit.chi_square import chi_square_limit, chi_square_probability
 from damperlab.studies.fit.fitted import DOUBTED, Estimate
 from damperlab.studies.fit.history.fitted import FittedHistory
+from damperlab.studies.portable import product
 from damperlab.worker.fit.history.beginning import Beginning
 from damperlab.worker.fit.history.march import displacement
 from damperlab.worker.fit.history.spread import Spread
@@ -86,12 +87,12 @@ def _correlated(spread: Spread, period: int) -> Matrix:
     """
     lags = min(period, spread.residual.size // 10)
     pulls = spread.slopes * spread.residual[:, None]
-    middle = pulls.T @ pulls
+    middle = product(pulls.T, pulls)
     for lag in range(1, lags + 1):
-        shifted = pulls[lag:].T @ pulls[:-lag]
+        shifted = product(pulls[lag:].T, pulls[:-lag])
         middle += (1.0 - lag / (lags + 1)) * (shifted + shifted.T)
     covariance = spread.covariance
-    found = np.diag(covariance @ middle @ covariance) / np.diag(covariance)
+    found = np.diag(product(product(covariance, middle), covariance)) / np.diag(covariance)
     return np.sqrt(np.maximum(found, 1.0))
 
 

@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.fit.history.question import HistoryQuestion
+from damperlab.studies.portable import product
 from damperlab.worker.fit.history.march import displacement
+from damperlab.worker.fit.singular_values import principal
 
 Matrix = NDArray[np.float64]
 
@@ -105,13 +107,13 @@ class Trials:
             return best
         for _ in range(MOST_STEPS):
             slopes = self.slopes(best.shares, rows, np.full(shares.size, STEP))
-            curvature, gradient = slopes.T @ slopes, slopes.T @ here
+            curvature, gradient = product(slopes.T, slopes), product(slopes.T, here)
             before = best
+            pulls, directions = principal(curvature)
+            along = product(directions.T, _free(best.shares, gradient))
             for damping in DAMPINGS:
                 added = damping * np.diag(curvature).max() + 1e-12
-                step = np.linalg.lstsq(
-                    curvature + added * np.eye(shares.size), _free(best.shares, gradient), rcond=None
-                )[0]
+                step = product(directions, along / (pulls + added))
                 tried = np.clip(best.shares - step, 0.0, 1.0)
                 found = self.residual(tried, rows)
                 if _squares(found) < best.squares:

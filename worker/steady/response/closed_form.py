@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.portable import exp
 from damperlab.studies.variables import ResponseClass, Status
 
 Values = NDArray[np.float64]
@@ -46,7 +47,7 @@ def linear_response(
         relative = r * r / bottom
         amplitude = np.hypot(1.0, loss) / bottom
         # the force that the base transmits is −(2ζv' + v); its component in phase with s' does the work
-        work_in = np.pi * loss * r**4 / bottom**2
+        work_in = np.pi * loss * (r * r) ** 2 / bottom**2
     viscous = np.pi * loss * relative**2
     stored = 0.5 * (relative**2 + (r * amplitude) ** 2)
     residual = np.abs(work_in - viscous) / np.maximum(work_in, stored)
@@ -63,7 +64,7 @@ def linear_response(
         "energy_residual": residual,
         "response_class": np.where(bounded, ResponseClass.LINEAR, ResponseClass.UNKNOWN).astype(np.int8),
         "period": np.where(bounded, 1, 0).astype(np.int32),
-        "floquet_multiplier": np.where(bounded, np.exp(-2.0 * np.pi * damping_ratio / r), np.nan),
+        "floquet_multiplier": np.where(bounded, exp(-2.0 * np.pi * damping_ratio / r), np.nan),
         "impacts_per_cycle": zero,
         "impacts_error": zero.copy(),
         "impact_speed_max": zero.copy(),

@@ -1,0 +1,78 @@
+"""Arithmetic that has the same bits on every processor.
+
+numpy has code of its own for exponentials, logarithms, sines and powers on processors with AVX-512, and hands products
+of matrices to OpenBLAS, which has code for each family of processors. The last bits differ; and so, in the end, would
+a record that a seed makes, or a fit, whose way through chaotic responses turns on them. Here the C library computes each
+value, and a product is summed in one order, whatever row it stands in.
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+
+_POWER = np.frompyfunc(math.pow, 2, 1)
+
+
+def exp(x: ArrayLike) -> Floats:
+    """Exponential of each element; an OverflowError where that is above the largest number."""
+    return _each(math.exp, x)
+
+
+def expm1(x: ArrayLike) -> Floats:
+    """Exponential less 1 of each element; an OverflowError where that is above the largest number."""
+    return _each(math.expm1, x)
+
+
+def log(x: ArrayLike) -> Floats:
+    """Logarithm of each element: -inf of 0, NaN of what is below or NaN."""
+    values = np.asarray(x, np.float64)
+    return _each(math.log if (values > 0.0).all() else _log, values)
+
+
+def log1p(x: ArrayLike) -> Floats:
+    """Logarithm of 1 more than each element; a ValueError where one is -1 or less."""
+    return _each(math.log1p, x)
+
+
+def sin(x: ArrayLike) -> Floats:
+    """Sine of each element [rad]."""
+    return _each(math.sin, x)
+
+
+def cos(x: ArrayLike) -> Floats:
+    """Cosine of each element [rad]."""
+    return _each(math.cos, x)
+
+
+def power(base: ArrayLike, exponent: ArrayLike) -> Floats:
+    """Powers, element by element; an OverflowError above the largest number, a ValueError where there is none."""
+    return np.asarray(_POWER(base, exponent), np.float64)
+
+
+def product(a: ArrayLike, b: ArrayLike) -> Floats:
+    """Product of a matrix or vector with another, as by `a @ b`.
+
+    Parameters
+    ----------
+    a : array, shape (..., k)
+        Equal rows give equal sums, which a library that computes several rows at once does not promise.
+    b : array, shape (k,) or (k, m)
+    """
+    subscripts = "...i,i->..." if np.ndim(b) == 1 else "...i,ij->...j"
+    return np.asarray(np.einsum(subscripts, np.asarray(a, np.float64), np.asarray(b, np.float64)))
+
+
+def _each(function: Callable[[float], float], x: ArrayLike) -> Floats:
+    values = np.asarray(x, np.float64)
+    found = np.fromiter(map(function, values.ravel().tolist()), np.float64, values.size)
+    return found.reshape(values.shape)
+
+
+def _log(x: float) -> float:
+    if x > 0.0:
+        return math.log(x)
+    return -math.inf if x == 0.0 else math.nan

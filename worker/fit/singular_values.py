@@ -1,0 +1,122 @@
+"""Singular values of small matrices, and what follows from them, with the same bits on every processor.
+
+LAPACK's routines go through OpenBLAS, whose last bits depend on the family of the processor.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.portable import product
+
+Matrix = NDArray[np.float64]
+
+MOST_SWEEPS = 60
+
+
+@dataclass(frozen=True)
+class SingularValues:
+    """A matrix as U·diag(s)·Vᵀ.
+
+    Attributes
+    ----------
+    left : ndarray, shape (rows, columns)
+        U: columns of unit length, or of zeros where the singular value is 0.
+    values : ndarray, shape (columns,)
+        s, the largest first.
+    right : ndarray, shape (columns, columns)
+        V, orthogonal.
+    """
+
+    left: Matrix
+    values: Matrix
+    right: Matrix
+
+    def rank(self, least: float) -> int:
+        """How many singular values are more than a share of the largest."""
+        return int(np.count_nonzero(self.values > least * self.values[0]))
+
+    def solve(self, known: Matrix, least: float = 0.0) -> Matrix:
+        """Find the x of least length among those for which the matrix times x comes nearest to what is known.
+
+        Parameters
+        ----------
+        known : ndarray, shape (rows,) or (rows, n)
+        least : float
+            Share of the largest singular value below which one counts as 0.
+        """
+        kept = slice(0, self.rank(least))
+        across = product(self.left[:, kept].T, known)
+        over = self.values[kept] if known.ndim == 1 else self.values[kept, None]
+        return product(self.right[:, kept], across / over)
+
+
+def singular_values(matrix: Matrix) -> SingularValues:
+    """Find them by rotations of pairs of columns until all are orthogonal (M. R. Hestenes, J. SIAM 6 (1958) 51).
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (rows, columns)
+        Finite.
+
+    Raises
+    ------
+    ArithmeticError
+        Where the rotations do not come to an end, as for a matrix that is not finite.
+    """
+    count = matrix.shape[1]
+    rows = matrix.shape[0]
+    # what rounding may make of the cosine of a right angle, and of the length of a column that is 0
+    rounding = max(rows, count) * float(np.finfo(float).eps)
+    nothing = (rounding * float(length_of(np.ravel(matrix)))) ** 2
+    # a row each: columns of the matrix, then of V
+    turned = np.concatenate([np.array(matrix.T, np.float64), np.eye(count)], axis=1)
+    for _ in range(MOST_SWEEPS):
+        still = True
+        for i in range(count - 1):
+            for j in range(i + 1, count):
+                a, b = turned[i, :rows], turned[j, :rows]
+                own, other, both = float((a * a).sum()), float((b * b).sum()), float((a * b).sum())
+                if min(own, other) <= nothing or abs(both) <= rounding * np.sqrt(own * other):
+                    continue
+                still = False
+                half = (other - own) / (2.0 * both)
+                tangent = (1.0 if half >= 0.0 else -1.0) / (abs(half) + np.sqrt(1.0 + half * half))
+                cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
+                first = turned[i].copy()
+                turned[i] = cosine * (first - tangent * turned[j])
+                turned[j] = cosine * (tangent * first + turned[j])
+        if still:
+            return _sorted(turned[:, :rows], turned[:, rows:])
+    raise ArithmeticError(f"The singular values of a matrix of {rows} by {count} do not converge.")
+
+
+def inverse(matrix: Matrix) -> Matrix:
+    """Invert a square matrix."""
+    return singular_values(matrix).solve(np.eye(len(matrix)))
+
+
+def principal(covariance: Matrix) -> tuple[Matrix, Matrix]:
+    """Variances, the smallest first, and principal directions, in columns, of a symmetric matrix without a negative one."""
+    found = singular_values(covariance)
+    return found.values[::-1], found.right[:, ::-1]
+
+
+def covariance_of(places: Matrix) -> Matrix:
+    """Covariance of places, shape (n, parameters), about their mean."""
+    off = places - places.mean(axis=0)
+    return product(off.T, off) / (len(places) - 1)
+
+
+def length_of(vectors: Matrix) -> Matrix:
+    """Length of vectors of shape (..., parameters)."""
+    return np.asarray(np.sqrt((vectors * vectors).sum(axis=-1)))
+
+
+def _sorted(columns: Matrix, right: Matrix) -> SingularValues:
+    values = length_of(columns)
+    order = np.argsort(-values, kind="stable")
+    values = values[order]
+    unit = columns[order] / np.where(values > 0.0, values, 1.0)[:, None]
+    return SingularValues(unit.T, values, right[order].T)
