@@ -79,18 +79,14 @@ def test_a_c_library_that_takes_other_functions_is_told_apart() -> None:
 
 def of_a_processor(tree: ast.AST) -> Iterator[int]:
     for node in ast.walk(tree):
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
-            yield node.lineno
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            if node.value.id == "np" and node.attr in OF_PROCESSORS:
+        match node:
+            case ast.BinOp(op=ast.MatMult()):
                 yield node.lineno
-        if (
-            isinstance(node, ast.Call)
-            and isinstance(node.func, ast.Attribute)
-            and node.func.attr == "argsort"
-        ):
-            if not any(one.arg == "kind" for one in node.keywords):
+            case ast.Attribute(value=ast.Name(id="np"), attr=name) if name in OF_PROCESSORS:
                 yield node.lineno
+            case ast.Call(func=ast.Attribute(attr="argsort"), keywords=given):
+                if not any(one.arg == "kind" for one in given):
+                    yield node.lineno
 
 
 def test_what_decides_a_bit_of_a_result_asks_numpy_for_nothing_that_depends_on_the_processor() -> None:
