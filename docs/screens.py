@@ -62,7 +62,7 @@ def take_map(browser: Browser, url: str, study: str) -> None:
     browser, url, study
         As of `take`; the study is finished.
     """
-    page = browser.new_page(viewport={"width": 1280, "height": 1000})
+    page = browser.new_page(viewport={"width": 1280, "height": 1200})
     _go(page, f"{url}/#/studies/{study}?clearance_ratio=10&friction_ratio=0.2", drawn=True)
     page.get_by_role("heading", name=re.compile("^Motion")).wait_for(timeout=PATIENCE_MILLISECONDS)
     page.wait_for_timeout(SETTLED_MILLISECONDS)

@@ -147,7 +147,9 @@ class Settings(BaseSettings):
     simulate_cycles_limit: int = Field(100_000, ge=1, description="Most excitation cycles of one simulation.")
     simulate_history_limit: int = Field(20_000, ge=0, description="Most samples of one time history.")
     work_seconds: float = Field(
-        90.0, gt=0.0, description="How long a point, a comparison or an upload may be computed, in seconds."
+        90.0,
+        gt=0.0,
+        description="Time of a processor that a point, a comparison or an upload may take, in seconds.",
     )
     work_memory_bytes: ByteSize = Field(
         ByteSize(4 << 30), ge=1 << 29, description="Most memory of a process that computes one, as in 4GiB."

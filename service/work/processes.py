@@ -20,6 +20,8 @@ from damperlab.worker.niceness import stand_back
 
 WAITING = 64
 """Most requests of one caller that wait for a turn."""
+PATIENCE = 20.0
+"""Time on the clock over that of a processor: where other work has the processors, a request is not too large."""
 
 Result = TypeVar("Result")
 Arguments = TypeVarTuple("Arguments")
@@ -36,7 +38,8 @@ class Work:
     at_once : int
         Most processes.
     seconds : float
-        How long one request may take once it has its turn, on the clock and of a processor [s].
+        How much time of a processor one request may take [s]; on the clock it may take `PATIENCE` times as long once
+        it has its turn.
     memory_bytes : int
         Most memory of one process.
     """
@@ -67,7 +70,8 @@ class Work:
         Raises
         ------
         Problem
-            422 where it would take longer or more memory than a request may have; 429 where too much of the caller waits.
+            422 where it would take longer or more memory than a request may have; 429 where too much of the caller waits;
+            503 where the machine is too busy.
         ClientDisconnect
             If the client leaves; nothing is computed any more then.
         """
@@ -75,7 +79,7 @@ class Work:
 
         async def work() -> Result:
             async with self._turns.turn(who):
-                with fail_after(self._seconds):
+                with fail_after(PATIENCE * self._seconds):
                     return await to_process.run_sync(
                         bounded,
                         self._seconds,
@@ -100,10 +104,13 @@ class Work:
             raise Problem(
                 429, "too-many-waiting", "Too many of your requests are already waiting.", (fault,), headers
             ) from None
-        except (TimeoutError, BrokenWorkerProcess) as error:
+        except BrokenWorkerProcess:
             # a process that used up its processor time, or more memory than the machine has, is ended by the system
-            _log.warning("work for %s was ended: %s", request.scope.get("request_id"), type(error).__name__)
-            raise self._too_much(f"more than {self._seconds:g} s") from None
+            _log.warning("work for %s was ended at its limit", request.scope.get("request_id"))
+            raise self._too_much(f"more than {self._seconds:g} s of a processor") from None
+        except TimeoutError:
+            _log.warning("work for %s was ended: the machine is too busy", request.scope.get("request_id"))
+            raise self._too_busy() from None
         except MemoryError:
             raise self._too_much(f"more than {counted(self._memory_bytes >> 20, 'MiB')} of memory") from None
 
@@ -111,12 +118,26 @@ class Work:
         fault = Fault(
             "request",
             found,
-            f"at most {self._seconds:g} s and {self._memory_bytes >> 20} MiB for one request",
+            f"at most {self._seconds:g} s of a processor and {self._memory_bytes >> 20} MiB for one request",
             "ask for less (fewer cycles or starts, a less stiff contact, a part of the grid), or compute it on the command "
             "line, which has no limit",
-            f"The request took {found}; one request may take {self._seconds:g} s and {self._memory_bytes >> 20} MiB.",
+            f"The request took {found}; one request may take {self._seconds:g} s of a processor and "
+            f"{self._memory_bytes >> 20} MiB.",
         )
         return Problem(422, "work-limit", "Computing this takes more than a request may take.", (fault,))
+
+    def _too_busy(self) -> Problem:
+        waited = f"{PATIENCE * self._seconds:g} s"
+        fault = Fault(
+            "request",
+            f"no answer after {waited}",
+            f"an answer within {waited}",
+            f"try again in {RETRY_SECONDS} s, or when less is being computed",
+            f"The request has had less than {self._seconds:g} s of a processor in {waited}: the machine is busy, or its disk does "
+            "not answer.",
+        )
+        headers = {"Retry-After": str(RETRY_SECONDS)}
+        return Problem(503, "too-busy", "The machine is too busy to compute this.", (fault,), headers)
 
     async def start(self, prepare: Callable[[], None]) -> None:
         """Have one process import what computing needs, before anybody waits for it.

@@ -12,7 +12,7 @@ from damperlab.service.reports import keep_report, last_report
 def test_the_last_report_is_served(own_service: Callable[..., Any], tmp_path: Path) -> None:
     data_dir = tmp_path / "data"
     running = own_service(data_dir)
-    with httpx.Client(base_url=running.url, timeout=60.0) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         none = client.get("/api/v1/accuracy")
         assert none.status_code == 404
         assert none.headers["content-type"] == "application/problem+json"

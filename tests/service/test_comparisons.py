@@ -23,7 +23,7 @@ FRICTION: dict[str, Any] = {
 @pytest.fixture
 def friction(service: Any, helpers: Any) -> dict[str, Any]:
     """The record of a finished study of friction alone."""
-    with httpx.Client(base_url=service.url, timeout=60.0) as client:
+    with httpx.Client(base_url=service.url, timeout=300) as client:
         record: dict[str, Any] = client.post(STUDIES, json=FRICTION).raise_for_status().json()
         record = helpers.wait_for(client, record["id"], helpers.ended)
     assert record["state"] == "done"

@@ -130,7 +130,7 @@ def test_a_cancelled_design_stops_its_studies_goes_on_and_ends_the_same(
     own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
 ) -> None:
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=60) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
         helpers.wait_for_design(client, design_id, lambda now: now["round"] > 1)
         refused = client.delete(f"{DESIGNS}/{design_id}")
@@ -168,7 +168,7 @@ def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
     design_id = ""
     for beyond in (0, 1, 2):
         running = own_service()
-        with httpx.Client(base_url=running.url, timeout=60) as client:
+        with httpx.Client(base_url=running.url, timeout=300) as client:
             design_id = design_id or client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
             now = helpers.wait_for_design(
                 client, design_id, lambda now, least=beyond: now["round"] > least or now["finished"]
@@ -183,7 +183,7 @@ def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
     store.close()
     assert before
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=60) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         now = helpers.wait_for_design(client, design_id, helpers.ended)
         assert now["state"] == "done", now["message"]
         assert now["answer"] == undisturbed
@@ -196,7 +196,7 @@ def test_a_service_that_is_stopped_leaves_no_study_as_running(
     design_id = ""
     for least in (0, 3, 6):
         running = own_service()
-        with httpx.Client(base_url=running.url, timeout=60) as client:
+        with httpx.Client(base_url=running.url, timeout=300) as client:
             design_id = design_id or client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
             helpers.wait_for_design(
                 client, design_id, lambda now, least=least: now["round"] > least or now["finished"]
@@ -206,7 +206,7 @@ def test_a_service_that_is_stopped_leaves_no_study_as_running(
         assert {record.state for record in store.page(200).records} <= {"done", "queued"}
         store.close()
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=60) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         assert helpers.wait_for_design(client, design_id, helpers.ended)["answer"] == undisturbed
     assert running.stop() == 0
 
@@ -217,7 +217,7 @@ def test_a_study_that_is_cancelled_puts_its_design_down_until_it_is_resumed(
     # machines elsewhere compute all of a design, and there is none yet: its studies wait
     with scheduler_process() as (address, _):
         running = own_service(DAMPERLAB_WORKERS="", DAMPERLAB_SCHEDULER=address)
-        with httpx.Client(base_url=running.url, timeout=60) as client:
+        with httpx.Client(base_url=running.url, timeout=300) as client:
             design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
             now = helpers.wait_for_design(client, design_id, lambda now: bool(now["studies"]))
             study = f"/api/v1/studies/{now['studies'][0]}"
@@ -238,7 +238,7 @@ def test_a_quota_smaller_than_a_round_of_a_design_delays_it_and_no_more(
     own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
 ) -> None:
     running = own_service(DAMPERLAB_QUOTA_UNFINISHED="1")
-    with httpx.Client(base_url=running.url, timeout=60) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
         now = helpers.wait_for_design(client, design_id, helpers.ended)
         assert (now["state"], now["answer"]) == ("done", undisturbed)
@@ -254,7 +254,7 @@ def test_a_study_that_is_cancelled_while_its_design_computes_it_stays_cancelled(
     wide["choose"] = wide["choose"] | {"clearance_m": {"start": 0.002, "stop": 0.012}}
     del wide["clearance_m"]
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=60) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         design_id = client.post(DESIGNS, json=wide).json()["id"]
         now = helpers.wait_for_design(client, design_id, lambda now: bool(now["studies"]))
         study = f"/api/v1/studies/{now['studies'][0]}"

@@ -31,7 +31,7 @@ def test_service_says_that_its_database_hangs_and_recovers(server, tmp_path, hel
     running = helpers.start_service(tmp_path / "data", tmp_path / "log", DAMPERLAB_CATALOGUE=address)
     try:
         # what takes longer hangs
-        with httpx.Client(base_url=running.url, timeout=60) as client:
+        with httpx.Client(base_url=running.url, timeout=300) as client:
             assert client.get("/health/ready").status_code == 200
             stopped = {each for one in processes for each in (one, *one.children(recursive=True))}
             for process in stopped:

@@ -25,7 +25,7 @@ def test_a_bucket_that_does_not_answer_pauses_studies_and_loses_nothing(
         with proxy_before(server.address) as proxy:
             variables = environment(proxy.address) | {"DAMPERLAB_STORE": f"s3://{BUCKET}/service"}
             service = own_service(tmp_path / "data", **variables)
-            with httpx.Client(base_url=service.url, timeout=60) as client:
+            with httpx.Client(base_url=service.url, timeout=300) as client:
                 _pause_and_go_on(client, proxy, helpers)
             url = f"{service.url}{STUDIES}"
             for name, value in environment(server.address).items():

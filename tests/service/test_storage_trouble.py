@@ -66,7 +66,7 @@ def test_a_full_disk_pauses_studies_and_nothing_else(
 ) -> None:
     service = own_service(disk / "data")
     store = Store.open(disk / "data")
-    with httpx.Client(base_url=service.url, timeout=60) as client:
+    with httpx.Client(base_url=service.url, timeout=300) as client:
         other = client.post(STUDIES, json=helpers.CURVE).raise_for_status().json()["id"]
         assert helpers.wait_for(client, other, helpers.ended)["state"] == "done"
         study = client.post(STUDIES, json=helpers.long_study("paused")).raise_for_status().json()["id"]
@@ -104,7 +104,7 @@ def test_cubes_that_cannot_be_written_pause_studies_until_they_can(
 ) -> None:
     service = own_service()
     store = Store.open(tmp_path / "data")
-    with httpx.Client(base_url=service.url, timeout=60) as client:
+    with httpx.Client(base_url=service.url, timeout=300) as client:
         study = client.post(STUDIES, json=helpers.long_study("read only")).raise_for_status().json()["id"]
         helpers.wait_for(client, study, lambda record: record["blocks_done"] > 1)
         with read_only(tmp_path / "data" / "cubes"):
@@ -135,7 +135,7 @@ def test_a_locked_catalogue_delays_and_loses_nothing(
     service = own_service(DAMPERLAB_CATALOGUE_WAIT_SECONDS="2")
     file = tmp_path / "data" / "catalogue.sqlite"
     with (
-        httpx.Client(base_url=service.url, timeout=60) as client,
+        httpx.Client(base_url=service.url, timeout=300) as client,
         closing(sqlite3.connect(file, isolation_level=None, timeout=20)) as other,
         ThreadPoolExecutor(60) as threads,
     ):
@@ -177,7 +177,7 @@ def test_a_damaged_record_is_named_and_written_anew_by_uploading_it_again(
 ) -> None:
     running = own_service()
     recipe = {"kanai_tajimi": {"seed": 1}}
-    with httpx.Client(base_url=running.url, timeout=60) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         made = client.post("/api/v1/records", json=recipe)
         assert made.status_code == 201
         summary = tmp_path / "data" / "records" / f"{made.json()['id']}.json"

@@ -26,7 +26,7 @@ def test_outdated_results_are_flagged_and_recomputed_beside(
     file.write_text(httpx.Response(200, json=helpers.CURVE).text)
     old = other.run("run", str(file), "--data-dir", str(tmp_path / "data"))
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=60.0) as http:
+    with httpx.Client(base_url=running.url, timeout=300) as http:
         again = http.post(STUDIES, json=helpers.CURVE)
         assert (again.status_code, again.json()["id"], again.json()["outdated"]) == (200, old["id"], True)
         (listed,) = http.get(STUDIES).json()["studies"]
@@ -60,7 +60,7 @@ def test_outdated_results_are_flagged_and_recomputed_beside(
         one, two = (each.cube()["amplitude_ratio"].values for each in (before, after))
         np.testing.assert_array_equal(one, two * SCALE)
         before.delete()
-    with httpx.Client(base_url=running.url, timeout=60.0) as http:
+    with httpx.Client(base_url=running.url, timeout=300) as http:
         for path in ("", "/resonance-map", "/frequency-response", "/optimal-designs", "/axes"):
             gone = http.get(f"{STUDIES}/{old['id']}{path}", follow_redirects=True)
             # the start of its id finds the version that took its place, for those who only look
@@ -87,7 +87,7 @@ def test_a_large_study_is_gone_at_once_and_its_files_after_it(
         },
         "damping_ratio": {"start": 0.01, "stop": 0.3, "num": 50},
     }
-    with httpx.Client(base_url=running.url, timeout=60.0) as http:
+    with httpx.Client(base_url=running.url, timeout=300) as http:
         record = http.post(STUDIES, json=study).raise_for_status().json()
         helpers.wait_for(http, record["id"], helpers.ended)
         address = f"{STUDIES}/{record['id']}/resonance-map"

@@ -57,7 +57,7 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     masses = page.get_by_role("img", name=re.compile("^The best response found of every mass"))
     expect(masses).to_have_count(int(len(found["answer"]["masses"]) > 1))
     report = page.get_by_role("link", name="Report").get_attribute("href")
-    assert "asked on the page" in httpx.get(report, timeout=60).text
+    assert "asked on the page" in httpx.get(report, timeout=300).text
     page.go_back()
     expect(page.get_by_role("heading", name="New design", level=1)).to_be_visible()
     page.go_forward()

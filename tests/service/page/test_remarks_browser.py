@@ -16,7 +16,7 @@ def test_a_tag_is_written_and_leads_to_its_studies(
     open_page: Callable[..., Any], own_service: Callable[..., Any], helpers: Any, width: int
 ) -> None:
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=120.0) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         for name, frictions in (("low", [0.1, 0.2]), ("high", [0.5, 0.6])):
             axes = {"friction_ratio": frictions, "frequency_ratio": [0.9, 1.1]}
             study = {"name": name, "damping_ratio": 0.02, "axes": axes} | COMMON

@@ -67,7 +67,7 @@ def test_a_long_list_asks_for_what_is_seen(
     open_page: Callable[..., Any], own_service: Callable[..., Any], helpers: Any
 ) -> None:
     running = own_service()
-    with httpx.Client(base_url=running.url, timeout=120.0) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         axes = {"friction_ratio": [0.1, 0.3], "frequency_ratio": [0.9, 1.1]}
         many = [
             {

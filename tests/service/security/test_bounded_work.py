@@ -12,13 +12,14 @@ import httpx
 import psutil
 import pytest
 
+from damperlab.service.work.processes import PATIENCE
 from damperlab.service.work.turns import TooManyWaiting, Turns
 
 SIMULATE = "/api/v1/simulate"
 QUICK = {"frequency_ratio": 1.0, "clearance_ratio": 5, "friction_ratio": 0, "cycles": 1, "history": 0}
 ENDLESS = QUICK | {"clearance_ratio": 1e-6, "restitution": 0.9999, "mass_ratio": 0.5, "cycles": 100_000}
 """Some 5·10⁹ impacts: many minutes on any machine."""
-LIMIT_SECONDS = 20
+LIMIT_SECONDS = 10
 
 
 def _computing(running: Any) -> list[psutil.Process]:
@@ -84,6 +85,22 @@ def test_a_service_that_is_killed_leaves_nothing_that_computes(
     running.stop(signal.SIGKILL)
     asking.join()
     helpers.wait_until(lambda: not psutil.pid_exists(pid))
+
+
+def test_a_machine_that_is_too_busy_is_not_a_request_that_asks_too_much(
+    own_service: Callable[..., Any], helpers: Any
+) -> None:
+    limit = 2
+    running = own_service(DAMPERLAB_WORK_SECONDS=str(limit))
+    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
+        assert client.post(SIMULATE, json=QUICK).status_code == 200
+        (idle,) = _computing(running)
+        idle.suspend()  # as if others had every processor
+        answer = client.post(SIMULATE, json=QUICK)
+    assert (answer.status_code, answer.json()["type"]) == (503, "urn:damperlab:problem:too-busy")
+    assert int(answer.headers["retry-after"]) > 0
+    assert answer.json()["errors"][0]["allowed"] == f"an answer within {PATIENCE * limit:g} s"
+    helpers.wait_until(lambda: not psutil.pid_exists(idle.pid))
 
 
 def test_turns_go_to_whoever_has_the_fewest() -> None:

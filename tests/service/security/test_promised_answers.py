@@ -89,7 +89,7 @@ def _computing(running: Any) -> set[int]:
 
 
 def test_what_is_given_up_is_computed_no_longer(own_service: Callable[..., Any], helpers: Any) -> None:
-    limit = 20
+    limit = 10
     running = own_service(DAMPERLAB_WORK_SECONDS=str(limit))
     with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
         # with kernels there, what is waited for is the point alone

@@ -145,7 +145,7 @@ def test_the_service_speaks_tls_itself(tmp_path: Path, helpers: Any) -> None:
     try:
         assert running.url.startswith("https://127.0.0.1:")
         trusting = ssl.create_default_context(cafile=str(chain))
-        with httpx.Client(base_url=running.url, verify=trusting, timeout=60) as client:
+        with httpx.Client(base_url=running.url, verify=trusting, timeout=300) as client:
             answer = client.post(SESSION, json={"key": key})
             assert answer.status_code == 200
             assert "Secure" in answer.headers["set-cookie"]
@@ -158,6 +158,6 @@ def test_the_service_speaks_tls_itself(tmp_path: Path, helpers: Any) -> None:
         with pytest.raises(httpx.ConnectError, match="CERTIFICATE_VERIFY_FAILED"):
             httpx.get(f"{running.url}/health/live")
         with pytest.raises(httpx.HTTPError):
-            httpx.get(f"{running.url.replace('https', 'http')}/health/live", timeout=60)
+            httpx.get(f"{running.url.replace('https', 'http')}/health/live", timeout=300)
     finally:
         assert running.stop() == 0
