@@ -235,6 +235,7 @@ def _fit_history(table: "History", asked: Asked, wanted: Wanted) -> None:
         known=asked.design,
         share=asked.share,
         confidence=asked.confidence,
+        seed=asked.seed,
     )
     wanted.check(question)
     have_ready(scenes_of(question))

@@ -65,18 +65,10 @@ def read_fit(document: object) -> FitQuestion | HistoryQuestion:
             faults += error.faults
     if faults or measured is None:
         raise StudyFaults(faults)
+    numbers["share"] = numbers.pop("deviation")
     if isinstance(measured, History):
-        return make_history_question(
-            measured, structure, ranges, share=numbers["deviation"], confidence=numbers["confidence"]
-        )
-    return make_question(
-        measured,
-        structure,
-        ranges,
-        share=numbers["deviation"],
-        confidence=numbers["confidence"],
-        seed=numbers["seed"],
-    )
+        return make_history_question(measured, structure, ranges, **numbers)
+    return make_question(measured, structure, ranges, **numbers)
 
 
 def read_correction(document: object, shelf: Shelf | None = None) -> Correction | None:

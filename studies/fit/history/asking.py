@@ -33,6 +33,7 @@ def make_history_question(
     known: Mapping[str, float] | None = None,
     share: float | None = None,
     confidence: float = 0.95,
+    seed: int = 0,
 ) -> HistoryQuestion:
     """Put a question together and check it.
 
@@ -51,6 +52,8 @@ def make_history_question(
         Standard deviation as a share of the largest displacement, where the measurement has none.
     confidence : float
         Of the intervals.
+    seed : int
+        Of whatever is drawn.
 
     Raises
     ------
@@ -101,7 +104,7 @@ def make_history_question(
         )
     if measured.released:
         free.append(_release(measured))
-    question = HistoryQuestion(measured, numbers, tuple(free), particle, contact, confidence)
+    question = HistoryQuestion(measured, numbers, tuple(free), particle, contact, confidence, seed)
     _check_sampling(question)
     return question
 

@@ -39,6 +39,8 @@ class HistoryQuestion:
         What an impact is.
     confidence : float
         Of the intervals.
+    seed : int
+        Of whatever is drawn.
     """
 
     measured: History
@@ -47,6 +49,7 @@ class HistoryQuestion:
     particle: bool = True
     contact: Contact = INSTANT
     confidence: float = 0.95
+    seed: int = 0
 
     def values(self, shares: NDArray[np.float64]) -> dict[str, float]:
         """Give the parameters at a place of their ranges, each from 0 to 1."""

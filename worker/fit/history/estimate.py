@@ -140,7 +140,7 @@ def _kept(trials: Trials, places: list[Place], rows: int, most: int) -> list[Pla
 
 def _drawn(trials: Trials, spreads: list[Spread], rows: int) -> list[Place]:
     """Draw places within what shorter beginnings leave open."""
-    generator = np.random.default_rng(rows)
+    generator = np.random.default_rng([trials.question.seed, rows])
     of = spreads[-LOOKED_BACK:]
     draws = np.concatenate([each.draw(DRAWN // len(of), generator) for each in of])
     return [trials.place(np.clip(one, 0.0, 1.0), rows) for one in draws]
