@@ -133,8 +133,8 @@ class Work:
             f"no answer after {waited}",
             f"an answer within {waited}",
             f"try again in {RETRY_SECONDS} s, or when less is being computed",
-            f"The request has had less than {self._seconds:g} s of a processor in {waited}: the machine is busy, or its disk does "
-            "not answer.",
+            f"The request has had less than {self._seconds:g} s of a processor in {waited}: the machine is busy, or its disk "
+            "does not answer.",
         )
         headers = {"Retry-After": str(RETRY_SECONDS)}
         return Problem(503, "too-busy", "The machine is too busy to compute this.", (fault,), headers)

@@ -74,7 +74,9 @@ def test_without_a_deviation_the_scatter_is_estimated() -> None:
 def test_the_same_question_has_the_same_answer_bit_for_bit() -> None:
     question = made_history("hybrid", 3).question
     one, same, other = (fit_history(replace(question, seed=seed)) for seed in (0, 0, 1))
-    found = [[(each.value, each.low, each.high) for each in fitted.estimates] for fitted in (one, same, other)]
+    found = [
+        [(each.value, each.low, each.high) for each in fitted.estimates] for fitted in (one, same, other)
+    ]
     assert found[0] == found[1] != found[2]
 
 
