@@ -251,7 +251,7 @@ def _lattice(count: int, dimensions: int) -> NDArray[np.float64]:
     golden = 2.0
     for _ in range(64):
         golden = (1.0 + golden) ** (1.0 / dimensions)
-    steps = golden ** -np.arange(1.0, dimensions)
+    steps = np.array([golden**-k for k in range(1, dimensions)])
     numbers = np.arange(count)
     others = (0.5 + numbers[:, None] * steps) % 1.0
     return np.column_stack([others, (numbers + 0.5) / count])

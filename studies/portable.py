@@ -3,7 +3,7 @@
 numpy has code of its own for exponentials, logarithms, sines and powers on processors with AVX-512, and hands products
 of matrices to OpenBLAS, which has code for each family of processors. The last bits differ; and so, in the end, would
 a record that a seed makes, or a fit, whose way through chaotic responses turns on them. Here the C library computes each
-value, and a product is summed in one order, whatever row it stands in.
+value, and a product of arrays that are laid out alike is summed in one order, whatever row it stands in.
 """
 
 import math
@@ -39,12 +39,12 @@ def log1p(x: ArrayLike) -> Floats:
 
 
 def sin(x: ArrayLike) -> Floats:
-    """Sine of each element [rad]."""
+    """Sine of each element [rad]; a ValueError where one is infinite."""
     return _each(math.sin, x)
 
 
 def cos(x: ArrayLike) -> Floats:
-    """Cosine of each element [rad]."""
+    """Cosine of each element [rad]; a ValueError where one is infinite."""
     return _each(math.cos, x)
 
 

@@ -31,7 +31,7 @@ _FUNCTIONS: tuple[Callable[[float], float], ...] = (
         math.tanh,
     ),
     lambda x: math.pow(x, 1.0 / 3.0),
-    lambda x: math.hypot(1.0, x),
+    lambda x: float(np.hypot(1.0, x)),
 )
 """What kernels and closed forms take from the C library."""
 _ARGUMENTS = tuple(8.0 * ((k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0) for k in range(1, 1001))

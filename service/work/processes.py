@@ -10,7 +10,14 @@ import time
 from collections.abc import Awaitable, Callable
 from typing import TypeVar, TypeVarTuple
 
-from anyio import BrokenWorkerProcess, CapacityLimiter, create_task_group, fail_after, to_process
+from anyio import (
+    BrokenWorkerProcess,
+    CapacityLimiter,
+    create_task_group,
+    fail_after,
+    move_on_after,
+    to_process,
+)
 from starlette.requests import ClientDisconnect, Request
 
 from damperlab.service.problems import RETRY_SECONDS, Problem
@@ -79,7 +86,7 @@ class Work:
 
         async def work() -> Result:
             async with self._turns.turn(who):
-                with fail_after(PATIENCE * self._seconds):
+                with move_on_after(PATIENCE * self._seconds):
                     return await to_process.run_sync(
                         bounded,
                         self._seconds,
@@ -89,6 +96,8 @@ class Work:
                         cancellable=True,
                         limiter=self._limiter,
                     )
+            _log.warning("work for %s was ended: the machine is too busy", request.scope.get("request_id"))
+            raise self._too_busy()
 
         try:
             return await while_there(request, work)
@@ -105,12 +114,10 @@ class Work:
                 429, "too-many-waiting", "Too many of your requests are already waiting.", (fault,), headers
             ) from None
         except BrokenWorkerProcess:
-            # a process that used up its processor time, or more memory than the machine has, is ended by the system
+            # the system ends a process at its processor time, and where the machine has no more memory
             _log.warning("work for %s was ended at its limit", request.scope.get("request_id"))
-            raise self._too_much(f"more than {self._seconds:g} s of a processor") from None
-        except TimeoutError:
-            _log.warning("work for %s was ended: the machine is too busy", request.scope.get("request_id"))
-            raise self._too_busy() from None
+            found = f"more than {self._seconds:g} s of a processor, or more memory than the machine has"
+            raise self._too_much(found) from None
         except MemoryError:
             raise self._too_much(f"more than {counted(self._memory_bytes >> 20, 'MiB')} of memory") from None
 
@@ -195,7 +202,12 @@ def bounded(
     resource.setrlimit(resource.RLIMIT_CPU, (wanted if most < 0 else min(wanted, most), most))
     _, most = resource.getrlimit(resource.RLIMIT_DATA)
     resource.setrlimit(resource.RLIMIT_DATA, (memory_bytes if most < 0 else min(memory_bytes, most), most))
-    return function(*arguments)
+    try:
+        return function(*arguments)
+    finally:
+        # what the next one imports before it has its own limit is not counted
+        _, most = resource.getrlimit(resource.RLIMIT_CPU)
+        resource.setrlimit(resource.RLIMIT_CPU, (most, most))
 
 
 _stood_back = False

@@ -21,6 +21,7 @@ GLIBC = platform.libc_ver()[0] == "glibc"
 OF_PROCESSORS = {"exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "sin", "cos", "tan", "sinh", "cosh", "tanh"} | {
     *("arcsin", "arccos", "arctan", "arctan2", "arcsinh", "arccosh", "arctanh", "power", "float_power", "cbrt"),
     *("geomspace", "logspace", "linalg", "dot", "vdot", "inner", "matmul", "cov", "corrcoef", "polyfit", "argpartition"),
+    *("polynomial", "roots", "convolve", "correlate", "tensordot", "logaddexp", "sinc"),
 }  # fmt: skip
 """What numpy computes with code for a family of processors."""
 PORTABLE = (
@@ -35,7 +36,10 @@ ANSWERS = {"worker/ground/absorber.py"}
 
 
 def older_processor() -> dict[str, str]:
-    """Environment in which numpy and OpenBLAS take their code for a processor of 2008."""
+    """Environment in which numpy and OpenBLAS take their code for a processor of 2008.
+
+    Where the processor has AVX-512 that is other code for exponentials and sines too; elsewhere numpy has but one.
+    """
     found = np.show_config(mode="dicts")["SIMD Extensions"]["found"]
     assert found
     return {"NPY_DISABLE_CPU_FEATURES": " ".join(found), "OPENBLAS_CORETYPE": "Nehalem"}
@@ -72,7 +76,7 @@ def test_on_an_older_processor_numpy_itself_has_other_bits() -> None:
 def test_a_c_library_that_takes_other_functions_is_told_apart() -> None:
     code = "from damperlab.worker.provenance import libm; print(libm())"
     assert python("-c", code).strip() == libm()
-    other = python("-c", code, GLIBC_TUNABLES="glibc.cpu.hwcaps=-AVX2,-FMA").strip()
+    other = python("-c", code, GLIBC_TUNABLES="glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4").strip()
     fused = "fma" in Path("/proc/cpuinfo").read_text()
     assert (other != libm()) == fused
 
@@ -80,7 +84,9 @@ def test_a_c_library_that_takes_other_functions_is_told_apart() -> None:
 def of_a_processor(tree: ast.AST) -> Iterator[int]:
     for node in ast.walk(tree):
         match node:
-            case ast.BinOp(op=ast.MatMult()):
+            case ast.BinOp(op=ast.MatMult()) | ast.AugAssign(op=ast.MatMult()):
+                yield node.lineno
+            case ast.ImportFrom(module="numpy") | ast.Call(func=ast.Attribute(attr="dot")):
                 yield node.lineno
             case ast.Attribute(value=ast.Name(id="np"), attr=name) if name in OF_PROCESSORS:
                 yield node.lineno

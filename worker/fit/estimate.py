@@ -257,7 +257,7 @@ def _correlation(draws: Matrix) -> Matrix:
     covariance = covariance_of(draws)
     deviation = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore"):  # NaN for a parameter that all draws have at one end
-        return np.asarray(covariance / deviation[:, None] / deviation)
+        return np.clip(covariance / deviation[:, None] / deviation, -1.0, 1.0)
 
 
 def _is_other(one: _End, best: _End) -> bool:

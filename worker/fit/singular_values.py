@@ -58,14 +58,19 @@ def singular_values(matrix: Matrix) -> SingularValues:
     Parameters
     ----------
     matrix : ndarray, shape (rows, columns)
-        Finite.
+        Of elements between 1e-300 and 1e300, or 0.
 
     Raises
     ------
     ArithmeticError
-        Where the rotations do not come to an end, as for a matrix that is not finite.
+        Where an element is not finite, or the rotations do not come to an end.
     """
     count = matrix.shape[1]
+    if not np.isfinite(matrix).all():
+        raise ArithmeticError("A matrix that is not finite has no singular values.")
+    # by a power of two, which rounds nothing: squares of elements are numbers then
+    unit = 2.0 ** float(np.frexp(np.abs(matrix).max(initial=0.0))[1])
+    matrix = matrix / unit
     rows = matrix.shape[0]
     # what rounding may make of the cosine of a right angle, and of the length of a column that is 0
     rounding = max(rows, count) * float(np.finfo(float).eps)
@@ -88,7 +93,7 @@ def singular_values(matrix: Matrix) -> SingularValues:
                 turned[i] = cosine * (first - tangent * turned[j])
                 turned[j] = cosine * (tangent * first + turned[j])
         if still:
-            return _sorted(turned[:, :rows], turned[:, rows:])
+            return _sorted(unit * turned[:, :rows], turned[:, rows:])
     raise ArithmeticError(f"The singular values of a matrix of {rows} by {count} do not converge.")
 
 
@@ -115,7 +120,8 @@ def length_of(vectors: Matrix) -> Matrix:
 
 
 def _sorted(columns: Matrix, right: Matrix) -> SingularValues:
-    values = length_of(columns)
+    longest = float(np.abs(columns).max(initial=0.0)) or 1.0
+    values = longest * length_of(columns / longest)
     order = np.argsort(-values, kind="stable")
     values = values[order]
     unit = columns[order] / np.where(values > 0.0, values, 1.0)[:, None]

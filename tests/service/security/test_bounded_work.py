@@ -103,6 +103,22 @@ def test_a_machine_that_is_too_busy_is_not_a_request_that_asks_too_much(
     helpers.wait_until(lambda: not psutil.pid_exists(idle.pid))
 
 
+def test_time_in_which_others_have_the_processors_does_not_count(
+    own_service: Callable[..., Any], helpers: Any
+) -> None:
+    limit = 2
+    running = own_service(DAMPERLAB_WORK_SECONDS=str(limit))
+    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
+        assert client.post(SIMULATE, json=QUICK).status_code == 200
+        (idle,) = _computing(running)
+        idle.suspend()
+        others = threading.Timer(5.0 * limit, idle.resume)
+        others.start()
+        assert client.post(SIMULATE, json=QUICK).status_code == 200
+        others.join()
+        assert idle.is_running()
+
+
 def test_turns_go_to_whoever_has_the_fewest() -> None:
     order: list[str] = []
 

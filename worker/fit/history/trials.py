@@ -110,7 +110,9 @@ class Trials:
             curvature, gradient = product(slopes.T, slopes), product(slopes.T, here)
             before = best
             pulls, directions = principal(curvature)
-            along = product(directions.T, _free(best.shares, gradient))
+            # along a direction in which nothing changes but by rounding there is no step
+            changes = pulls > shares.size * np.finfo(float).eps * pulls.max()
+            along = np.where(changes, product(directions.T, _free(best.shares, gradient)), 0.0)
             for damping in DAMPINGS:
                 added = damping * np.diag(curvature).max() + 1e-12
                 step = product(directions, along / (pulls + added))

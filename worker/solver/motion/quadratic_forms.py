@@ -13,9 +13,27 @@ from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 
 # Gauss–Legendre on [0, 1], 6 points: exact to degree 11, error below 1e-16 of the integrand on the longest window.
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
-NODES: NDArray[np.float64] = 0.5 * (_NODES + 1.0)
-WEIGHTS: NDArray[np.float64] = 0.5 * _WEIGHTS
+# Written out, for numpy finds them as eigenvalues, whose last bits depend on the processor.
+NODES: NDArray[np.float64] = np.array(
+    [
+        0.03376524289842399,
+        0.16939530676686773,
+        0.38069040695840156,
+        0.6193095930415985,
+        0.8306046932331322,
+        0.966234757101576,
+    ]
+)
+WEIGHTS: NDArray[np.float64] = np.array(
+    [
+        0.08566224618958518,
+        0.1803807865240693,
+        0.23395696728634552,
+        0.23395696728634552,
+        0.1803807865240693,
+        0.08566224618958518,
+    ]
+)
 _POINTS = 6
 
 PAIRS = 10
