@@ -28,9 +28,9 @@ def execute(path: Path, url: str, folder: Path) -> Any:
     """
     notebook = nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
     environment = os.environ | {"DAMPERLAB_URL": url, "IPYTHONDIR": str(folder / "ipython")}
-    NotebookClient(notebook, timeout=600, resources={"metadata": {"path": str(folder)}}).execute(
-        env=environment
-    )
+    NotebookClient(
+        notebook, timeout=600, startup_timeout=600, resources={"metadata": {"path": str(folder)}}
+    ).execute(env=environment)
     return notebook
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import httpx
 
-PATIENCE_SECONDS = 120.0
+PATIENCE_SECONDS = 600.0
 
 
 @contextmanager
@@ -42,7 +42,7 @@ def service() -> Iterator[str]:
                 yield url
             finally:
                 process.terminate()
-                process.wait(30)
+                process.wait(300)
 
 
 def _await(url: str, process: "subprocess.Popen[bytes]") -> None:

@@ -38,7 +38,7 @@ MACHINE: dict[str, Any] = {
 }
 """A study by the name of the tutorial's, small, and known so roughly that a race has something to do."""
 END = "--- end of a block ---"
-PATIENCE_SECONDS = 300
+PATIENCE_SECONDS = 1800
 
 
 def pages() -> list[str]:

@@ -201,7 +201,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     cluster = SharedCluster(opening(settings, lambda: dispatcher.blocks_left()))
     dispatcher = Dispatcher(store, runs, cluster, settings.studies_at_once)
     kernels = Kernels(core_count())
-    work = Work(core_count(), settings.work_seconds, settings.work_memory_bytes)
+    work = Work(core_count(), settings.work_seconds, settings.work_wait_seconds, settings.work_memory_bytes)
     designer = Designer(settings, store, dispatcher)
     service = Service(
         settings,

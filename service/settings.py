@@ -151,6 +151,9 @@ class Settings(BaseSettings):
         gt=0.0,
         description="Time of a processor that a point, a comparison or an upload may take, in seconds.",
     )
+    work_wait_seconds: float = Field(
+        1800.0, gt=0.0, description="How long a request waits for that time of a processor, in seconds."
+    )
     work_memory_bytes: ByteSize = Field(
         ByteSize(4 << 30), ge=1 << 29, description="Most memory of a process that computes one, as in 4GiB."
     )

@@ -68,7 +68,7 @@ def running(kept: Path) -> list[int]:
     return [pid for pid in pids if Path(f"/proc/{pid}").exists()]
 
 
-def wait_until_ended(kept: Path, seconds: float = 400.0) -> None:
+def wait_until_ended(kept: Path, seconds: float = 3000.0) -> None:
     """Wait until no job runs: what is taken back may take a moment."""
     deadline = time.monotonic() + seconds
     while running(kept):

@@ -16,7 +16,7 @@ from pathlib import Path
 from tests.ports import free_port
 
 KEY, SECRET = "tester", "only-on-loopback-0815"
-START_SECONDS = 60.0
+START_SECONDS = 600.0
 LIFE_SECONDS = 1800
 """The server ends by itself then, whatever becomes of who started it."""
 BUCKET = "cubes"

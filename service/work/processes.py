@@ -27,8 +27,6 @@ from damperlab.worker.niceness import stand_back
 
 WAITING = 64
 """Most requests of one caller that wait for a turn."""
-PATIENCE = 20.0
-"""Time on the clock over that of a processor: where other work has the processors, a request is not too large."""
 
 Result = TypeVar("Result")
 Arguments = TypeVarTuple("Arguments")
@@ -45,16 +43,18 @@ class Work:
     at_once : int
         Most processes.
     seconds : float
-        How much time of a processor one request may take [s]; on the clock it may take `PATIENCE` times as long once
-        it has its turn.
+        How much time of a processor one request may take [s].
+    wait_seconds : float
+        How long it may wait for that once it has its turn [s]: where other work has the processors, it is not too large.
     memory_bytes : int
         Most memory of one process.
     """
 
-    def __init__(self, at_once: int, seconds: float, memory_bytes: int) -> None:
+    def __init__(self, at_once: int, seconds: float, wait_seconds: float, memory_bytes: int) -> None:
         self._turns = Turns(at_once, WAITING)
         self._limiter = CapacityLimiter(at_once)
         self._seconds = seconds
+        self._wait_seconds = wait_seconds
         self._memory_bytes = memory_bytes
 
     async def run(
@@ -86,7 +86,7 @@ class Work:
 
         async def work() -> Result:
             async with self._turns.turn(who):
-                with move_on_after(PATIENCE * self._seconds):
+                with move_on_after(self._wait_seconds):
                     return await to_process.run_sync(
                         bounded,
                         self._seconds,
@@ -134,7 +134,7 @@ class Work:
         return Problem(422, "work-limit", "Computing this takes more than a request may take.", (fault,))
 
     def _too_busy(self) -> Problem:
-        waited = f"{PATIENCE * self._seconds:g} s"
+        waited = f"{self._wait_seconds:g} s"
         fault = Fault(
             "request",
             f"no answer after {waited}",

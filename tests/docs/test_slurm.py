@@ -12,7 +12,7 @@ from docs.console import ROOT, put_files
 
 from damperlab import open_store
 
-SECONDS = 120
+SECONDS = 900
 SRUN = '#!/bin/bash\n"$@" &\n"$@" &\nwait\n'
 """Two tasks, on one node."""
 STUDY = {

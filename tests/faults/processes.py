@@ -149,7 +149,7 @@ class ObjectServer(Process):
         super().__init__(folder / "server.log", *there, **self.environment)
         self.address = f"s3://{self.BUCKET}"
 
-    def wait(self, seconds: float = 60.0) -> None:
+    def wait(self, seconds: float = 600.0) -> None:
         """Start it, and wait until the bucket can be written."""
         from damperlab.studies.store.places import open_shelf
 

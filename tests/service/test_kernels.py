@@ -29,7 +29,7 @@ def bare_service(own_service: Callable[..., Any], tmp_path: Path) -> Any:
 def test_what_must_be_compiled_is_said_first_and_only_then(
     bare_service: Any, helpers: Any, tmp_path: Path
 ) -> None:
-    with httpx.Client(base_url=f"{bare_service.url}/api/v1", timeout=300.0) as client:
+    with httpx.Client(base_url=f"{bare_service.url}/api/v1", timeout=1800.0) as client:
 
         def ask(path: str, document: dict[str, Any], dry: bool = True) -> dict[str, Any]:
             answer = client.post(path, json=document, params={"dry_run": dry}).raise_for_status()

@@ -102,7 +102,7 @@ def test_where_nothing_prints_the_command_says_so_before_it_computes(tmp_path: P
         [*command, "--data-dir", str(tmp_path / "data"), "-o", str(tmp_path / "report.pdf")],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=900,
         check=False,
     )
     assert ended.returncode == 2

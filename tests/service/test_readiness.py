@@ -32,7 +32,7 @@ def test_service_says_that_its_database_hangs_and_recovers(server, tmp_path, hel
     try:
         # what takes longer hangs
         with httpx.Client(base_url=running.url, timeout=300) as client:
-            assert client.get("/health/ready").status_code == 200
+            helpers.wait_until(lambda: client.get("/health/ready").status_code == 200)
             stopped = {each for one in processes for each in (one, *one.children(recursive=True))}
             for process in stopped:
                 process.send_signal(signal.SIGSTOP)

@@ -38,7 +38,7 @@ def start(forked: bool, code: str) -> "subprocess.Popen[str]":
 
 def told(forked: bool, code: str) -> Any:
     with start(forked, code) as process:
-        out, _ = process.communicate(timeout=100)
+        out, _ = process.communicate(timeout=900)
     assert process.returncode == 0
     return json.loads(out.splitlines()[-1])
 
@@ -98,7 +98,7 @@ print(json.dumps([first, said(loaded)]))""",
 def test_no_process_outlives_its_worker(forked: bool, number: int, tmp_path: Path) -> None:
     sign = tmp_path / "begun"
     with start(forked, f"said(lambda: (Path({str(sign)!r}).touch(), time.sleep(600)))") as process:
-        deadline = time.monotonic() + 100.0
+        deadline = time.monotonic() + 900.0
         while not sign.exists():
             assert time.monotonic() < deadline
             time.sleep(0.02)
@@ -106,5 +106,5 @@ def test_no_process_outlives_its_worker(forked: bool, number: int, tmp_path: Pat
         assert len(beside) == (3 if forked else 1)
         process.send_signal(number)
         process.wait()
-        _, alive = psutil.wait_procs(beside, timeout=100)
+        _, alive = psutil.wait_procs(beside, timeout=900)
         assert not alive

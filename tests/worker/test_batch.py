@@ -23,7 +23,7 @@ from damperlab.worker.examination import bits_of
 from damperlab.worker.jobs import AGAIN_SECONDS, Hired, hire
 from damperlab.worker.outcomes import ClusterUnusable
 
-SECONDS = 400
+SECONDS = 3000
 SYSTEMS: tuple[BatchSystem, ...] = get_args(BatchSystem)
 OPTIONS: dict[BatchSystem, str] = {
     "slurm": "--partition=short",

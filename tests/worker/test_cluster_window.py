@@ -38,7 +38,7 @@ def window_of(
     return Window(client, lambda index, key: (task, index), Backlog(range(count)), wait_seconds=wait_seconds)
 
 
-def pump(window: Window, seconds: float = 90.0) -> list[BlockOutcome | Failure]:
+def pump(window: Window, seconds: float = 900.0) -> list[BlockOutcome | Failure]:
     ended: list[BlockOutcome | Failure] = []
     deadline = time.monotonic() + seconds
     window.fill()

@@ -109,7 +109,7 @@ def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path
             time.sleep(600.0)
         return BlockOutcome(index, 1, 0, 0.0, 0.0)
 
-    options = {"notice": (f"--notice={notice}",), "lifetime": ("--lifetime=20",)}[how]
+    options = {"notice": (f"--notice={notice}",), "lifetime": ("--lifetime=60",)}[how]
     with scheduler_process() as (address, _), connect(scheduler=address) as client, ExitStack() as stack:
         window = Window(client, lambda index, key: (task, index), Backlog(range(1)))
         process = stack.enter_context(member(address, "--leave-within=1", *options))
@@ -191,7 +191,7 @@ def test_worker_without_a_scheduler_leaves_as_one_with_it_does(how: str) -> None
 
 
 def test_worker_without_blocks_gives_its_core_back() -> None:
-    with scheduler_process() as (address, _), member(address, "--leave-idle=2") as process:
+    with scheduler_process() as (address, _), member(address, "--leave-idle=8") as process:
         assert process.wait(GONE_SECONDS) == 0
 
 

@@ -10,7 +10,7 @@ from tests.ready import ready
 
 COMMAND = "damperlab.service.cli.main"
 
-END_SECONDS = 900.0
+END_SECONDS = 3600.0
 """Far more than any command here takes: a hang fails, a loaded machine does not."""
 
 LINEAR: dict[str, Any] = {
@@ -33,10 +33,12 @@ def environment() -> dict[str, str]:
 
 
 def run(
-    *arguments: str | Path, status: int = 0, seconds: float = END_SECONDS
+    *arguments: str | Path, status: int | None = 0, seconds: float = END_SECONDS
 ) -> subprocess.CompletedProcess[str]:
     ended = ready().run(COMMAND, list(map(str, arguments)), environment(), seconds)
-    assert ended.returncode == status, f"{arguments}: {ended.returncode}\n{ended.stdout}\n{ended.stderr}"
+    assert status in (None, ended.returncode), (
+        f"{arguments}: {ended.returncode}\n{ended.stdout}\n{ended.stderr}"
+    )
     return ended
 
 

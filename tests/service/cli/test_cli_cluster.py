@@ -35,7 +35,7 @@ FRICTION: dict[str, Any] = {
         "frequency_ratio": [0.9, 1.0, 1.1, 1.2],
     },
 }
-WORK_SECONDS = 400.0
+WORK_SECONDS = 3000.0
 
 
 @pytest.fixture

@@ -142,8 +142,9 @@ def test_running_study_is_asked_cancelled_and_resumed(
 
 
 def test_waiting_outlives_a_service_that_is_killed(
-    own_service: Callable[..., Any], helpers: Any, free_port: int, tmp_path: Path
+    own_service: Callable[..., Any], helpers: Any, free_port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("damperlab.service.client.transport.PATIENCE_SECONDS", 900.0)
     first = own_service(DAMPERLAB_PORT=str(free_port))
     url = f"http://127.0.0.1:{free_port}"
     with Client(url) as client:

@@ -46,7 +46,9 @@ def test_request_with_curl_is_accepted(service: Any, tmp_path: Path) -> None:
     assert command is not None
     assert "'Content-Type: application/yaml' --data-binary" in command[1]
     url = command[1].split()[-1].replace("http://127.0.0.1:8000", service.url)
-    answer = httpx.post(url, content=study.encode(), headers={"Content-Type": "application/yaml"})
+    answer = httpx.post(
+        url, content=study.encode(), headers={"Content-Type": "application/yaml"}, timeout=300
+    )
     assert answer.status_code in (200, 201)
     assert answer.json()["name"] == "three cavities"
 

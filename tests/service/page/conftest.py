@@ -17,7 +17,7 @@ FLAGS = (
     "--disable-background-networking",
     "--no-first-run",
 )
-PATIENCE_MILLISECONDS = 90_000
+PATIENCE_MILLISECONDS = 600_000
 
 MAP: dict[str, Any] = {
     "name": "small map",
@@ -89,8 +89,8 @@ def open_page(
 
     def start(root: str = service.url, **options: Any) -> Watched:
         context = browser.new_context(**{"viewport": {"width": 1440, "height": 900}} | options)
+        context.set_default_timeout(PATIENCE_MILLISECONDS)
         page = context.new_page()
-        page.set_default_timeout(PATIENCE_MILLISECONDS)
         watched = Watched(page, root)
         page.on("console", watched.note)
         page.on("pageerror", lambda error: watched.troubles.append(f"exception: {error}"))

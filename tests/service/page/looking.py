@@ -14,7 +14,7 @@ ONE_STEP = 1200
 
 
 def until(
-    page: Page, question: str, good: Callable[[Any], bool], given: object = None, seconds: float = 300.0
+    page: Page, question: str, good: Callable[[Any], bool], given: object = None, seconds: float = 1800.0
 ) -> Any:
     """Ask the page until the answer is good; its policy forbids what `wait_for_function` does."""
     give_up = time.monotonic() + seconds

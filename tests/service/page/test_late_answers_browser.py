@@ -24,30 +24,42 @@ AT_ONCE = """async () => {
 """A limit is typed and another result chosen before the limit is asked about, which is 200 ms later."""
 
 
-@contextmanager
-def held(page: Page, part: str) -> Iterator[Callable[[], None]]:
-    """The first request with `part` in its address waits until it is let go; all others pass."""
-    waiting: list[Route] = []
+class Held:
+    """A request that waits until it is let go: the first with `part` in its address."""
 
-    def hold(route: Route) -> None:
-        if part in route.request.url and not waiting:
-            waiting.append(route)
+    def __init__(self, page: Page, part: str) -> None:
+        self._page, self._part = page, part
+        self._waiting: list[Route] = []
+
+    def hold(self, route: Route) -> None:
+        if self._part in route.request.url and not self._waiting:
+            self._waiting.append(route)
         else:
             route.continue_()
 
-    def let_go() -> None:
-        for _ in range(200):
-            if waiting:
+    def wait(self) -> Route:
+        """Wait until it was asked."""
+        for _ in range(6000):
+            if self._waiting:
                 break
-            page.wait_for_timeout(50)
-        assert waiting, f"nothing with {part} was asked for"
-        with page.expect_response(waiting[0].request.url):
-            waiting[0].continue_()
-        page.wait_for_timeout(300)
+            self._page.wait_for_timeout(50)
+        assert self._waiting, f"nothing with {self._part} was asked for"
+        return self._waiting[0]
 
-    page.route("**/api/v1/**", hold)
-    yield let_go
-    page.unroute("**/api/v1/**", hold)
+    def let_go(self) -> None:
+        route = self.wait()
+        with self._page.expect_response(route.request.url):
+            route.continue_()
+        self._page.wait_for_timeout(300)
+
+
+@contextmanager
+def held(page: Page, part: str) -> Iterator[Held]:
+    """Hold one request, and let all others pass."""
+    one = Held(page, part)
+    page.route("**/api/v1/**", one.hold)
+    yield one
+    page.unroute("**/api/v1/**", one.hold)
 
 
 def pick(page: Page, label: str, value: str) -> None:
@@ -80,11 +92,11 @@ def test_a_late_ranking_of_dampers_does_not_replace_a_later_one(
     page = open_page().go(f"#/studies/{suite['id']}")
     rows = page.locator(".designs tbody tr")
     expect(rows).not_to_have_count(0)
-    with held(page, "optimal-designs?metric=rms_") as let_go:
+    with held(page, "optimal-designs?metric=rms_") as request:
         pick(page, "Shown", "rms_relative_displacement_m")
         pick(page, "Shown", "status")
         expect(rows).to_have_count(0)
-        let_go()
+        request.let_go()
         expect(rows).to_have_count(0)
 
 
@@ -100,11 +112,11 @@ def test_a_late_ranking_of_designs_does_not_replace_a_later_one(
     page = open_page().go(f"#/studies/{small_map['id']}")
     best = page.locator(".designs tbody td").first
     expect(best).not_to_be_empty()
-    with held(page, "objective=resonance") as let_go:
+    with held(page, "objective=resonance") as request:
         pick(page, "Judged by", "resonance")
         pick(page, "Judged by", "band_rms")
         expect(best).to_contain_text(f"{least['band_rms']:.4g}"[:4])
-        let_go()
+        request.let_go()
         expect(best).to_contain_text(f"{least['band_rms']:.4g}"[:4])
 
 
@@ -115,25 +127,25 @@ def test_late_answers_do_not_replace_later_ones_where_a_study_is_explored(
     rows = page.get_by_role("region", name="Importance of each parameter").locator("tbody tr")
     expect(rows.first).to_be_visible()
     matters = page.locator("section").filter(has=page.get_by_role("heading", name="What matters"))
-    with held(page, "importance?metric=impacts_per_cycle") as let_go:
+    with held(page, "importance?metric=impacts_per_cycle") as request:
         matters.locator("select").select_option("impacts_per_cycle")
         matters.locator("select").select_option("stick_fraction")
         note = client.get(
             f"/api/v1/studies/{small_map['id']}/importance", params={"metric": "stick_fraction"}
         ).json()["note"]
         expect(matters.locator(".note")).to_have_text(note)
-        let_go()
+        request.let_go()
         expect(matters.locator(".note")).to_have_text(note)
 
     designs = page.locator("section").filter(has=page.get_by_role("heading", name="All designs"))
     said = designs.locator("p[role=status]")
-    with held(page, "stick_fraction=0%2C0") as let_go:
+    with held(page, "stick_fraction=0%2C0") as request:
         designs.get_by_label("Share of time sticking").fill("0")
-        page.wait_for_timeout(500)  # longer than it waits for more to be typed
+        request.wait()  # while it waits for more to be typed
         whole = client.get(f"/api/v1/studies/{small_map['id']}/optimal-designs", params={"top": 2000}).json()
         designs.get_by_label("Share of time sticking").fill("1")
         expect(said).to_contain_text(f"of {len(whole['designs'])} designs")
-        let_go()
+        request.let_go()
         expect(said).to_contain_text(f"of {len(whole['designs'])} designs")
 
 
@@ -143,12 +155,12 @@ def test_a_late_list_of_studies_does_not_replace_what_was_searched_for_last(
     page = open_page().go()
     card = page.locator(".cards .title")
     expect(card.filter(has_text="small map").first).to_be_visible()
-    with held(page, "name=two+earthquakes") as let_go:
+    with held(page, "name=two+earthquakes") as request:
         page.get_by_label("Search").fill("two earthquakes")
-        page.wait_for_timeout(500)
+        request.wait()
         page.get_by_label("Search").fill("small map")
         expect(card.filter(has_text="two earthquakes")).to_have_count(0)
-        let_go()
+        request.let_go()
         expect(card.filter(has_text="two earthquakes")).to_have_count(0)
 
 

@@ -73,7 +73,7 @@ def test_files_of_the_site_are_sent_with_what_each_may_do(
 ) -> None:
     make_key(tmp_path / "data", "ann", "submit")
     running = own_service(DAMPERLAB_DOCS_DIR=str(site), DAMPERLAB_ACCESS="keys")
-    with httpx.Client(base_url=running.url) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         page = client.get("/docs/")
         policy = page.headers["content-security-policy"]
         assert "'sha256-" in policy
@@ -100,7 +100,7 @@ def test_without_the_site_there_is_no_link(
     expect(page.get_by_role("heading", name="New study")).to_be_visible()
     assert page.locator("a.help").count() == 0
     assert page.get_by_role("link", name="Documentation").count() == 0
-    assert httpx.get(f"{running.url}/docs/").status_code == 404
+    assert httpx.get(f"{running.url}/docs/", timeout=300).status_code == 404
 
 
 def test_a_folder_that_holds_no_site_is_refused(tmp_path: Path) -> None:

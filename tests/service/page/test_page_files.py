@@ -54,9 +54,9 @@ def test_nothing_else_of_the_package_is_served(client: httpx.Client, name: str) 
 def test_files_are_packed_for_who_takes_that_and_plain_for_who_does_not(service: Any) -> None:
     for name in ("main.js", PLOTLY):
         address = f"{service.url}/page/{page_version()}/{name}"
-        plain = httpx.get(address, headers={"accept-encoding": "identity"})
+        plain = httpx.get(address, headers={"accept-encoding": "identity"}, timeout=300)
         assert "content-encoding" not in plain.headers
-        with httpx.stream("GET", address, headers={"accept-encoding": "gzip"}) as packed:
+        with httpx.stream("GET", address, headers={"accept-encoding": "gzip"}, timeout=300) as packed:
             sent = b"".join(packed.iter_raw())
             assert packed.headers["content-encoding"] == "gzip"
         assert gzip.decompress(sent) == plain.content

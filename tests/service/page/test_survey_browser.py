@@ -86,7 +86,7 @@ def test_a_survey_from_the_form_to_a_fragility_curve(
     looked_at(page, f"survey-form-{width}")
     page.get_by_role("button", name="Run the study").click()
 
-    expect(page.locator(".head .badge")).to_contain_text("done", timeout=300_000)
+    expect(page.locator(".head .badge")).to_contain_text("done", timeout=1_800_000)
     until(page, KNOWN, lambda known: known == 6)
     study = re.search(r"#/studies/(\w+)", page.url).group(1)  # type: ignore[union-attr]
     page.locator(".plot").first.scroll_into_view_if_needed()

@@ -75,7 +75,7 @@ def test_a_name_that_is_not_the_services_is_refused(service: Any, host: str) -> 
 def test_names_of_this_machine_and_those_that_were_added(own_service: Callable[..., Any]) -> None:
     running = own_service(DAMPERLAB_HOSTS="damper.example, .lab.example")
     port = httpx.URL(running.url).port
-    with httpx.Client(base_url=running.url) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         for name, status in (
             ("localhost", 200),
             (f"localhost:{port}", 200),

@@ -80,7 +80,7 @@ def test_heads_and_bodies_that_do_not_come_end_with_408(own_service: Callable[..
         refused = [_rest(connection)[:12] for connection in many]
         assert refused.count(b"HTTP/1.1 503") >= 20
         assert set(refused) == {b"HTTP/1.1 503", b"HTTP/1.1 408"}
-    with httpx.Client(base_url=running.url) as client:
+    with httpx.Client(base_url=running.url, timeout=300) as client:
         give_up = time.monotonic() + 60
         while (answer := client.get("/metrics")).status_code != 200:
             assert time.monotonic() < give_up

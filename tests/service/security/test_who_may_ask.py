@@ -54,14 +54,16 @@ def test_without_a_key_nothing_is_told(guarded: Guarded) -> None:
     ],
 )
 def test_what_is_no_key_opens_nothing(guarded: Guarded, value: str | bytes) -> None:
-    with httpx.Client(base_url=guarded.url) as client:
+    with httpx.Client(base_url=guarded.url, timeout=300) as client:
         assert client.get(STUDIES, headers={"Authorization": value}).status_code == 401  # type: ignore[dict-item]
 
 
 def test_another_secret_under_a_known_id_opens_nothing(guarded: Guarded) -> None:
     key = guarded.keys["ann"]["key"]
     for wrong in (key[:-1] + ("A" if key[-1] != "A" else "B"), key[:-1], key + "A", key.upper()):
-        with httpx.Client(base_url=guarded.url, headers={"Authorization": f"Bearer {wrong}"}) as client:
+        with httpx.Client(
+            base_url=guarded.url, headers={"Authorization": f"Bearer {wrong}"}, timeout=300
+        ) as client:
             assert client.get(STUDIES).status_code == 401
 
 
@@ -156,7 +158,7 @@ def test_a_design_and_its_studies_are_whose_they_are(guarded: Guarded, helpers: 
 def test_a_revoked_and_an_expired_key_open_nothing(guarded: Guarded) -> None:
     short = make_key(guarded.data_dir, "guest", "read", "--expires", "4s")
     lost = make_key(guarded.data_dir, "guest", "read")
-    with httpx.Client(base_url=guarded.url) as client:
+    with httpx.Client(base_url=guarded.url, timeout=300) as client:
 
         def status(key: dict[str, Any]) -> int:
             return client.get(STUDIES, headers={"Authorization": f"Bearer {key['key']}"}).status_code
@@ -215,7 +217,7 @@ def test_changes_are_in_the_audit_log_with_who_asked_for_them(guarded: Guarded) 
 
 def test_a_session_of_the_page(guarded: Guarded) -> None:
     own = {"Origin": guarded.url, "Sec-Fetch-Site": "same-origin"}
-    with httpx.Client(base_url=guarded.url, headers=own) as page:
+    with httpx.Client(base_url=guarded.url, headers=own, timeout=300) as page:
         assert page.get("/api/v1/session").json() == {
             "needed": True,
             "signed_in": False,
@@ -236,7 +238,12 @@ def test_a_session_of_the_page(guarded: Guarded) -> None:
         assert page.get(STUDIES).status_code == 200
         value = page.cookies["damperlab_session"]
         for forged in (value[:-1] + ("0" if value[-1] != "0" else "1"), value.replace(".", ".9", 1), "x"):
-            assert httpx.get(guarded.url + STUDIES, cookies={"damperlab_session": forged}).status_code == 401
+            assert (
+                httpx.get(
+                    guarded.url + STUDIES, cookies={"damperlab_session": forged}, timeout=300
+                ).status_code
+                == 401
+            )
         # another site's page cannot use it
         cross = {"Origin": "http://evil.example", "Sec-Fetch-Site": "cross-site"}
         assert page.post(STUDIES, json=_study("evil", 1.2), headers=cross).status_code == 403

@@ -29,7 +29,7 @@ def claim_by_another_clock(store: Store, study_id: str, owner: str, ahead_second
     """Claim a study from a process whose clock is ahead, or behind; the process is gone afterwards."""
     command = [sys.executable, "-c", _OTHER_CLOCK, str(store.data_dir), study_id, owner, str(ahead_seconds)]
     done = subprocess.run(
-        command, capture_output=True, text=True, check=True, timeout=60, cwd=Path(__file__).parents[3]
+        command, capture_output=True, text=True, check=True, timeout=900, cwd=Path(__file__).parents[3]
     )
     return done.stdout == "True\n"
 

@@ -25,7 +25,7 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import metadata
 from damperlab.studies.store.wanted import Wanted
 
-SECONDS = 60
+SECONDS = 900
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ import pytest
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import STANDARD, VARIABLES
 
-SECONDS = 60
+SECONDS = 900
 """No process of these tests may live longer."""
 
 PREAMBLE = """
