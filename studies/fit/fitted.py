@@ -134,7 +134,7 @@ class Fitted:
         measured = self.question.measured.amplitude
         if self.question.in_shares:
             both = np.hypot(self.deviation / measured, self.model_error / self.model)
-            return np.asarray(log(measured / self.model) / both)
+            return log(measured / self.model) / both
         return np.asarray((measured - self.model) / np.hypot(self.deviation, self.model_error))
 
     @property

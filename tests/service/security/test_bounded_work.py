@@ -86,6 +86,13 @@ def test_a_service_that_is_killed_leaves_nothing_that_computes(
     helpers.wait_until(lambda: not psutil.pid_exists(pid))
 
 
+def _suspended(running: Any) -> psutil.Process:
+    """Hold the process that computes for requests, as if others had every processor."""
+    (idle,) = _computing(running)
+    idle.suspend()
+    return idle
+
+
 def test_a_machine_that_is_too_busy_is_not_a_request_that_asks_too_much(
     own_service: Callable[..., Any], helpers: Any
 ) -> None:
@@ -93,8 +100,7 @@ def test_a_machine_that_is_too_busy_is_not_a_request_that_asks_too_much(
     running = own_service(DAMPERLAB_WORK_WAIT_SECONDS=str(patience))
     with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
         helpers.wait_until(lambda: client.post(SIMULATE, json=QUICK).status_code == 200)
-        (idle,) = _computing(running)
-        idle.suspend()  # as if others had every processor
+        idle = _suspended(running)
         answer = client.post(SIMULATE, json=QUICK)
     assert (answer.status_code, answer.json()["type"]) == (503, "urn:damperlab:problem:too-busy")
     assert int(answer.headers["retry-after"]) > 0
@@ -109,8 +115,7 @@ def test_time_in_which_others_have_the_processors_does_not_count(
     running = own_service(DAMPERLAB_WORK_SECONDS=str(limit))
     with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        (idle,) = _computing(running)
-        idle.suspend()
+        idle = _suspended(running)
         others = threading.Timer(5.0 * limit, idle.resume)
         others.start()
         assert client.post(SIMULATE, json=QUICK).status_code == 200
