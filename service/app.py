@@ -68,7 +68,7 @@ from damperlab.service.work.processes import Work
 from damperlab.service.work.promises import Promises
 from damperlab.service.work.questions import Apart, prepare
 from damperlab.studies.store.access_keys import AccessKeys
-from damperlab.worker.cluster import core_count
+from damperlab.worker.cores import core_count
 from damperlab.worker.provenance import code_version
 
 SUBMISSIONS = 16

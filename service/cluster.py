@@ -8,9 +8,9 @@ from functools import partial
 from distributed import Client
 
 from damperlab.service.settings import Settings
-from damperlab.worker.batch import Jobs
-from damperlab.worker.cluster import connect
-from damperlab.worker.jobs import hire
+from damperlab.worker.cluster.batch import Jobs
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.cluster.jobs import hire
 
 MOST_JOBS = 16
 """Most jobs of a batch system, unless told otherwise."""

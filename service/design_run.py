@@ -42,10 +42,10 @@ from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import submitter
-from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.niceness import stand_back
 from damperlab.worker.provenance import provenance
-from damperlab.worker.runner import run_study
+from damperlab.worker.run.runner import run_study
 from damperlab.worker.scenes import scenes
 from damperlab.worker.warm import missing
 

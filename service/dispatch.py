@@ -11,12 +11,12 @@ from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
-from damperlab.worker.handful import MOST, run_handful
-from damperlab.worker.lease import owner_is_dead
+from damperlab.worker.dispatch.roster import STANDINGS
 from damperlab.worker.outcomes import ClusterUnusable
-from damperlab.worker.progress import Progress
-from damperlab.worker.roster import STANDINGS
-from damperlab.worker.runner import run_study
+from damperlab.worker.run.lease import owner_is_dead
+from damperlab.worker.run.progress import Progress
+from damperlab.worker.run.runner import run_study
+from damperlab.worker.run.small_studies import MOST, run_small_studies
 
 LOOK_SECONDS = 2.0
 """Between two looks for studies that other processes queued, or left behind when they died."""
@@ -261,7 +261,7 @@ class Dispatcher:
     def _run_handful(self, ids: list[str], stop: threading.Event) -> None:
         left = ids
         try:
-            left = run_handful(self._runners_store, ids, self.cluster.borrow, stop)
+            left = run_small_studies(self._runners_store, ids, self.cluster.borrow, stop)
             self.trouble = None
             _log.info(
                 "%d small studies were run together, %d are left to run alone",

@@ -12,7 +12,7 @@ from damperlab.studies.plan import Plan
 from damperlab.studies.store.cube import bytes_per_point
 from damperlab.studies.store.measured import measured_family
 from damperlab.studies.store.store import Store
-from damperlab.worker.forecast import Forecast, known_of
+from damperlab.worker.dispatch.forecast import Forecast, known_of
 from damperlab.worker.provenance import provenance
 from damperlab.worker.scenes import Scene, scenes
 from damperlab.worker.warm import missing

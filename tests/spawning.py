@@ -16,7 +16,7 @@ from typing import Any
 
 from tests.ready import Ready, Started, alike
 
-from damperlab.worker import scheduler
+from damperlab.worker.cluster import scheduler
 
 _start_anew = scheduler._started
 _Spawned = context.SpawnProcess
@@ -50,7 +50,9 @@ def _scheduler(
         return _start_anew(environment)
     given, write = os.pipe()
     read, out = os.pipe()
-    started = ready().fork("damperlab.worker.scheduler", [], environment, given=given, out=out, session=True)
+    started = ready().fork(
+        "damperlab.worker.cluster.scheduler", [], environment, given=given, out=out, session=True
+    )
     os.close(given)
     os.close(out)
     started.stdin = os.fdopen(write, "wb")

@@ -8,7 +8,7 @@ import stat
 import time
 from pathlib import Path
 
-from damperlab.worker.cluster import core_count
+from damperlab.worker.cores import core_count
 from damperlab.worker.jit import shipped_folder
 from damperlab.worker.scenes import every_scene
 from damperlab.worker.warm import compile_apart, marker

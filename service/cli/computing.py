@@ -176,7 +176,7 @@ class Computer(ExitStack):
             As it ended.
         """
         from damperlab.studies.store.faults import StudyBusy
-        from damperlab.worker.runner import SECONDS_PER_HOUR, run_study
+        from damperlab.worker.run.runner import SECONDS_PER_HOUR, run_study
 
         if self._stopped:
             return record
@@ -246,7 +246,7 @@ class Computer(ExitStack):
     def _opened(self) -> "AbstractContextManager[Client]":
         means = self._means
         if means.cluster is None:
-            from damperlab.worker.cluster import connect
+            from damperlab.worker.cluster.cluster import connect
 
             return connect(workers=means.workers, scheduler=means.scheduler)
         from damperlab.service.cluster import opening

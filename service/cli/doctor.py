@@ -15,6 +15,7 @@ from damperlab.service.cli.options import AsJson, DataDir, Scheduler, StoreAddre
 from damperlab.service.cli.output import print_json, print_table, working
 from damperlab.service.cli.store import settings_of
 from damperlab.studies.vocabulary import DEFAULTS
+from damperlab.worker.cores import core_count
 
 if TYPE_CHECKING:
     from damperlab.service.settings import Settings
@@ -101,8 +102,6 @@ def _versions() -> str:
 
 
 def _cores() -> str:
-    from damperlab.worker.cluster import core_count
-
     return f"{core_count()} usable, {platform.machine()}"
 
 
@@ -177,7 +176,7 @@ def _of(limit: int | None, unit: float, name: str) -> str:
 
 
 def _cluster(scheduler: str | None) -> str:
-    from damperlab.worker.cluster import connect
+    from damperlab.worker.cluster.cluster import connect
 
     began = time.perf_counter()
     with connect(scheduler=scheduler) as client:

@@ -86,9 +86,9 @@ def worker(
     ] = None,
 ) -> None:
     """Compute blocks for a scheduler, one at a time. When told to leave, finish or give back the block that is running."""
-    from damperlab.worker.certificates import security
-    from damperlab.worker.member import Terms, serve_worker
-    from damperlab.worker.notice import faulty
+    from damperlab.worker.cluster.certificates import security
+    from damperlab.worker.process.member import Terms, serve_worker
+    from damperlab.worker.process.termination_notice import faulty
 
     if notice_url is not None and (wrong := faulty(notice_url)):
         raise typer.BadParameter(f"{wrong}. Name an http or https address.", param_hint="--notice-url")
@@ -108,7 +108,7 @@ def certificates(
     days: Annotated[int, typer.Option(min=1, help="Days until the certificates expire.")] = 3650,
 ) -> None:
     """Create a private certificate authority for one cluster, and the certificate that its members share."""
-    from damperlab.worker.certificates import make_certificates
+    from damperlab.worker.cluster.certificates import make_certificates
 
     try:
         make_certificates(folder, days)

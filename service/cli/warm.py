@@ -11,6 +11,7 @@ import typer
 from damperlab.service.cli.options import AsJson
 from damperlab.service.cli.output import duration, print_json, print_table, say, working
 from damperlab.studies.faults import counted
+from damperlab.worker.cores import core_count
 
 if TYPE_CHECKING:
     from damperlab.worker.scenes import Scene
@@ -45,7 +46,6 @@ def warm(
     if target is not None:
         # read as the compiler is imported, here and in the processes that compile
         os.environ["DAMPERLAB_TARGET"] = target.value
-    from damperlab.worker.cluster import core_count
     from damperlab.worker.jit import CACHE_FOLDER
     from damperlab.worker.scenes import every_scene, usual_scenes
     from damperlab.worker.warm import compile_apart, missing
@@ -91,8 +91,6 @@ def have_ready(wanted: "Iterable[Scene]", apart: bool = False) -> None:
     done: list[Scene] = []
     with working(lambda: f"Compiling kernels, {len(done)} of {counted(len(lacking), 'scene')} done"):
         if apart:
-            from damperlab.worker.cluster import core_count  # loads Dask, which a command may do without
-
             for scene, _ in compile_apart(lacking, core_count()):
                 done.append(scene)
             return

@@ -38,7 +38,7 @@ SOURCES: tuple[str, ...] = (
     "worker/rk4.py",
     "worker/solver",
     "worker/steady",
-    "worker/tasks.py",
+    "worker/process/tasks.py",
 )
 """Everything from a study's definition to the values of a block that can change a bit of them."""
 

@@ -21,11 +21,11 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.worker.cluster import connect
-from damperlab.worker.cost import seconds_per_point
-from damperlab.worker.progress import Progress
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
-from damperlab.worker.runner import run_study
+from damperlab.worker.run.progress import Progress
+from damperlab.worker.run.runner import run_study
 
 
 def study_document(clearances: int, frictions: int, frequencies: int) -> dict[str, Any]:

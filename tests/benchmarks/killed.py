@@ -20,9 +20,9 @@ from distributed import Client
 from tests.worker.dask_processes import scheduler_process
 
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.worker.backlog import Backlog
-from damperlab.worker.cluster import connect
-from damperlab.worker.window import Window
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.dispatch.backlog import Backlog
+from damperlab.worker.dispatch.window import Window
 
 ROOT = Path(__file__).parents[2]
 

@@ -16,11 +16,11 @@ from typing import Any
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.store import Store
-from damperlab.worker.cluster import connect
-from damperlab.worker.cost import seconds_per_point
-from damperlab.worker.progress import Progress
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
-from damperlab.worker.runner import run_study
+from damperlab.worker.run.progress import Progress
+from damperlab.worker.run.runner import run_study
 
 SIZES = (10_000, 100_000, 1_000_000, 10_000_000)
 BLOCKS = 4

@@ -23,12 +23,12 @@ from numpy.typing import NDArray
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Plan, make_plan
-from damperlab.worker.backlog import HANDING_SECONDS, Backlog
-from damperlab.worker.cost import seconds_per_point
-from damperlab.worker.crew import Crew
-from damperlab.worker.forecast import Forecast, Known
-from damperlab.worker.piece import Piece
-from damperlab.worker.window import LOOK_SECONDS
+from damperlab.worker.dispatch.backlog import HANDING_SECONDS, Backlog
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.crew import Crew
+from damperlab.worker.dispatch.forecast import Forecast, Known
+from damperlab.worker.dispatch.piece import Piece
+from damperlab.worker.dispatch.window import LOOK_SECONDS
 
 MEASURED = Path(__file__).with_name("run_time.npz")
 ENDS = (1.0, 25.0), (0.0, 0.8), (0.8, 1.2)

@@ -30,10 +30,10 @@ from damperlab.studies.plan import Block, make_plan
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import done_blocks
-from damperlab.worker.cluster import connect
-from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
-from damperlab.worker.runner import run_study
+from damperlab.worker.run.runner import run_study
 
 ROOT = Path(__file__).parents[2]
 BLOCK_SECONDS = 2.0
@@ -49,10 +49,10 @@ def asleep(cube_path: str, digest: str, block: Block, code: str, generation: str
 
 
 async def _work(scheduler: str, workers: int, threads: int) -> None:
-    import damperlab.worker.tasks
+    import damperlab.worker.process.tasks
 
     # tasks name their function by its place: what is found there runs
-    damperlab.worker.tasks.run_block = asleep
+    damperlab.worker.process.tasks.run_block = asleep
     started = [Worker(scheduler, nthreads=threads, dashboard=False, memory_limit=0) for _ in range(workers)]
     for at in range(0, workers, 20):
         await asyncio.gather(*started[at : at + 20])

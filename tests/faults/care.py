@@ -22,7 +22,7 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
 from damperlab.studies.store.verify import verify
 from damperlab.studies.store.wanted import Wanted
-from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 PASSING = "passing "

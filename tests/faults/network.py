@@ -28,7 +28,7 @@ from tests.faults.machines import Machine, PostgreSQL
 from tests.faults.processes import ObjectServer, Process, end_on_sigterm
 from tests.faults.report import Report
 from tests.faults.submitting import submit
-from tests.worker.test_workers_judged import altered
+from tests.worker.dispatch.test_workers_judged import altered
 
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
@@ -36,7 +36,7 @@ from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.sweep import collect_garbage
 from damperlab.worker.block import solve_block
-from damperlab.worker.certificates import make_certificates
+from damperlab.worker.cluster.certificates import make_certificates
 
 FAULTS = {
     "worker host killed": 6,

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 from tests.faults.hosts import Host, NoHosts, hosts
-from tests.worker.test_workers_judged import ROOT, altered
+from tests.worker.dispatch.test_workers_judged import ROOT, altered
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
-from damperlab.worker.certificates import make_certificates
-from damperlab.worker.cost import seconds_per_point
-from damperlab.worker.examination import bits_of
+from damperlab.worker.cluster.certificates import make_certificates
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.process.examination import bits_of
 from damperlab.worker.provenance import provenance
 
 PORT = 8786
@@ -27,8 +27,8 @@ COORDINATOR = """
 import sys, threading
 from pathlib import Path
 from damperlab.studies.store.store import Store
-from damperlab.worker.cluster import connect
-from damperlab.worker.runner import run_study
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.run.runner import run_study
 
 store = Store.open(Path(sys.argv[1]))
 last = []

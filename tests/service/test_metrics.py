@@ -104,7 +104,9 @@ def test_alerts_ask_for_what_the_service_tells(client: httpx.Client, curve: dict
 
 
 def test_log_lines_are_json_with_ids_of_their_own() -> None:
-    record = logging.LogRecord("damperlab.worker.runner", logging.WARNING, "f", 1, "study %s: %s", (), None)
+    record = logging.LogRecord(
+        "damperlab.worker.run.runner", logging.WARNING, "f", 1, "study %s: %s", (), None
+    )
     record.args = ("0123456789ab", 'worker tls://h:1 is left out: it "lies"')
     told = json.loads(JsonLines().format(record))
     assert (told["study"], told["worker"], told["level"]) == ("0123456789ab", "tls://h:1", "warning")

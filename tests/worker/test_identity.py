@@ -20,10 +20,10 @@ from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.solver import SOURCES, is_outdated, solver
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.tables import done_blocks
-from damperlab.worker.cluster import connect
-from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.provenance import computing, provenance
-from damperlab.worker.runner import run_study
+from damperlab.worker.run.runner import run_study
 
 NEUTRAL = {
     # what is said, listed, told apart, read or asked, and where it lies; no stored value goes through it
@@ -34,7 +34,7 @@ NEUTRAL = {
     "studies.store": "checksum coding cube chunks decoded definition durable faults kept_quota record reuse sealed shelf "
     "solver submitter",
     "studies.tmd": "absorber minimax stationary transfer tunings",  # tuned mass dampers are compared with, not stored
-    "worker": "kernel_cache niceness provenance scenes warm",
+    "worker": "cores kernel_cache niceness provenance scenes warm",
 }
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import make_plan
-from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.lower import block_points
 
 MEBIBYTE = 2**20

@@ -26,7 +26,7 @@ from damperlab.worker.accuracy.extremes import Extreme
 from damperlab.worker.accuracy.methods import METHODS
 from damperlab.worker.accuracy.scenes import SCENES
 from damperlab.worker.accuracy.stability import stability_table
-from damperlab.worker.cost import seconds_per_point
+from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.point import Design
 
 FIRST_VIEW_BYTES = 150_000

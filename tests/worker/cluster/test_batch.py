@@ -1,0 +1,187 @@
+"""Workers that are jobs of a batch system: what is submitted, when, and studies that are computed so."""
+
+import math
+import os
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+from typing import get_args
+
+import pytest
+import yaml
+from tests.batch_system import LASTING, make_queue, wait_until_ended
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.store import Store
+from damperlab.studies.vocabulary import BatchSystem
+from damperlab.worker.block import solve_block
+from damperlab.worker.cluster.batch import LEAVE_SECONDS, MARGIN_SECONDS, Jobs, Place, script, submit
+from damperlab.worker.cluster.jobs import AGAIN_SECONDS, Hired, hire
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.outcomes import ClusterUnusable
+from damperlab.worker.process.examination import bits_of
+
+SECONDS = 3000
+SYSTEMS: tuple[BatchSystem, ...] = get_args(BatchSystem)
+OPTIONS: dict[BatchSystem, str] = {
+    "slurm": "--partition=short",
+    "pbs": "-q workq",
+    "lsf": '-q normal -P "my lab"',
+    "sge": "-q all.q",
+}
+PLACE = Place("tls://10.0.0.1:40123", Path("/shared/jobs/one/tls"))
+STUDY = {
+    "name": "batch",
+    "particle": False,
+    "axes": {
+        "friction_ratio": {"start": 0.1, "stop": 0.6, "num": 6},
+        "frequency_ratio": {"start": 0.8, "stop": 1.2, "num": 20},
+    },
+}
+
+
+@pytest.fixture
+def queue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    return make_queue(tmp_path, monkeypatch)
+
+
+def computed(
+    folder: Path, system: BatchSystem, study: dict[str, object], *more: str, **environment: str
+) -> str:
+    """Run a study through jobs; what the command says."""
+    (folder / "study.yaml").write_text(yaml.safe_dump(study))
+    done = subprocess.run(
+        [
+            *(sys.executable, "-m", "damperlab", "run", "study.yaml", "--cluster", system),
+            *("--data-dir", folder / "data", *more),
+        ],
+        cwd=folder, env=os.environ | environment, timeout=SECONDS, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_script_is_what_the_system_reads(system: BatchSystem) -> None:
+    text = script(Jobs(system, wall_seconds=5430.0, options=OPTIONS[system]), PLACE, 2, 8, idle=False)
+    expected = (Path(__file__).parent / "job_scripts" / f"{system}.sh").read_text()
+    assert text == expected.replace("PYTHON", sys.executable)
+    # what the shell would refuse the batch system could not begin
+    subprocess.run(["sh", "-n"], input=text, text=True, check=True)
+
+
+def test_one_job_of_pbs_is_no_array_which_it_would_refuse() -> None:
+    assert "#PBS -J" not in script(Jobs("pbs"), PLACE, 1, 1, idle=True)
+    assert "#PBS -J 1-2\n" in script(Jobs("pbs"), PLACE, 1, 2, idle=True)
+
+
+def test_jobs_are_submitted_as_there_is_work_and_replaced_when_their_workers_have_gone(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "sbatch").write_text(
+        "#!/bin/sh\ncat >> submitted\necho $(($(wc -l < calls) + 1)) | tee -a calls\n"
+    )
+    (tmp_path / "scancel").write_text('#!/bin/sh\necho "$1" >> cancelled\n')
+    for name in ("sbatch", "scancel"):
+        (tmp_path / name).chmod(0o755)
+    (tmp_path / "calls").touch()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path)
+        patch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+        hired = Hired(Jobs("slurm", most=5, fewest=1), PLACE)
+
+        def counts() -> list[int]:
+            lines = (tmp_path / "submitted").read_text().splitlines()
+            return [int(line.rpartition("-")[2]) for line in lines if "--array" in line]
+
+        hired.look(3, set(), 0.0)
+        # one that stays, and two for the rest of the work
+        assert counts() == [1, 2]
+        assert (tmp_path / "submitted").read_text().count("--leave-idle") == 1
+        # jobs that wait in the queue are no reason for more of them
+        hired.look(3, {"job-1-1"}, AGAIN_SECONDS)
+        assert counts() == [1, 2]
+        hired.look(100, {"job-1-1", "job-2-2", "somebody"}, AGAIN_SECONDS)
+        assert counts() == [1, 2, 2]
+        # one has left, and nobody is asked for again and again
+        here = {"job-1-1", "job-2-1", "job-3-1", "job-3-2"}
+        hired.look(100, here, AGAIN_SECONDS + 1.0)
+        assert counts() == [1, 2, 2]
+        hired.look(100, here, 2 * AGAIN_SECONDS)
+        assert counts() == [1, 2, 2, 1]
+        # nothing is left to compute: those that are there leave by themselves
+        hired.look(0, here, 4 * AGAIN_SECONDS)
+        assert counts() == [1, 2, 2, 1]
+        # all that stayed has gone
+        hired.look(0, set(), 5 * AGAIN_SECONDS)
+        assert counts() == [1, 2, 2, 1, 1]
+        hired.dismiss()
+        # of the first three jobs all workers came and went; of the others nobody has come
+        assert (tmp_path / "cancelled").read_text().split() == ["4", "5"]
+
+
+@pytest.mark.parametrize(
+    ("jobs", "folder", "words"),
+    [
+        (Jobs("slurm", wall_seconds=60.0), "data", "job_seconds"),
+        (Jobs("slurm", most=2, fewest=3), "data", "workers_min"),
+        (Jobs("slurm"), "my data", "without blanks"),
+    ],
+)
+def test_jobs_that_could_not_work_are_refused(tmp_path: Path, jobs: Jobs, folder: str, words: str) -> None:
+    with pytest.raises(ClusterUnusable, match=words), hire(jobs, "127.0.0.1", tmp_path / folder, lambda: 1):
+        pass
+    assert not (tmp_path / folder).exists()
+
+
+def test_system_that_is_not_there_or_refuses_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(ClusterUnusable, match="there is no such command"):
+        submit("lsf", "")
+    refusing = tmp_path / "sbatch"
+    refusing.write_text("#!/bin/sh\necho 'sbatch: error: invalid partition specified: short' >&2\nexit 1\n")
+    refusing.chmod(0o755)
+    with pytest.raises(ClusterUnusable, match="invalid partition"):
+        submit("slurm", "")
+    with (
+        pytest.raises(ClusterUnusable, match="invalid partition"),
+        hire(Jobs("slurm"), "127.0.0.1", tmp_path / "jobs", lambda: 1),
+    ):
+        pass
+    # neither keys nor folders stay
+    assert list((tmp_path / "jobs").iterdir()) == []
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_study_is_computed_in_jobs_that_are_taken_back_at_its_end(
+    tmp_path: Path, queue: Path, system: BatchSystem
+) -> None:
+    computed(tmp_path, system, STUDY, "--workers", "2", DAMPERLAB_WORKERS_MIN="1")
+    with closing(Store.open(tmp_path / "data")) as store:
+        record = store.find("batch")
+        assert (record.state, record.points_done, record.points_failed) == ("done", 120, 0)
+    assert list(queue.glob("*.sh"))
+    wait_until_ended(queue)
+    # the keys of the cluster are gone with it
+    assert not list((tmp_path / "data" / "jobs").rglob("*.pem"))
+
+
+def test_study_goes_on_when_wall_time_ends_a_job_and_has_the_same_bits(tmp_path: Path, queue: Path) -> None:
+    study = parse_study(LASTING)
+    whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
+    # the first worker leaves when it has done about two thirds of the work
+    lifetime = LEAVE_SECONDS + math.ceil(whole["run_time"].sum() * 2 / 3)
+    seconds = {"DAMPERLAB_JOB_SECONDS": f"{MARGIN_SECONDS + lifetime:g}"}
+    computed(tmp_path, "slurm", LASTING, "--workers", "1", **seconds)
+    wait_until_ended(queue)
+    told = [log.read_text() for log in sorted(queue.glob("*.log"))]
+    assert len(told) > 1
+    assert f"its lifetime of {lifetime:g} s ends" in told[0]
+    with closing(Store.open(tmp_path / "data")) as store:
+        record = store.find("lasting")
+        assert (record.state, record.points_failed) == ("done", 0)
+        assert bits_of(whole) == bits_of({name: store.cube(record.id)[name].values for name in whole})

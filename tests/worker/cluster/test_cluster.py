@@ -1,0 +1,229 @@
+"""Clusters of real processes on loopback: what connects, what is refused, and what is left behind."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+from tests.worker.dask_processes import dask_process, scheduler_process
+
+from damperlab.studies.store.solver import identity_of
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.cores import core_count
+from damperlab.worker.niceness import NICENESS
+from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost
+from damperlab.worker.provenance import (
+    WrongCode,
+    code_hash,
+    computing,
+    one_identity,
+    provenance,
+    require_begun_alike,
+    require_code,
+    require_identity,
+    require_solver,
+)
+
+ROOT = Path(__file__).parents[3]
+pytestmark = pytest.mark.usefixtures("anew")
+
+
+def _threads_environment() -> dict[str, str | None]:
+    return {
+        name: os.environ.get(name)
+        for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+    }
+
+
+def _working(parent: psutil.Process) -> list[psutil.Process]:
+    # multiprocessing's own tracker stays until the process ends and holds nothing.
+    return [
+        child
+        for child in parent.children(recursive=True)
+        if "resource_tracker" not in " ".join(child.cmdline())
+    ]
+
+
+def _gone(processes: list[psutil.Process], seconds: float = 120.0) -> bool:
+    _, alive = psutil.wait_procs(processes, timeout=seconds)
+    return not alive
+
+
+def test_local_workers_have_one_thread_each_and_listen_on_loopback_only() -> None:
+    with connect(workers=2) as client:
+        assert list(client.nthreads().values()) == [1, 1]
+        for environment in client.run(_threads_environment).values():
+            assert set(environment.values()) == {"1"}
+        # what computes stands back behind the process that answers; 19 is the end of the scale
+        assert set(client.run(os.nice, 0).values()) == {min(19, os.nice(0) + NICENESS)}
+        me = psutil.Process()
+        listening = [
+            connection.laddr.ip
+            for process in (me, *_working(me))
+            for connection in process.net_connections()
+            if connection.status == psutil.CONN_LISTEN
+        ]
+        assert listening
+        assert set(listening) == {"127.0.0.1"}
+
+
+@pytest.mark.parametrize("dies", [True, False])
+def test_what_the_library_meets_where_its_scheduler_has_died_is_a_lost_scheduler(dies: bool) -> None:
+    """A connection that ends before it is encrypted is a ValueError; one that the scheduler does not explain stays one."""
+
+    def meet() -> None:
+        with connect(workers=1):
+            (scheduler,) = (
+                each
+                for each in psutil.Process().children()
+                if "damperlab.worker.cluster.scheduler" in each.cmdline()
+            )
+            if dies:
+                scheduler.kill()
+            raise ValueError("IOStream is not idle; cannot convert to SSL")
+
+    with pytest.raises(SchedulerLost if dies else ValueError) as seen:
+        meet()
+    assert "IOStream" in str(seen.value.__cause__ if dies else seen.value)
+
+
+def test_no_process_is_left_after_an_exception() -> None:
+    me = psutil.Process()
+    before = set(_working(me))
+    workers = []
+    try:
+        with connect(workers=1):
+            workers = [child for child in _working(me) if child not in before]
+            raise KeyboardInterrupt
+    except KeyboardInterrupt:
+        assert workers
+        assert _gone(workers)
+
+
+# A shell ignores Ctrl-C for what it starts in the background, and its children inherit that.
+_HOLD = """
+import signal, sys, time
+from damperlab.studies.store.solver import identity_of
+from damperlab.worker.cluster.cluster import connect
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    with connect(workers=2) as client:
+        print(" ".join(str(pid) for pid in client.run(__import__("os").getpid).values()), flush=True)
+        time.sleep(600)
+"""
+
+
+@pytest.mark.parametrize(("number", "whole_group"), [(signal.SIGINT, True), (signal.SIGKILL, False)])
+def test_no_worker_outlives_its_coordinator(tmp_path: Path, number: int, whole_group: bool) -> None:
+    script = tmp_path / "hold.py"
+    script.write_text(_HOLD)
+    process = subprocess.Popen(
+        [sys.executable, str(script)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        start_new_session=True,
+    )
+    try:
+        assert process.stdout is not None
+        workers = [psutil.Process(int(pid)) for pid in process.stdout.readline().split()]
+        assert len(workers) == 2
+        # A terminal's Ctrl-C reaches every process of the group, the workers too.
+        (os.killpg if whole_group else os.kill)(process.pid, number)
+        _, errors = process.communicate(timeout=120)
+        assert _gone(workers)
+        if whole_group:
+            assert errors.count("Traceback") == 1, errors
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_scheduler_and_its_workers_are_used_and_left_alone() -> None:
+    with (
+        scheduler_process() as (address, process),
+        dask_process("worker", address, "--nthreads", "1", "--no-dashboard"),
+    ):
+        for _ in range(2):
+            with connect(scheduler=address) as client:
+                client.wait_for_workers(1, timeout=120)
+                assert sum(client.nthreads().values()) == 1
+        assert process.poll() is None
+
+
+@pytest.mark.parametrize("address", ["garbage", "", "ftp://127.0.0.1:3", "tcp://127.0.0.1:1", "mute"])
+def test_what_is_no_scheduler_is_refused_and_leaves_no_thread(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("damperlab.worker.cluster.cluster.SCHEDULER_TIMEOUT_SECONDS", 1.0)
+    before = threading.active_count()
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        if address == "mute":
+            address = f"tcp://127.0.0.1:{mute.getsockname()[1]}"
+        began = time.monotonic()
+        with pytest.raises(ClusterUnusable) as refused, connect(scheduler=address):
+            pass
+        # Ten times the limit: it must give up, not how fast.
+        assert time.monotonic() - began < 10.0
+    assert repr(address) in refused.value.fault.found
+    assert threading.active_count() <= before
+
+
+@pytest.mark.parametrize("workers", [0, -3])
+def test_impossible_number_of_workers_is_refused(workers: int) -> None:
+    with pytest.raises(ClusterUnusable) as refused, connect(workers=workers):
+        pass
+    assert refused.value.fault.found == str(workers)
+
+
+def test_workers_and_scheduler_together_are_refused() -> None:
+    with (
+        pytest.raises(ClusterUnusable, match="cannot be combined"),
+        connect(workers=2, scheduler="tcp://127.0.0.1:8786"),
+    ):
+        pass
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="affinity is read on Linux only")
+def test_core_count_follows_the_affinity() -> None:
+    allowed = os.sched_getaffinity(0)
+    try:
+        os.sched_setaffinity(0, {min(allowed)})
+        assert core_count() == 1
+    finally:
+        os.sched_setaffinity(0, allowed)
+
+
+def test_code_hash_is_what_workers_are_held_to() -> None:
+    require_code(code_hash())
+    with pytest.raises(WrongCode, match="0000"):
+        require_code("0" * 64)
+
+
+def test_cube_begun_by_another_solver_is_not_continued() -> None:
+    require_solver("a" * 12, provenance())
+    for change in ({"solver": "0" * 16}, {"solver": ""}):
+        with pytest.raises(WrongCode, match="damperlab recompute aaaaaaaaaaaa"):
+            require_solver("a" * 12, {**provenance(), **change})
+    require_begun_alike("a" * 12, provenance(), computing())
+    with pytest.raises(WrongCode, match="damperlab recompute aaaaaaaaaaaa"):
+        require_begun_alike("a" * 12, provenance(), {**computing(), "identity": "0" * 16})
+
+
+def test_unlike_workers_compute_no_study_together() -> None:
+    mine = computing()
+    other = {**mine, "target": "generic 00000000"}
+    other["identity"] = identity_of(other)
+    assert other["identity"] != mine["identity"]
+    assert one_identity({"tcp://a": mine, "tcp://b": dict(mine)}) == mine
+    with pytest.raises(WrongCode, match=r"tcp://b has .* generic 00000000"):
+        one_identity({"tcp://a": mine, "tcp://b": other})
+    with pytest.raises(WrongCode, match=other["identity"]):
+        require_identity(other["identity"])

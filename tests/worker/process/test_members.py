@@ -1,0 +1,316 @@
+"""Workers that leave when they are told to, and clusters that only those with a certificate can reach."""
+
+import asyncio
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import ClassVar
+
+import psutil
+import pytest
+from distributed import Security
+from tests.worker.dask_processes import ROOT, scheduler_process
+
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.worker.cluster.certificates import make_certificates, security
+from damperlab.worker.cluster.cluster import _probe, connect
+from damperlab.worker.dispatch.backlog import Backlog
+from damperlab.worker.dispatch.window import Window
+from damperlab.worker.outcomes import ClusterUnusable, Failure
+from damperlab.worker.process.termination_notice import announced, faulty
+
+GONE_SECONDS = 120.0
+
+
+@contextmanager
+def member(address: str, *options: str, stderr: int | None = None) -> Iterator[subprocess.Popen[bytes]]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "damperlab", "worker", address, *options],
+        cwd=ROOT,
+        env=environment,
+        stderr=stderr,
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def pump(window: Window, seconds: float = 200.0) -> list[BlockOutcome | Failure]:
+    ended: list[BlockOutcome | Failure] = []
+    deadline = time.monotonic() + seconds
+    window.fill()
+    while not window.empty:
+        assert time.monotonic() < deadline, f"only {len(ended)} blocks ended"
+        ended.extend(window.collect(0.2))
+        window.fill()
+    return ended
+
+
+def begun(folder: Path) -> dict[int, int]:
+    """How often each block was begun."""
+    names = [int(path.name.split("-")[0]) for path in folder.iterdir() if path.name[0].isdigit()]
+    return {index: names.count(index) for index in names}
+
+
+def test_worker_that_is_told_to_leave_ends_its_block_and_the_next_one_goes_on(tmp_path: Path) -> None:
+    """Three in a row are told so, each while it computes; no block is computed twice."""
+
+    def task(index: int) -> BlockOutcome:
+        (tmp_path / f"{index}-{time.monotonic_ns()}").touch()
+        time.sleep(2.0)
+        return BlockOutcome(index, 1, 0, 0.0, 0.0)
+
+    with scheduler_process() as (address, _), connect(scheduler=address) as client, ExitStack() as stack:
+        window = Window(client, lambda index, key: (task, index), Backlog(range(6)))
+        ended: list[BlockOutcome | Failure] = []
+        for _ in range(3):
+            process = stack.enter_context(member(address))
+            before = sum(begun(tmp_path).values())
+            while sum(begun(tmp_path).values()) == before:
+                window.fill()
+                ended.extend(window.collect(0.1))
+            process.send_signal(signal.SIGTERM)
+            while process.poll() is None:
+                window.fill()
+                ended.extend(window.collect(0.1))
+            assert process.returncode == 0
+        stack.enter_context(member(address))
+        ended.extend(pump(window))
+    assert sorted(each.index for each in ended) == list(range(6))
+    assert all(isinstance(each, BlockOutcome) for each in ended)
+    assert begun(tmp_path) == dict.fromkeys(range(6), 1)
+
+
+def catches(pid: int, number: signal.Signals) -> bool:
+    """Whether a process has a handler of its own for a signal."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    mask = int(status.partition("SigCgt:")[2].split()[0], 16)
+    return bool(mask >> (number - 1) & 1)
+
+
+@pytest.mark.parametrize("how", ["notice", "lifetime"])
+def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path, how: str) -> None:
+    notice = tmp_path / "notice"
+
+    def task(index: int) -> BlockOutcome:
+        (tmp_path / f"{index}-{time.monotonic_ns()}").touch()
+        if begun(tmp_path)[index] == 1:
+            time.sleep(600.0)
+        return BlockOutcome(index, 1, 0, 0.0, 0.0)
+
+    options = {"notice": (f"--notice={notice}",), "lifetime": ("--lifetime=60",)}[how]
+    with scheduler_process() as (address, _), connect(scheduler=address) as client, ExitStack() as stack:
+        window = Window(client, lambda index, key: (task, index), Backlog(range(1)))
+        process = stack.enter_context(member(address, "--leave-within=1", *options))
+        while not begun(tmp_path):
+            window.fill()
+            assert list(window.collect(0.1)) == []
+        notice.touch()
+        assert process.wait(GONE_SECONDS) == 0
+        stack.enter_context(member(address))
+        assert [each.index for each in pump(window)] == [0]
+        assert window.crew.retries == 1
+
+
+class SpotMarket(BaseHTTPRequestHandler):
+    """Answers as the address of a spot instance does."""
+
+    answer: ClassVar[tuple[int, bytes]] = 404, b"not here"
+    asked: ClassVar[int] = 0
+
+    def do_GET(self) -> None:
+        status, body = self.answer
+        self.send_response(status)
+        self.send_header("Content-Length", str(len(body)))
+        self.send_header("Location", "http://127.0.0.1:1/")
+        self.end_headers()
+        self.wfile.write(body)
+        SpotMarket.asked += 1
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+@pytest.fixture
+def spot_market() -> Iterator[str]:
+    with ThreadingHTTPServer(("127.0.0.1", 0), SpotMarket) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/spot/instance-action"
+        server.shutdown()
+
+
+def test_notice_is_an_answer_that_says_so(spot_market: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("http_proxy", "http://127.0.0.1:1")
+    for answer in ((404, b"TRUE"), (503, b""), (302, b"TRUE"), (200, b"FALSE\n"), (200, b"NONE"), (200, b"")):
+        SpotMarket.answer = answer
+        assert not announced(spot_market), answer
+    for body in (b"TRUE", b'{"action": "terminate", "time": "2017-09-18T08:22:00Z"}'):
+        SpotMarket.answer = 200, body
+        assert announced(spot_market), body
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        assert not announced(f"http://127.0.0.1:{silent.getsockname()[1]}/")
+    assert faulty(spot_market) is None
+    for wrong in ("", "file:///etc/passwd", "http://", "127.0.0.1:80", "http://a:b/"):
+        assert faulty(wrong) is not None
+
+
+def test_worker_leaves_when_its_address_says_so(spot_market: str) -> None:
+    SpotMarket.answer, before = (404, b"not here"), SpotMarket.asked
+    with scheduler_process() as (address, _), member(address, f"--notice-url={spot_market}") as process:
+        while SpotMarket.asked < before + 2:
+            assert process.poll() is None
+            time.sleep(0.1)
+        SpotMarket.answer = 200, b"TRUE"
+        assert process.wait(GONE_SECONDS) == 0
+
+
+@pytest.mark.parametrize("how", ["told", "idle"])
+def test_worker_without_a_scheduler_leaves_as_one_with_it_does(how: str) -> None:
+    # nobody listens there while it is held
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        with member(address, *(("--leave-idle=3",) if how == "idle" else ())) as process:
+            if how == "told":
+                while not catches(process.pid, signal.SIGTERM):
+                    time.sleep(0.1)
+                process.send_signal(signal.SIGTERM)
+            assert process.wait(GONE_SECONDS) == (0 if how == "told" else 1)
+
+
+def test_worker_without_blocks_gives_its_core_back() -> None:
+    with scheduler_process() as (address, _), member(address, "--leave-idle=8") as process:
+        assert process.wait(GONE_SECONDS) == 0
+
+
+def test_files_say_who_may_take_part(tmp_path: Path) -> None:
+    pytest.importorskip("cryptography")
+    make_certificates(tmp_path / "ours")
+    make_certificates(tmp_path / "theirs")
+    assert (tmp_path / "ours" / "key.pem").stat().st_mode & 0o777 == 0o600
+    assert not any("authority" in path.name for path in (tmp_path / "ours").iterdir())
+    with pytest.raises(FileExistsError):
+        make_certificates(tmp_path / "ours")
+    (tmp_path / "theirs" / "key.pem").rename(tmp_path / "theirs" / "elsewhere")
+    with pytest.raises(ClusterUnusable, match=r"holds no key\.pem that can be read"):
+        security(tmp_path / "theirs")
+    make_certificates(tmp_path / "ended", days=0)
+    with pytest.raises(ClusterUnusable, match=r"ca\.pem ended on .* by the clock of this machine"):
+        security(tmp_path / "ended")
+    (tmp_path / "ours" / "cert.pem").write_text("nothing")
+    with pytest.raises(ClusterUnusable, match=r"cert\.pem holds no certificate"):
+        security(tmp_path / "ours")
+
+
+def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> None:
+    pytest.importorskip("cryptography")
+    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
+    make_certificates(ours)
+    make_certificates(theirs)
+    shown = ("--protocol=tls", f"--tls-ca-file={ours / 'ca.pem'}", f"--tls-cert={ours / 'cert.pem'}")
+    with scheduler_process(*shown, f"--tls-key={ours / 'key.pem'}") as (address, _):
+        for scheme, options, reason in (
+            ("tls:", (f"--tls={theirs}",), "its certificate is not believed here"),
+            ("tcp:", (), "it closes the connection, as where it asks for certificates"),
+        ):
+            asked = address.replace("tls:", scheme)
+            with member(asked, "--lifetime=60", *options, stderr=subprocess.PIPE) as stranger:
+                assert stranger.stderr is not None
+                with stranger.stderr as told:
+                    lines = iter(told.readline, b"")
+                    said = next(text for line in lines if "let this worker in" in (text := line.decode()))
+                    assert reason in said
+                    # it is asked again meanwhile, and nothing more is said
+                    time.sleep(2.0)
+                    stranger.kill()
+                    assert told.read() == b""
+        with member(address, stderr=subprocess.PIPE) as nobody:
+            _, refused = nobody.communicate(timeout=GONE_SECONDS)
+            assert b"There are no certificates to show to tls:" in refused
+            assert b"--tls" in refused
+            assert nobody.returncode == 1
+
+
+def test_cluster_with_certificates_computes_for_those_who_have_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("cryptography")
+    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
+    make_certificates(ours)
+    make_certificates(theirs)
+    shown = ("--protocol=tls", f"--tls-ca-file={ours / 'ca.pem'}", f"--tls-cert={ours / 'cert.pem'}")
+    with scheduler_process(*shown, f"--tls-key={ours / 'key.pem'}") as (address, _):
+        assert address.startswith("tls://")
+        with member(address, f"--tls={ours}"):
+            monkeypatch.setenv("DAMPERLAB_CLUSTER_TLS", str(ours))
+            with connect(scheduler=address) as client:
+                window = Window(client, lambda index, key: (_one, index), Backlog(range(3)))
+                assert [each.points for each in pump(window)] == [1, 1, 1]
+                monkeypatch.setattr("damperlab.worker.cluster.cluster.SCHEDULER_TIMEOUT_SECONDS", 2.0)
+                # the certificate of another authority, none at all, and no encryption
+                monkeypatch.setenv("DAMPERLAB_CLUSTER_TLS", str(theirs))
+                with pytest.raises(ClusterUnusable), connect(scheduler=address):
+                    pass
+                monkeypatch.delenv("DAMPERLAB_CLUSTER_TLS")
+                with (
+                    pytest.raises(ClusterUnusable, match="DAMPERLAB_CLUSTER_TLS"),
+                    connect(scheduler=address),
+                ):
+                    pass
+                with pytest.raises(ClusterUnusable), connect(scheduler=address.replace("tls:", "tcp:")):
+                    pass
+                # a worker of theirs cannot join either
+                with member(address, f"--tls={theirs}") as stranger:
+                    assert len(client.nthreads()) == 1
+                    assert stranger.poll() is None or stranger.returncode != 0
+
+
+def _one(index: int) -> BlockOutcome:
+    return BlockOutcome(index, 1, 0, 0.0, 0.0)
+
+
+def _environment() -> dict[str, str]:
+    return dict(os.environ)
+
+
+@pytest.mark.usefixtures("anew")
+def test_embedded_cluster_is_reached_by_its_own_process_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("cryptography")
+    monkeypatch.setenv("AWS_SECRET_ACCESS_KEY", "a secret of the store")
+    monkeypatch.setenv("DAMPERLAB_CATALOGUE", "postgresql://a:secret@of.the/database")
+    with connect(workers=1) as client:
+        address = client.scheduler.address
+        assert address.startswith("tls://127.0.0.1:")
+        (worker,) = client.nthreads()
+        assert worker.startswith("tls://")
+        scheduler = client.run_on_scheduler(os.getpid)
+        assert scheduler not in (os.getpid(), *client.run(os.getpid).values())
+        known = " ".join(client.run_on_scheduler(_environment).values())
+        assert "secret" not in known
+        # a worker needs the keys of the store
+        assert client.run(_environment)[worker]["AWS_SECRET_ACCESS_KEY"] == "a secret of the store"
+        listening = [
+            connection.laddr.port
+            for process in (psutil.Process(), *psutil.Process().children(recursive=True))
+            for connection in process.net_connections()
+            if connection.status == psutil.CONN_LISTEN
+        ]
+        assert len(listening) >= 2
+        monkeypatch.setattr("damperlab.worker.cluster.cluster.SCHEDULER_TIMEOUT_SECONDS", 2.0)
+        for port in listening:
+            for protocol, shown in (("tcp", Security()), ("tls", Security.temporary())):
+                with pytest.raises(OSError):  # noqa: PT011  (not a word of Dask's comes back)
+                    asyncio.run(_probe(f"{protocol}://127.0.0.1:{port}", shown))
+    assert not psutil.pid_exists(scheduler)

@@ -1,0 +1,60 @@
+"""A worker that shows that it is alive by computing what is known, and leaves where that comes out otherwise."""
+
+import asyncio
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from tests.ports import free_port
+
+from damperlab.studies.definition import Study
+from damperlab.studies.plan import Block
+from damperlab.worker.block import solve_block
+from damperlab.worker.process.self_check import KNOWN, show_alive, wrong_answers
+
+GIVE_UP_SECONDS = 600.0
+
+
+def off_by_one_in_the_sixth_digit(study: Study, block: Block) -> dict[str, np.ndarray]:
+    return {name: values * (1.0 + 1e-5) for name, values in solve_block(study, block).items()}
+
+
+def nothing(study: Study, block: Block) -> dict[str, np.ndarray]:
+    return {name: np.full(values.shape, np.nan) for name, values in solve_block(study, block).items()}
+
+
+def test_known_points_are_right_here_and_a_wrong_one_is_named_with_its_truth() -> None:
+    assert wrong_answers() == ""
+    said = wrong_answers(off_by_one_in_the_sixth_digit)
+    assert all(f"{truth:.9g} at friction ratio {friction:g}" in said for friction, truth in KNOWN.items())
+    assert wrong_answers(nothing).count("nan in place of") == len(KNOWN)
+
+
+def test_file_is_not_touched_where_the_answers_are_wrong(tmp_path: Path) -> None:
+    said: list[str] = []
+    asyncio.run(show_alive(tmp_path / "alive", said.append, off_by_one_in_the_sixth_digit))
+    assert len(said) == 1
+    assert said[0].startswith("it computes points whose values are known as 131.5")
+    assert not (tmp_path / "alive").exists()
+
+
+def test_worker_that_waits_for_its_scheduler_is_alive(tmp_path: Path) -> None:
+    file = tmp_path / "alive"
+    address = f"tcp://127.0.0.1:{free_port()}"
+    command = [sys.executable, "-m", "damperlab", "worker", address, "--alive", str(file)]
+    worker = subprocess.Popen(
+        command, env={**os.environ, "DAMPERLAB_CLUSTER_TLS": ""}, stderr=subprocess.PIPE
+    )
+    try:
+        give_up = time.monotonic() + GIVE_UP_SECONDS
+        while not file.exists():
+            assert worker.poll() is None
+            assert time.monotonic() < give_up
+            time.sleep(0.1)
+    finally:
+        worker.terminate()
+        worker.communicate(timeout=GIVE_UP_SECONDS)
+    assert worker.returncode == 0

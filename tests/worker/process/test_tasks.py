@@ -1,0 +1,86 @@
+"""The worker's side of one block, on a real cube."""
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.store import Store
+from damperlab.studies.variables import VARIABLES, Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.process.tasks import failed_values, run_block
+from damperlab.worker.provenance import WrongCode, code_hash, provenance
+
+CHUNK = (1, 1, 1, 1, 1, 50)
+
+
+def study_of(values: int, metrics: list[str] | None = None) -> Study:
+    document = {
+        "name": "linear",
+        "damping_ratio": 0.0,
+        "axes": {"friction_ratio": 0, "frequency_ratio": [1.0 + 1e-3 * i for i in range(values)]},
+        "particle": False,
+    }
+    return parse_study(document if metrics is None else {**document, "metrics": metrics})
+
+
+def test_block_is_solved_stored_and_counted(tmp_path: Path) -> None:
+    study = study_of(100)
+    store = Store.open(tmp_path)
+    plan = plan_with_chunk(study, CHUNK, seconds_per_point)
+    record, _ = store.submit(study, plan, provenance())
+    path = store.cube_path(record.id)
+    outcomes = [run_block(path, study.digest, plan.block(index), code_hash(), "g") for index in range(2)]
+    # Undamped at exactly r = 1, the first point of the first block has no bounded response.
+    assert [(outcome.points, outcome.failed) for outcome in outcomes] == [(50, 1), (50, 0)]
+    assert all(0.0 < outcome.kernel_seconds < outcome.seconds for outcome in outcomes)
+    for outcome in outcomes:
+        store.mark(record.id, outcome)
+    cube = store.cube(record.id)
+    for index in range(2):
+        block = plan.block(index)
+        for name, values in solve_block(study, block).items():
+            if name != "run_time":
+                np.testing.assert_array_equal(cube[name].values[block.slices], values, err_msg=name)
+    store.close()
+
+
+def test_message_of_a_task_does_not_grow_with_the_study(tmp_path: Path) -> None:
+    sizes = []
+    for values in (100, 10_000):
+        study = study_of(values)
+        block = plan_with_chunk(study, CHUNK, seconds_per_point).block(1)
+        sizes.append(len(pickle.dumps((run_block, "cube", study.digest, block, code_hash(), "g"))))
+    assert sizes[0] == sizes[1]
+
+
+def test_other_code_and_other_studies_are_refused(tmp_path: Path) -> None:
+    study, other = study_of(100), study_of(101)
+    store = Store.open(tmp_path)
+    plan = plan_with_chunk(study, CHUNK, seconds_per_point)
+    record, _ = store.submit(study, plan, provenance())
+    path = store.cube_path(record.id)
+    with pytest.raises(WrongCode):
+        run_block(path, study.digest, plan.block(0), "0" * 64, "g")
+    with pytest.raises(OSError, match=other.digest):
+        run_block(path, other.digest, plan.block(0), code_hash(), "g")
+    with pytest.raises(FileNotFoundError):
+        run_block(str(tmp_path / "none"), study.digest, plan.block(0), code_hash(), "g")
+    store.close()
+
+
+def test_failed_block_has_its_status_and_nothing_else() -> None:
+    study = study_of(100)
+    block = plan_with_chunk(study, CHUNK, seconds_per_point).block(1)
+    values = failed_values(study, block)
+    assert set(values) == set(study.metrics)
+    for name, column in values.items():
+        assert (column.shape, column.dtype) == (block.shape, np.dtype(VARIABLES[name].dtype))
+        if name == "status":
+            assert (column == Status.BLOCK_FAILED).all()
+        else:
+            np.testing.assert_array_equal(column, np.full(block.shape, VARIABLES[name].fill))

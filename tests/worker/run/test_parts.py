@@ -1,0 +1,186 @@
+"""Blocks that are cut towards the end of a study: the same points, the same bits, one block each in the store."""
+
+import math
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import Block, Plan, plan_with_chunk
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+from damperlab.worker.block import solve_block
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.dispatch.backlog import Backlog
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.crew import Crew
+from damperlab.worker.dispatch.forecast import Forecast
+from damperlab.worker.dispatch.piece import Piece, cut
+from damperlab.worker.outcomes import RETRIES, Failure
+from damperlab.worker.process.examination import bits_of
+from damperlab.worker.process.part import run_part
+from damperlab.worker.provenance import code_hash, computing, provenance
+from damperlab.worker.run.gathering import Gathering
+from damperlab.worker.run.progress import Progress
+from damperlab.worker.run.runner import run_study
+
+
+def study_of(rows: int, frequencies: int, **more: Any) -> Study:
+    axes = {
+        "friction_ratio": {"start": 0.1, "stop": 0.7, "num": rows},
+        "frequency_ratio": {"start": 0.7, "stop": 1.3, "num": frequencies},
+    }
+    return parse_study({"damping_ratio": 0.05, "axes": axes, "particle": False, **more})
+
+
+def second_each(study: Any, at: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
+    return np.ones(len(at["frequency_ratio"]))
+
+
+shapes = st.lists(st.integers(1, 7), min_size=2, max_size=4).map(tuple)
+
+
+@given(shapes, st.integers(1, 60), st.booleans(), st.integers(1, 9))
+def test_parts_hold_each_point_once(
+    shape: tuple[int, ...], number: int, whole_rows: bool, again: int
+) -> None:
+    block = Block(5, tuple(range(10, 10 + len(shape))), shape)
+    parts = cut(Piece(5), block, number, whole_rows)
+    # and parts of parts
+    parts = [finer for part in parts for finer in cut(part, block, again, whole_rows)]
+    count = np.zeros([first + length for first, length in zip(block.start, shape, strict=True)], int)
+    for part in parts:
+        assert part.part is not None
+        assert part.index == part.part.index == 5
+        assert not whole_rows or part.part.shape[-1] == shape[-1]
+        count[part.part.slices] += 1
+    assert (count[block.slices] == 1).all()
+    assert count.sum() == block.points
+    # sums of at most 2401 quotients, each off by at most half an ulp of 1
+    assert math.isclose(sum(part.share for part in parts), 1.0, abs_tol=2401 * 2.0**-53)
+
+
+def pieces(backlog: Backlog, threads: int) -> list[Piece]:
+    taken = []
+    while (piece := backlog.take(threads)) is not None:
+        taken.append(piece)
+    return taken
+
+
+def test_pieces_get_shorter_towards_the_end_and_hold_all_blocks() -> None:
+    plan = plan_with_chunk(study_of(40, 32), (1, 1, 1, 1, 1, 32), second_each)
+    taken = pieces(Backlog(range(40), Forecast(plan)), 4)
+    counts = np.zeros(plan.shape, int)
+    for piece in taken:
+        counts[(piece.part or plan.block(piece.index)).slices] += 1
+    assert (counts == 1).all()
+    assert taken[0].part is None
+    assert taken[-1].share < 0.2
+    # who may not be cut is not
+    whole = pieces(Backlog(range(40), Forecast(plan), lambda index: True), 4)
+    assert [piece.part for piece in whole] == [None] * 40
+    # nor what is short beside the time that a scheduler takes to serve every thread
+    assert all(piece.part is None for piece in pieces(Backlog(range(40), Forecast(plan)), 10_000))
+
+
+def crew_of(workers: int, plan: Plan) -> Crew:
+    crew = Crew(Backlog(range(plan.count), Forecast(plan)))
+    names = {f"w{number}": 1 for number in range(workers)}
+    crew.see(names, names)
+    for name in names:
+        crew.admit(name)
+    return crew
+
+
+def fill(crew: Crew, sent: list[str]) -> None:
+    for address, attempt in crew.assignments():
+        sent.append(f"{len(sent)}")
+        crew.sent(sent[-1], address, attempt)
+
+
+def test_block_whose_part_fails_everywhere_is_given_up_once() -> None:
+    plan = plan_with_chunk(study_of(2, 64), (1, 1, 1, 1, 1, 64), second_each)
+    crew = crew_of(4, plan)
+    sent: list[str] = []
+    failures: list[Failure] = []
+    tried: dict[str, int] = {}
+    fill(crew, sent)
+    while crew.in_flight:
+        key = next(key for key in sent if crew.at(key) is not None)
+        address = crew.at(key)
+        assert address is not None
+        piece = crew.members[address].held[key].piece
+        if piece.index == 0:
+            tried[str(piece.part)] = tried.get(str(piece.part), 0) + 1
+            failure = crew.failed(key, ZeroDivisionError("there"), 0.0)
+            failures += [failure] if failure is not None else []
+        else:
+            crew.ended(key, 64.0 * piece.share)
+        fill(crew, sent)
+    assert failures == [Failure(0, "ZeroDivisionError: there")]
+    assert max(tried.values()) == 1 + RETRIES
+    assert crew.waiting == 0
+
+
+def submitted(store: Store, study: Study, chunk: tuple[int, ...]) -> tuple[str, Plan]:
+    plan = plan_with_chunk(study, chunk, seconds_per_point)
+    record, _ = store.submit(study, plan, provenance())
+    return record.id, plan
+
+
+@pytest.mark.parametrize("start", ["rest", {"kind": "continuation", "direction": "down"}])
+def test_block_from_parts_is_the_block_in_one(tmp_path: Path, start: Any) -> None:
+    study = study_of(6, 10, start=start)
+    store = Store.open(tmp_path / "data")
+    try:
+        study_id, plan = submitted(store, study, (1, 1, 1, 1, 3, 10))
+        cube_path, digest = store.cube_path(study_id), store.find(study_id).digest
+        gathering = Gathering(plan, cube_path)
+        for index in range(plan.count):
+            parts = cut(Piece(index), plan.block(index), 7, study.whole_rows)
+            assert len(parts) >= 3
+            came = []
+            for piece in np.random.default_rng(index).permutation(np.array(parts, object)):
+                identity = computing()["identity"]
+                outcome = gathering.take(run_part(cube_path, digest, piece.part, code_hash(), identity))
+                came.append(outcome)
+            assert came[:-1] == [None] * (len(parts) - 1)
+            assert isinstance(came[-1], BlockOutcome)
+            assert store.mark(study_id, came[-1])
+        assert store.find(study_id).points_done == 60
+        stored = store.cube(study_id)
+        whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
+        assert bits_of(whole) == bits_of({name: stored[name].values for name in whole})
+    finally:
+        store.close()
+
+
+def test_one_block_keeps_several_workers_busy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A study of a single block is computed by both workers of a cluster, with the bits of one."""
+    monkeypatch.setattr("damperlab.worker.run.account.REPORT_SECONDS", 0.0)
+    # several parts of it are each expected to take as long as a part must
+    study = study_of(160, 200)
+    flying: list[int] = []
+
+    def watch(progress: Progress) -> None:
+        flying.append(progress.blocks_in_flight)
+
+    store = Store.open(tmp_path / "data")
+    try:
+        study_id, plan = submitted(store, study, study.shape)
+        assert (plan.count, plan.seconds > 0.8) == (1, True)
+        ended = run_study(store, study_id, lambda: connect(workers=2), watch, threading.Event())
+        assert (ended.state, ended.points_failed, ended.blocks_done) == ("done", 0, 1)
+        assert max(flying) >= 2
+        assert ended.kernel_seconds > 0.0
+        stored = store.cube(study_id)
+        whole = solve_block(study, plan.block(0))
+        assert bits_of(whole) == bits_of({name: stored[name].values for name in whole})
+    finally:
+        store.close()

@@ -1,0 +1,192 @@
+"""A large study begins with its coarse grid, a study of its own: the same bits, and nothing is computed twice."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+import pytest
+from distributed import Client
+
+from damperlab.studies.coarse import coarse
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import make_plan
+from damperlab.studies.remarks import read_remarks
+from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.submitter import SUBMITTED_BY, submitter
+from damperlab.studies.store.wanted import Wanted
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.provenance import provenance
+from damperlab.worker.run import runner
+from damperlab.worker.run.progress import Progress
+from damperlab.worker.run.runner import run_study
+
+
+def large(damping_ratio: float) -> Study:
+    axes = {
+        "friction_ratio": {"start": 0.0, "stop": 0.6, "num": 30},
+        "frequency_ratio": {"start": 0.8, "stop": 1.2, "num": 90},
+    }
+    steady = {"max_cycles": 100}
+    return parse_study(
+        {"name": "large", "damping_ratio": damping_ratio, "axes": axes, "particle": False, "steady": steady}
+    )
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with connect(workers=1) as client:
+        yield client
+
+
+@pytest.fixture
+def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
+    # what takes a minute otherwise
+    monkeypatch.setattr(runner, "PREVIEWED_SECONDS", 0.0)
+    store = Store.open(tmp_path / "data")
+    yield store
+    store.close()
+
+
+def run(store: Store, client: Client, study: Study, reuse: bool = True, **options: Any) -> Record:
+    plan = make_plan(study, seconds_per_point)
+    record, _ = store.submit(study, plan, provenance() | options.pop("facts", {}), reuse=reuse)
+    tell = options.pop("tell", lambda now: None)
+    stop = options.pop("stop", threading.Event())
+    return run_study(store, record.id, lambda: nullcontext(client), tell, stop, **options)
+
+
+def test_the_coarse_grid_is_there_before_the_first_block_and_is_taken_over(
+    store: Store, client: Client, tmp_path: Path
+) -> None:
+    study = large(0.05)
+    first = coarse(study)
+    assert first is not None
+    seen: list[tuple[str, int, bool]] = []
+
+    def tell(progress: Progress) -> None:
+        found = store.newest(first.digest)
+        seen.append((progress.phase, progress.points_done, found is not None and found.state == "done"))
+
+    token = submitter.set("someone")
+    try:
+        record = run(store, client, study, tell=tell)
+    finally:
+        submitter.reset(token)
+    assert (record.state, record.points_failed) == ("done", 0)
+    found = store.newest(first.digest)
+    assert found is not None
+    assert (found.state, found.points_done) == ("done", first.points)
+    assert found.provenance[COARSE_OF] == record.id
+    assert found.provenance[SUBMITTED_BY] == record.provenance[SUBMITTED_BY] == "someone"
+    # what parts of blocks hold is computed again
+    assert 0 < record.points_reused <= first.points
+    assert "previewing" in {phase for phase, _, _ in seen}
+    assert all(there for phase, done, there in seen if done > 0)
+
+    other = Store.open(tmp_path / "alone")
+    alone = run(other, client, study, reuse=False)
+    assert [each.id for each in other.page().records] == [alone.id]
+    one, two = store.cube(record.id).load(), other.cube(alone.id).load()
+    for name in one.data_vars:
+        if name != "run_time":
+            assert one[name].values.tobytes() == two[name].values.tobytes(), name
+    other.close()
+
+
+def test_a_study_that_is_stopped_meanwhile_stops_and_its_coarse_grid_too(
+    store: Store, client: Client
+) -> None:
+    stop = threading.Event()
+
+    def tell(progress: Progress) -> None:
+        if progress.phase == "previewing":
+            stop.set()
+
+    study = large(0.06)
+    record = run(store, client, study, tell=tell, stop=stop)
+    first = coarse(study)
+    assert first is not None
+    found = store.newest(first.digest)
+    assert found is not None
+    assert (record.state, record.points_done) == ("cancelled", 0)
+    assert found.state in ("cancelled", "done")
+    # and goes on from there, its coarse grid as it is
+    record = run(store, client, study)
+    assert record.state == "done"
+
+
+def test_a_coarse_grid_that_was_deleted_is_computed_again_before_the_first_block(
+    store: Store, client: Client
+) -> None:
+    stop = threading.Event()
+
+    def tell(progress: Progress) -> None:
+        if progress.phase == "previewing":
+            stop.set()
+
+    study = large(0.13)
+    first = coarse(study)
+    assert first is not None
+    record = run(store, client, study, tell=tell, stop=stop)
+    grid = store.newest(first.digest)
+    assert grid is not None
+    assert (record.state, record.blocks_done) == ("cancelled", 0)
+    store.delete(grid.id)
+    record = run(store, client, study)
+    again = store.newest(first.digest)
+    assert again is not None
+    assert (record.state, again.state) == ("done", "done")
+
+
+def test_a_coarse_grid_that_cannot_be_had_costs_the_study_nothing(store: Store, client: Client) -> None:
+    study = large(0.07)
+    first = coarse(study)
+    assert first is not None
+    taken, _ = store.submit(first, make_plan(first, seconds_per_point), dict(provenance()))
+    assert store.claim(taken.id, "elsewhere:1:00000000")
+    record = run(store, client, study)
+    assert (record.state, record.points_reused) == ("done", 0)
+    assert store.find(taken.id).state == "queued"
+
+
+def test_a_budget_is_for_the_study_alone(store: Store, client: Client) -> None:
+    record = run(store, client, large(0.08), budget_seconds=3600.0)
+    assert record.state == "done"
+    assert [each.id for each in store.page().records] == [record.id]
+
+
+def test_what_a_program_asks_for_has_no_map_that_somebody_waits_for(store: Store, client: Client) -> None:
+    asked = [
+        run(store, client, large(0.09 + 0.01 * place), facts={name: "something"})
+        for place, name in enumerate(ASKED_BY_PROGRAMS)
+    ]
+    assert {each.state for each in asked} == {"done"}
+    assert {each.id for each in store.page().records} == {each.id for each in asked}
+
+
+def test_a_coarse_grid_is_listed_where_it_is_asked_for_and_once_its_study_is_gone(
+    store: Store, client: Client
+) -> None:
+    study = large(0.12)
+    record = run(store, client, study)
+    first = coarse(study)
+    assert first is not None
+    grid = store.newest(first.digest)
+    assert grid is not None
+
+    def listed(**wanted: Any) -> set[str]:
+        return {each.id for each in store.page(wanted=Wanted(**wanted)).records}
+
+    assert listed() == {record.id, grid.id}
+    assert listed(coarse=False) == {record.id}
+    assert listed(coarse=False, name="large") == {record.id}
+    assert store.find(grid.id).id == grid.id
+    store.remark(grid.id, read_remarks({"tags": ["kept"]}))
+    assert listed(coarse=False, tag="kept") == {grid.id}
+    store.delete(record.id)
+    assert listed(coarse=False) == {grid.id}

@@ -1,0 +1,165 @@
+"""Points of earlier studies: taken bit for bit where solver and settings are the same, and never otherwise."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from distributed import Client
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.reuse import Overlaps
+from damperlab.studies.store.store import Store
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.process.tasks import failed_values
+from damperlab.worker.provenance import provenance
+from damperlab.worker.run.runner import run_study
+
+
+def study_of(frequencies: int = 7, start: float = 0.75, stop: float = 1.25, **changes: Any) -> Study:
+    axes = {
+        "friction_ratio": [0.0, 0.2, 0.4],
+        "frequency_ratio": {"start": start, "stop": stop, "num": frequencies},
+    }
+    document = {"damping_ratio": 0.05, "axes": axes, "particle": False, "steady": {"max_cycles": 200}}
+    return parse_study({**document, **changes})
+
+
+FIRST = study_of()
+REFINED = study_of(13)
+LONGER = study_of(13, stop=1.75)
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with connect(workers=1) as client:
+        yield client
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    store = Store.open(tmp_path / "data")
+    yield store
+    store.close()
+
+
+def submit(store: Store, study: Study, chunk: int, reuse: bool = True, **provenances: str) -> Record:
+    plan = plan_with_chunk(study, (1, 1, 1, 1, min(2, study.shape[-2]), chunk), seconds_per_point)
+    return store.submit(study, plan, {**provenance(), **provenances}, reuse=reuse)[0]
+
+
+def run(store: Store, client: Client, study: Study, chunk: int = 4, **options: Any) -> Record:
+    record = submit(store, study, chunk, **options)
+    record = run_study(store, record.id, lambda: nullcontext(client), lambda now: None, threading.Event())
+    assert (record.state, record.points_failed) == ("done", 0)
+    return record
+
+
+def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
+    for name in one.data_vars:
+        if name != "run_time":
+            assert one[name].values.tobytes() == other[name].values.tobytes(), name
+
+
+def test_refined_and_longer_axes_take_their_points_and_change_no_bit(
+    store: Store, client: Client, tmp_path: Path
+) -> None:
+    first = run(store, client, FIRST)
+    assert first.points_reused == 0
+    refined = run(store, client, REFINED, chunk=5)
+    assert refined.points_reused == 3 * 7
+    assert refined.document()["points_reused"] == 21
+    # of the band from 0.75 to 1.25 on the twofold coarser grid, and of what the refined one has beside it
+    shared = np.intersect1d(
+        LONGER.coordinates["frequency_ratio"], REFINED.coordinates["frequency_ratio"]
+    ).size
+    longer = run(store, client, LONGER, chunk=6)
+    assert longer.points_reused == 3 * shared > 0
+    other = Store.open(tmp_path / "alone")
+    for record, study in ((refined, REFINED), (longer, LONGER)):
+        alone = run(other, client, study, chunk=5, reuse=False)
+        assert alone.points_reused == 0
+        assert_same_bits(store.cube(record.id).load(), other.cube(alone.id).load())
+    other.close()
+    # run times never repeat to the last bit: these were taken, not computed again
+    np.testing.assert_array_equal(
+        store.cube(refined.id)["run_time"][..., ::2].values, store.cube(first.id)["run_time"].values
+    )
+
+
+@pytest.mark.parametrize(
+    ("study", "options"),
+    [
+        (REFINED, {"reuse": False}),
+        (REFINED, {"identity": "of another solver"}),
+        (REFINED, {"solver_version": "0.0.0"}),
+        (study_of(13, steady={"max_cycles": 201}), {}),
+        (study_of(13, damping_ratio=0.051), {}),
+        (study_of(13, 0.75000001), {}),
+    ],
+)
+def test_what_is_not_the_same_is_not_taken(store: Store, study: Study, options: dict[str, Any]) -> None:
+    first = submit(store, FIRST, 7)
+    for index in range(first.blocks_total):
+        mark_made_up(store, first, FIRST, index)
+    record = submit(store, study, 13, **options)
+    plan = plan_with_chunk(study, record.chunk, seconds_per_point)
+    overlaps = Overlaps(store, record)
+    shared = [source for index in range(plan.count) for source in overlaps.of(plan.block(index))]
+    # only the last frequency of the shifted axis is the same number
+    assert sum(source.theirs[-1].size for source in shared) == (
+        2 if study.coordinates["frequency_ratio"][0] != 0.75 else 0
+    )
+
+
+def mark_made_up(store: Store, record: Record, study: Study, index: int) -> None:
+    block = plan_with_chunk(study, record.chunk, seconds_per_point).block(index)
+    values = failed_values(study, block)
+    found = write_region(store.cube_path(record.id), block, values, "g")
+    store.mark(record.id, BlockOutcome(index, block.points, block.points, 0.1, 0.0, "lost", "g", found))
+
+
+def test_points_of_failed_and_of_damaged_blocks_are_computed(store: Store, client: Client) -> None:
+    first = submit(store, FIRST, 4)
+    mark_made_up(store, first, FIRST, 0)
+    run_study(store, first.id, lambda: nullcontext(client), lambda now: None, threading.Event())
+    # block 0 failed as a whole; of the three others one is lost
+    next(Path(store.cube_path(first.id), "blocks").glob("3~*")).unlink()
+    refined = run(store, client, REFINED, chunk=13)
+    frequencies = 7 - 4
+    # the one block of friction that meets the lost one takes nothing from this study at all
+    assert refined.points_reused == 2 * frequencies
+    assert (store.cube(refined.id)["status"] != 5).all()
+
+
+def test_known_points_are_found_however_many_studies_came_since(store: Store, client: Client) -> None:
+    fine = {"start": 0.5, "stop": 1.5, "num": 101}
+    first = run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": fine}), chunk=20)
+    for place in range(12):
+        unrelated = study_of(axes={"friction_ratio": 0, "frequency_ratio": [2.0 + place, 2.5 + place]})
+        assert run(store, client, unrelated, chunk=2).points_reused == 0
+    wider = {"start": 0.3, "stop": 1.7, "num": 141}
+    longer = run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": wider}), chunk=20)
+    assert longer.points_reused == 101
+    tenfold = {"start": 0.5, "stop": 1.5, "num": 1001}
+    refined = run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": tenfold}), chunk=200)
+    assert refined.points_reused == 101
+    for record in (longer, refined):
+        assert np.isin(
+            store.cube(first.id)["run_time"].values, store.cube(record.id)["run_time"].values
+        ).all()
+
+
+def test_points_are_gathered_from_studies_that_hold_one_each(store: Store, client: Client) -> None:
+    grid = study_of(13, axes={"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 11}})
+    for value in grid.coordinates["frequency_ratio"][1:10].tolist():
+        run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": value}), chunk=1)
+    assert run(store, client, grid, chunk=4).points_reused == 9

@@ -1,0 +1,340 @@
+"""Whole studies on real worker processes and a real store: to the end, stopped, resumed, hit by failures."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+import xarray as xr
+from distributed import Client
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.faults import StudyBusy, StudyNotFound
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.variables import Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.provenance import provenance
+from damperlab.worker.run.lease import hold
+from damperlab.worker.run.progress import Progress
+from damperlab.worker.run.runner import run_study
+
+ROOT = Path(__file__).parents[3]
+CHUNK = (1, 1, 1, 1, 1, 4)
+BLOCKS = 12
+
+
+def friction_study() -> Study:
+    return parse_study(
+        {
+            "name": "friction",
+            "damping_ratio": 0.05,
+            "axes": {
+                "friction_ratio": [0.0, 0.2, 0.4, 0.6],
+                "frequency_ratio": {"start": 0.7, "stop": 1.3, "num": 12},
+            },
+            "particle": False,
+            "steady": {"max_cycles": 200},
+        }
+    )
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    store = Store.open(tmp_path / "data")
+    yield store
+    store.close()
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with connect(workers=2) as client:
+        yield client
+
+
+@pytest.fixture
+def submitted(store: Store) -> Record:
+    study = friction_study()
+    record, _ = store.submit(study, plan_with_chunk(study, CHUNK, seconds_per_point), provenance())
+    assert record.blocks_total == BLOCKS
+    return record
+
+
+def ignore(progress: Progress) -> None:
+    pass
+
+
+def never() -> AbstractContextManager[Client]:
+    raise AssertionError("nothing is pending, yet a client was asked for")
+
+
+@contextmanager
+def slow(client: Client, seconds: float) -> Iterator[None]:
+    """Make every block of the workers that are alive take longer, so that a test can act while it runs."""
+
+    def slow_down() -> None:
+        import damperlab.worker.process.tasks
+
+        def late(study: object, block: object, known: object = None) -> object:
+            time.sleep(seconds)
+            return solve_block(study, block, known)  # type: ignore[arg-type]
+
+        damperlab.worker.process.tasks.solve_block = late
+
+    client.run(slow_down)
+    try:
+        yield
+    finally:
+        client.run(heal)
+
+
+def heal() -> None:
+    import damperlab.worker.block
+    import damperlab.worker.process.tasks
+
+    damperlab.worker.process.tasks.solve_block = damperlab.worker.block.solve_block
+
+
+@contextmanager
+def broken(client: Client, start: int | None) -> Iterator[None]:
+    """Make the workers fail on blocks that begin at a friction index, or on all."""
+
+    def damage() -> None:
+        import damperlab.worker.process.tasks
+
+        def fail(study: object, block: object, known: object = None) -> object:
+            if start is None or block.start[4] == start:  # type: ignore[attr-defined]
+                raise ZeroDivisionError("broken on purpose")
+            return solve_block(study, block, known)  # type: ignore[arg-type]
+
+        damperlab.worker.process.tasks.solve_block = fail
+
+    client.run(damage)
+    try:
+        yield
+    finally:
+        client.run(heal)
+
+
+def stop_after(blocks: int, stop: threading.Event):  # type: ignore[no-untyped-def]
+    def watch(progress: Progress) -> None:
+        if progress.blocks_done >= blocks:
+            stop.set()
+
+    return watch
+
+
+def answers(cube: xr.Dataset) -> xr.Dataset:
+    return cube.drop_vars("run_time").load()
+
+
+def test_cube_holds_what_the_solver_says_whatever_the_workers(client: Client, tmp_path: Path) -> None:
+    study = friction_study()
+    cubes = []
+    for workers, chunk in ((1, CHUNK), (2, (1, 1, 1, 1, 2, 5)), (3, (1, 1, 1, 1, 3, 1))):
+        store = Store.open(tmp_path / f"{workers}")
+        plan = plan_with_chunk(study, chunk, seconds_per_point)
+        record, _ = store.submit(study, plan, provenance())
+        lend = partial(connect, workers=workers) if workers != 2 else partial(nullcontext, client)
+        record = run_study(store, record.id, lend, ignore, threading.Event())
+        assert (record.state, record.points_done, record.points_failed) == ("done", study.points, 0)
+        assert record.owner is None
+        assert 0.0 < record.kernel_seconds <= record.seconds
+        cubes.append(answers(store.cube(record.id)))
+        store.close()
+    for cube in cubes[1:]:
+        xr.testing.assert_identical(cubes[0].drop_attrs(), cube.drop_attrs())
+    whole = plan_with_chunk(study, study.shape, seconds_per_point).block(0)
+    for name, values in solve_block(study, whole).items():
+        if name != "run_time":
+            np.testing.assert_array_equal(cubes[0][name].values, values, err_msg=name)
+
+
+def test_progress_starts_rises_and_ends_with_the_whole(
+    client: Client, store: Store, submitted: Record
+) -> None:
+    seen: list[Progress] = []
+    run_study(store, submitted.id, lambda: nullcontext(client), seen.append, threading.Event())
+    assert seen[0].points_done == 0
+    assert seen[0].seconds_left is None
+    done = [progress.points_done for progress in seen]
+    assert done == sorted(done)
+    assert (seen[-1].points_done, seen[-1].blocks_done) == (submitted.points_total, BLOCKS)
+    assert seen[-1].seconds_left == 0.0
+    assert seen[-1].points_per_second > 0.0
+
+
+def test_stopped_study_keeps_its_blocks_and_resume_computes_only_the_rest(
+    client: Client, store: Store, submitted: Record
+) -> None:
+    stop = threading.Event()
+    with slow(client, 0.4):
+        record = run_study(store, submitted.id, lambda: nullcontext(client), stop_after(2, stop), stop)
+    assert record.state == "cancelled"
+    assert 2 <= record.blocks_done < BLOCKS
+    before = store.cube(submitted.id).load()
+    kept = before["status"] != Status.NOT_COMPUTED
+    assert int(kept.sum()) == record.points_done
+
+    record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
+    assert (record.state, record.blocks_done) == ("done", BLOCKS)
+    after = store.cube(submitted.id).load()
+    # Run times never repeat to the last bit: what has the same one was not computed again.
+    xr.testing.assert_equal(before["run_time"].where(kept), after["run_time"].where(kept))
+
+
+def test_no_client_is_started_where_nothing_is_pending(
+    client: Client, store: Store, submitted: Record
+) -> None:
+    run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
+    assert run_study(store, submitted.id, never, ignore, threading.Event()).state == "done"
+
+
+def test_no_client_is_started_for_a_study_that_is_stopped_already(store: Store, submitted: Record) -> None:
+    stop = threading.Event()
+    stop.set()
+    record = run_study(store, submitted.id, never, ignore, stop)
+    assert (record.state, record.blocks_done) == ("cancelled", 0)
+
+
+def test_failing_blocks_become_failed_points_and_the_rest_goes_on(
+    client: Client, store: Store, submitted: Record
+) -> None:
+    with broken(client, start=2):
+        record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
+    assert (record.state, record.blocks_done, record.points_failed) == ("done", BLOCKS, 12)
+    assert record.message is not None
+    assert "3 of 12 blocks failed" in record.message
+    assert "ZeroDivisionError: broken on purpose" in record.message
+    cube = store.cube(submitted.id)
+    failed = (cube["status"] == Status.BLOCK_FAILED).squeeze()
+    assert failed.sel(friction_ratio=0.4).all()
+    assert not failed.drop_sel(friction_ratio=0.4).any()
+    np.testing.assert_array_equal(np.isnan(cube["amplitude_ratio"].squeeze()), failed)
+    # Looked at again, it says the same.
+    again = run_study(store, submitted.id, never, ignore, threading.Event())
+    assert (again.state, again.message) == (record.state, record.message)
+
+
+def test_study_of_which_every_block_fails_is_failed(client: Client, store: Store, submitted: Record) -> None:
+    with broken(client, start=None):
+        record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
+    assert (record.state, record.points_failed) == ("failed", submitted.points_total)
+    assert run_study(store, submitted.id, never, ignore, threading.Event()).state == "failed"
+
+
+def test_killed_workers_cost_time_and_no_points(client: Client, store: Store, submitted: Record) -> None:
+    def kill_one(progress: Progress) -> None:
+        if not killed and progress.blocks_done:
+            killed.append(next(iter(client.run(os.getpid).values())))
+            os.kill(killed[0], signal.SIGKILL)
+
+    killed: list[int] = []
+    with slow(client, 0.3):
+        record = run_study(store, submitted.id, lambda: nullcontext(client), kill_one, threading.Event())
+    assert killed
+    assert not psutil.pid_exists(killed[0])
+    assert (record.state, record.points_failed, record.message) == ("done", 0, None)
+
+
+def test_lost_cube_interrupts_and_says_so(client: Client, store: Store, submitted: Record) -> None:
+    shutil.rmtree(store.cube_path(submitted.id))
+    record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
+    assert (record.state, record.blocks_done) == ("failed", 0)
+    assert record.message is not None
+    assert "the study's data cannot be read" in record.message
+
+
+def test_cancel_by_another_process_is_noticed(
+    client: Client, store: Store, submitted: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("damperlab.worker.run.lease.RENEW_SECONDS", 0.1)
+
+    def cancel(progress: Progress) -> None:
+        if progress.blocks_done:
+            other.set_state(submitted.id, "cancelled", only_from=("running",))
+
+    other = Store.open(store.data_dir)
+    with slow(client, 0.5):
+        record = run_study(store, submitted.id, lambda: nullcontext(client), cancel, threading.Event())
+    other.close()
+    assert record.state == "cancelled"
+    assert 1 <= record.blocks_done < BLOCKS
+
+
+def test_study_that_is_deleted_while_it_runs_is_left(
+    client: Client, store: Store, submitted: Record, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("damperlab.worker.run.lease.RENEW_SECONDS", 0.1)
+
+    def delete(progress: Progress) -> None:
+        if progress.blocks_done and not deleted:
+            store.set_state(submitted.id, "cancelled")
+            store.delete(submitted.id)
+            deleted.append(True)
+
+    deleted: list[bool] = []
+    with slow(client, 0.5), pytest.raises(StudyNotFound):
+        run_study(store, submitted.id, lambda: nullcontext(client), delete, threading.Event())
+
+
+def test_study_that_another_runs_is_busy(client: Client, store: Store, submitted: Record) -> None:
+    with hold(store, submitted.id), pytest.raises(StudyBusy, match="is run by another process"):
+        run_study(store, submitted.id, never, ignore, threading.Event())
+    assert store.find(submitted.id).state == "queued"
+
+
+_CLAIM = """
+import sys, time
+from pathlib import Path
+from damperlab.studies.store.store import Store
+from damperlab.worker.run.lease import hold
+with hold(Store.open(Path(sys.argv[1])), sys.argv[2]):
+    print("held", flush=True)
+    time.sleep(600)
+"""
+
+
+def test_claim_of_a_killed_process_is_taken_over_at_once(
+    client: Client, store: Store, submitted: Record
+) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", _CLAIM, str(store.data_dir), submitted.id],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
+    assert process.stdout is not None
+    with process.stdout:
+        assert process.stdout.readline() == "held\n"
+        with pytest.raises(StudyBusy):
+            run_study(store, submitted.id, never, ignore, threading.Event())
+        process.kill()
+        process.wait()
+    record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
+    assert record.state == "done"
+
+
+def test_error_of_the_caller_leaves_the_study_failed_and_free(
+    client: Client, store: Store, submitted: Record
+) -> None:
+    def fail(progress: Progress) -> None:
+        raise LookupError("of the caller")
+
+    with pytest.raises(LookupError):
+        run_study(store, submitted.id, lambda: nullcontext(client), fail, threading.Event())
+    record = store.find(submitted.id)
+    assert (record.state, record.message, record.owner) == ("failed", "of the caller", None)

@@ -1,0 +1,98 @@
+"""A study is cancelled by who asks for it and by nobody else, also between a runner's claim and its beginning."""
+
+import threading
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from distributed import Client
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.provenance import provenance
+from damperlab.worker.run.lease import hold
+from damperlab.worker.run.runner import run_study
+
+STUDY = parse_study(
+    {
+        "damping_ratio": 0.05,
+        "axes": {"friction_ratio": 0, "frequency_ratio": [0.8, 1.0, 1.2]},
+        "particle": False,
+    }
+)
+RENEW_SECONDS = 0.05
+AMPLE_SECONDS = 60.0
+
+
+class Late(Store):
+    """A store in which something happens once a study has been claimed, before it runs."""
+
+    after_claim: Callable[[], Any]
+
+    def claim(self, *arguments: Any, **more: Any) -> bool:
+        taken = super().claim(*arguments, **more)
+        self.after_claim()
+        return taken
+
+
+@pytest.fixture
+def late(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Late:
+    monkeypatch.setattr("damperlab.worker.run.lease.RENEW_SECONDS", RENEW_SECONDS)
+    return Late.open(tmp_path / "data")  # type: ignore[return-value]
+
+
+def submit(store: Store) -> str:
+    plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 1), seconds_per_point)
+    return store.submit(STUDY, plan, provenance())[0].id
+
+
+def no_cluster() -> AbstractContextManager[Client]:
+    raise AssertionError("three points of a closed form were sent to a cluster")
+
+
+def run(store: Store, study_id: str, **more: Any) -> Record:
+    return run_study(
+        store,
+        study_id,
+        no_cluster,
+        lambda progress: None,
+        threading.Event(),
+        here_seconds=AMPLE_SECONDS,
+        **more,
+    )
+
+
+def test_a_study_whose_runner_waits_for_its_turn_at_writing_is_not_cancelled(late: Late) -> None:
+    study_id = submit(late)
+    # as when many submissions are before it: its claim is renewed several times meanwhile
+    late.after_claim = lambda: time.sleep(20 * RENEW_SECONDS)
+    record = run(late, study_id)
+    assert (record.state, record.blocks_done) == ("done", record.blocks_total)
+    assert [what for _, what in late.events(study_id)][1:3] == ["queued to running", "running to done"]
+
+
+def test_a_claim_is_not_withdrawn_before_the_study_runs_and_is_afterwards(late: Late) -> None:
+    late.after_claim = lambda: None
+    study_id = submit(late)
+    with hold(late, study_id) as lease:
+        time.sleep(10 * RENEW_SECONDS)
+        assert not lease.over
+        late.set_state(study_id, "running", owner=lease.owner)
+        lease.begun.set()
+        late.set_state(study_id, "cancelled")
+        assert lease.withdrawn.wait(60)
+
+
+def test_a_study_that_is_cancelled_as_its_runner_begins_stays_cancelled(late: Late) -> None:
+    study_id = submit(late)
+    late.after_claim = lambda: late.set_state(study_id, "cancelled", only_from=("queued", "running"))
+    record = run(late, study_id, only_from=("queued", "running"))
+    assert (record.state, record.blocks_done, record.owner) == ("cancelled", 0, None)
+    late.after_claim = lambda: None
+    assert run(late, study_id).state == "done"

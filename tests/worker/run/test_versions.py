@@ -1,0 +1,243 @@
+"""Results of another solver beside today's: both kept, compared, and the older one replaced when told."""
+
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import nullcontext
+from pathlib import Path
+
+import numpy as np
+import pytest
+from distributed import Client
+from tests.other_solver import SCALE, OtherSolver
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.differences import differences_of
+from damperlab.studies.store.faults import NothingToDo, StudyNotFound
+from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.variables import Status
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.process.tasks import failed_values
+from damperlab.worker.provenance import computing, provenance
+from damperlab.worker.run.runner import run_study
+
+STUDY = parse_study(
+    {
+        "name": "curve",
+        "damping_ratio": 0.05,
+        "axes": {"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.6, "num": 12}},
+        "particle": False,
+    }
+)
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with connect(workers=1) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def other(tmp_path_factory: pytest.TempPathFactory) -> OtherSolver:
+    return OtherSolver(tmp_path_factory.mktemp("other"))
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    store = Store.open(tmp_path / "data")
+    yield store
+    store.close()
+
+
+def submit(store: Store, study: Study = STUDY, chunk: int = 4) -> tuple[Record, bool]:
+    plan = plan_with_chunk(study, (1, 1, 1, 1, 1, chunk), seconds_per_point)
+    return store.submit(study, plan, provenance())
+
+
+def run(store: Store, client: Client, record: Record) -> Record:
+    return run_study(store, record.id, lambda: nullcontext(client), lambda now: None, threading.Event())
+
+
+@pytest.fixture
+def old(store: Store, other: OtherSolver) -> Record:
+    """Computed wholly by the other solver."""
+    record, _ = submit(store)
+    other.run("resume", record.id, "--data-dir", str(store.data_dir))
+    return store.find(record.id)
+
+
+def test_a_study_asked_for_again_is_the_old_one_until_it_is_recomputed(
+    store: Store, client: Client, old: Record
+) -> None:
+    again, created = submit(store)
+    assert (again.id, created, again.outdated) == (old.id, False, True)
+    newer, created = store.recompute(old.id, provenance())
+    assert (newer.id, newer.version, newer.digest, created) == (f"{old.id}-2", 2, old.digest, True)
+    assert store.recompute(old.id, provenance()) == (newer, False)
+    newer = run(store, client, newer)
+    assert (newer.state, newer.outdated, newer.points_reused) == ("done", False, 0)
+    assert submit(store)[0].id == newer.id
+    assert [each.id for each in store.versions(old.id)] == [old.id, newer.id]
+    # the older one is what it was, to the last bit
+    ours, theirs = (store.cube(each.id)["amplitude_ratio"].values for each in (newer, old))
+    np.testing.assert_array_equal(theirs, ours * SCALE)
+    with pytest.raises(NothingToDo, match="same bits"):
+        store.recompute(newer.id, provenance())
+
+
+def test_differences_are_counted_and_the_largest_is_placed(store: Store, client: Client, old: Record) -> None:
+    newer = run(store, client, store.recompute(old.id, provenance())[0])
+    found = differences_of(store, newer)
+    assert (found.older, found.newer) == (old.id, newer.id)
+    assert (found.points, found.compared, found.differing) == (12, 12, 12)
+    assert (found.only_older, found.only_newer) == (0, 0)
+    by_name = {each.variable: each for each in found.variables}
+    assert "run_time" not in by_name
+    assert {name for name, each in by_name.items() if each.points} == {"amplitude_ratio"}
+    amplitude = by_name["amplitude_ratio"]
+    one, two = (store.cube(each.id)["amplitude_ratio"].values.ravel() for each in (old, newer))
+    relative = np.abs(one - two) / np.maximum(one, two)
+    assert amplitude.largest_relative == relative.max()
+    assert amplitude.at is not None
+    place = list(STUDY.coordinates["frequency_ratio"]).index(amplitude.at["frequency_ratio"])
+    assert (amplitude.older, amplitude.newer) == (one[place], two[place])
+    # one block that only one of them has is told apart
+    store.forget(newer.id, [0], "for a test")
+    assert differences_of(store, store.find(newer.id)).only_older == 4
+    with pytest.raises(NothingToDo, match="no older version"):
+        differences_of(store, old)
+
+
+def test_both_are_kept_until_the_older_one_is_replaced(
+    store: Store, client: Client, old: Record, other: OtherSolver
+) -> None:
+    newer = run(store, client, store.recompute(old.id, provenance())[0])
+    path = Path(store.cube_path(old.id))
+    assert path.exists()
+    # seen from the other solver it is the newer one that is outdated
+    third = other.run("recompute", newer.id, "--replace", "--data-dir", str(store.data_dir))
+    assert (third["id"], third["version"], third["state"], third["replaced"]) == (
+        f"{old.id}-3",
+        3,
+        "done",
+        True,
+    )
+    assert third["differences"]["differing"] == 12
+    assert [each.version for each in store.versions(old.id)] == [1, 3]
+    store.delete(old.id)
+    with pytest.raises(StudyNotFound, match="deleted 20"):
+        store.find(newer.id)
+    # the start of the id is enough to find what took its place
+    assert store.find(old.id).id == store.find(old.id[:5]).id == third["id"]
+    assert path.exists()
+    store.bury()
+    assert not path.exists()
+    assert store.find(third["id"]).points_done == 12
+
+
+def test_the_older_one_stays_while_blocks_of_the_newer_one_have_no_answer(
+    store: Store, client: Client, old: Record
+) -> None:
+    newer, _ = store.recompute(old.id, provenance())
+    block = plan_with_chunk(STUDY, newer.chunk, seconds_per_point).block(1)
+    checksum = write_region(store.cube_path(newer.id), block, failed_values(STUDY, block), "g")
+    store.mark(newer.id, BlockOutcome(1, 4, 4, 0.1, 0.0, "its worker died", "g", checksum))
+    assert run(store, client, newer).state == "done"
+    command = [sys.executable, "-m", "damperlab.service.cli.main", "recompute", old.id, "--replace", "--json"]
+    done = subprocess.run(
+        [*command, "--data-dir", str(store.data_dir)], check=False, capture_output=True, text=True
+    )
+    assert (done.returncode, json.loads(done.stdout)["replaced"]) == (1, False)
+    assert f"damperlab retry {newer.id}" in " ".join(done.stderr.split())
+    assert store.find(old.id).points_done == 12
+    run(store, client, store.retry(newer.id))
+    again = subprocess.run(
+        [*command, "--data-dir", str(store.data_dir)], check=True, capture_output=True, text=True
+    )
+    assert json.loads(again.stdout)["replaced"] is True
+    assert [each.id for each in store.versions(newer.id)] == [newer.id]
+
+
+def test_versions_of_a_study_with_uploaded_files_keep_them(tmp_path: Path) -> None:
+    from damperlab.studies.ground.shelf import Shelf
+
+    document = {"records": ["el-centro"], "axes": {"natural_frequency_hz": 1.0}, "mass_kg": 1.0}
+    store = Store.open(tmp_path)
+    suite = parse_study(document, Shelf(tmp_path))
+    plan = plan_with_chunk(suite, suite.shape, lambda _, at: np.ones(len(next(iter(at.values())))))
+    older, _ = store.submit(suite, plan, {**provenance(), "solver": "0" * 16, "identity": "0" * 16})
+    block = plan.block(0)
+    checksum = write_region(store.cube_path(older.id), block, failed_values(suite, block), "g")
+    store.mark(older.id, BlockOutcome(0, block.points, 0, 0.1, 0.1, None, "g", checksum, 0, "0" * 16))
+    newer, _ = store.recompute(older.id, provenance())
+    for key in suite.attached:
+        assert store.snapshot(newer.id)[0].get(key) == store.snapshot(older.id)[0].get(key)
+    store.close()
+
+
+def test_blocks_that_were_given_up_are_tried_again_and_nothing_else(store: Store, client: Client) -> None:
+    record, _ = submit(store)
+    block = plan_with_chunk(STUDY, record.chunk, seconds_per_point).block(1)
+    values = failed_values(STUDY, block)
+    checksum = write_region(store.cube_path(record.id), block, values, "g")
+    store.mark(record.id, BlockOutcome(1, 4, 4, 0.1, 0.0, "its worker died", "g", checksum))
+    done = run(store, client, record)
+    assert (done.state, done.points_failed) == ("done", 4)
+    kept = store.snapshot(record.id)[1]
+    queued = store.retry(record.id)
+    assert (queued.state, queued.blocks_done, queued.points_failed, queued.message) == ("queued", 2, 0, None)
+    again = run(store, client, queued)
+    assert (again.state, again.points_failed, again.message) == ("done", 0, None)
+    assert (store.cube(record.id)["status"] == Status.CONVERGED).all()
+    assert {index: mark for index, mark in store.snapshot(record.id)[1].items() if index != 1} == {
+        index: mark for index, mark in kept.items() if index != 1
+    }
+    with pytest.raises(NothingToDo, match="has no block that failed"):
+        store.retry(record.id)
+
+
+def test_points_that_fail_by_their_numbers_are_not_tried_again(store: Store, client: Client) -> None:
+    # undamped at resonance: no bounded response, whoever computes it
+    study = parse_study(
+        {
+            **STUDY.document(),
+            "damping_ratio": 0.0,
+            "axes": {"friction_ratio": 0, "frequency_ratio": [0.5, 1.0]},
+        }
+    )
+    record = run(store, client, submit(store, study, 2)[0])
+    assert record.points_failed == 1
+    with pytest.raises(NothingToDo, match="failed numerically"):
+        store.retry(record.id)
+
+
+def test_nothing_of_another_solver_is_taken_back_to_be_tried_again(store: Store, old: Record) -> None:
+    with pytest.raises(NothingToDo, match=f"damperlab recompute {old.id}"):
+        store.retry(old.id)
+    assert store.find(old.id).blocks_done == 3
+
+
+def test_a_study_of_many_blocks_is_gone_at_once_and_its_files_later(store: Store) -> None:
+    record, _ = submit(store, chunk=1)
+    path = Path(store.cube_path(record.id))
+    opened = store.cube(record.id)
+    store.delete(record.id)
+    with pytest.raises(StudyNotFound, match="deleted"):
+        store.cube(record.id)
+    # files go when somebody removes them; who has opened the cube before reads on until then
+    assert path.exists()
+    assert opened["status"].values.size == 12
+    other = Store.open(store.data_dir)
+    other.bury(stop=lambda: True)
+    assert path.exists()
+    other.bury()
+    other.close()
+    assert not path.exists()
+    assert submit(store)[1]
+    assert json.loads(store.cube(record.id).attrs["provenance"])["identity"] == computing()["identity"]

@@ -1,0 +1,244 @@
+"""A Dask cluster to compute on: worker processes of our own, or a scheduler that is there already."""
+
+import asyncio
+import logging
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+
+import dask
+from distributed import Client, Nanny, Security, SpecCluster, rpc
+from distributed.core import Status
+from distributed.system import MEMORY_LIMIT
+
+from damperlab.studies.faults import Fault
+from damperlab.worker.cluster.certificates import refusal, security
+from damperlab.worker.cluster.scheduler import SchedulerProcess
+from damperlab.worker.cores import core_count
+from damperlab.worker.niceness import stand_back
+from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost
+
+SCHEDULER_TIMEOUT_SECONDS = 10.0
+"""How long a scheduler, and the first of its workers, may take to answer."""
+GOODBYE_TIMEOUT = "1s"
+"""How long a scheduler that has died is asked to end, as Dask writes it."""
+START_TIMEOUT_SECONDS = 120.0
+"""How long worker processes of our own may take to start; a loaded machine imports numba slowly."""
+
+_log = logging.getLogger(__name__)
+
+ONE_THREAD = dict.fromkeys(
+    (
+        "OMP_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "BLIS_NUM_THREADS",
+        "NUMEXPR_NUM_THREADS",
+        "NUMBA_NUM_THREADS",
+    ),
+    "1",
+)
+"""Environment of a worker: a kernel keeps one core busy, and no library shall start threads beside it."""
+
+SCHEDULER_CONFIG = {
+    # One death makes a block suspect: the runner, not the scheduler, decides how often to try again.
+    "distributed.scheduler.allowed-failures": 0,
+}
+"""Dask's settings in the process of a scheduler of our own."""
+_LOCAL_CONFIG = {
+    # The profiler samples every worker thread 100 times a second for a dashboard that is off.
+    "distributed.worker.profile.enabled": False,
+    "distributed.nanny.pre-spawn-environ": {"MALLOC_TRIM_THRESHOLD_": "65536", **ONE_THREAD},
+}
+
+
+@contextmanager
+def connect(workers: int | None = None, scheduler: str | None = None) -> Iterator[Client]:
+    """Client of a cluster; which of its workers can compute each study finds out for itself.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Worker processes of an own cluster on the loopback interface, one thread each; by default one per core
+        that this process may use. They end with the context, however it is left, and with this process.
+    scheduler : str, optional
+        Address of a Dask scheduler to use instead, as in "tcp://host:8786". It and its workers stay.
+
+    Yields
+    ------
+    Client
+        Not the process's default client: nothing outside the context picks it up.
+
+    Raises
+    ------
+    ClusterUnusable
+        Both or an impossible number were given, or no scheduler answers.
+    """
+    if scheduler is not None:
+        if workers is not None:
+            raise ClusterUnusable(
+                Fault(
+                    "workers",
+                    f"{workers}, together with scheduler {scheduler!r}",
+                    "one of the two",
+                    "leave `workers` out: the scheduler's own workers are used",
+                    "`workers` and `scheduler` cannot be combined.",
+                )
+            )
+        opened = _remote(scheduler)
+    else:
+        count = core_count() if workers is None else workers
+        if count < 1:
+            raise ClusterUnusable(Fault("workers", str(count), "1 or more", "leave it out to use every core"))
+        opened = _local(count)
+    with opened as client:
+        yield client
+
+
+def secret() -> Security:
+    """Certificates for one cluster of one run, in memory: who has them not can neither ask it nor join it.
+
+    Returns
+    -------
+    Security
+        Without the package cryptography it encrypts nothing, and a warning is logged.
+    """
+    if find_spec("cryptography") is None:
+        _log.warning(
+            "The package cryptography is missing, so that the embedded cluster has no secret: any process of this "
+            "machine can reach it. Install damperlab[service] again."
+        )
+        return Security()
+    return Security.temporary()
+
+
+def dask_setup(worker: object) -> None:
+    """Dask's hook as our own workers start: stand back behind whoever answers, and leave Ctrl-C to the coordinator.
+
+    Scheduler, coordinator and service need little time, but soon. A terminal sends SIGINT to the whole process group. The
+    coordinator then lets running blocks finish; workers that took it too would drop them, each with a traceback.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    stand_back()
+
+
+@contextmanager
+def _local(count: int) -> Iterator[Client]:
+    shown = secret()
+    worker = {
+        "nthreads": 1,
+        "host": "127.0.0.1",
+        "protocol": "tls" if shown.require_encryption else "tcp",
+        "security": shown,
+        "memory_limit": MEMORY_LIMIT // count,
+        "silence_logs": logging.CRITICAL,
+        "dashboard": False,
+        "preload": ["damperlab.worker.cluster.cluster"],
+    }
+    with (
+        dask.config.set(_LOCAL_CONFIG),
+        # Empty at first: an interrupt while the processes start then meets a cluster that the context closes.
+        SpecCluster(
+            workers={},
+            worker={"cls": Nanny, "options": worker},
+            scheduler={
+                "cls": SchedulerProcess,
+                "options": {"security": shown, "config": SCHEDULER_CONFIG},
+            },
+            security=shown,
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+        closed_where_lost(cluster),
+        _told_where_lost(cluster),
+        Client(cluster, security=shown, set_as_default=False) as client,
+    ):
+        cluster.scale(count)
+        client.wait_for_workers(count, timeout=START_TIMEOUT_SECONDS)
+        cluster.sync(_watched, cluster)
+        yield client
+
+
+async def _watched(cluster: SpecCluster) -> None:
+    """Wait until every worker's watcher knows that it runs: one that ends before that is never started again."""
+    await cluster
+
+
+@contextmanager
+def closed_where_lost(cluster: SpecCluster) -> Iterator[None]:
+    """Close a cluster whose scheduler has died; the library would ask it for leave first, and give up half-way."""
+    try:
+        yield
+    finally:
+        if cluster.scheduler.lost:
+            cluster.scheduler.status = Status.failed
+            with dask.config.set({"distributed.comm.timeouts.connect": GOODBYE_TIMEOUT}):
+                cluster.close()
+
+
+@contextmanager
+def _told_where_lost(cluster: SpecCluster) -> Iterator[None]:
+    """Raise `SchedulerLost` where the scheduler has died, whatever the library meets then.
+
+    A connection that ends before it is encrypted, for one, is a ValueError.
+    """
+    try:
+        yield
+    except (OSError, TimeoutError, ValueError) as error:
+        if cluster.scheduler.is_lost_within(1.0):
+            raise SchedulerLost from error
+        raise
+
+
+@contextmanager
+def _remote(address: str) -> Iterator[Client]:
+    allowed = "the address of a running Dask scheduler, as in tcp://host:8786"
+    try:
+        shown = security(address=address)
+        asyncio.run(_probe(address, shown))
+    # Dask raises all kinds for an address that is none and for a server that is no scheduler.
+    except ClusterUnusable:
+        raise
+    except Exception as error:
+        why = refusal(error) or str(error) or f"no answer within {SCHEDULER_TIMEOUT_SECONDS:g} s"
+        raise ClusterUnusable(
+            Fault(
+                "scheduler",
+                f"{address!r} ({why})",
+                allowed,
+                "start one with `dask scheduler`; set DAMPERLAB_CLUSTER_TLS where it asks for certificates; or"
+                " leave `scheduler` out to compute on this machine",
+                f"No Dask scheduler can be used at {address}: {why}.",
+            )
+        ) from error
+    try:
+        opened = Client(address, security=shown, timeout=SCHEDULER_TIMEOUT_SECONDS, set_as_default=False)
+    except (
+        OSError,
+        TimeoutError,
+        ValueError,
+    ) as error:  # the last where a connection ends before it is encrypted
+        raise _lost(error) from error
+    with opened as client:
+        yield client
+
+
+def _lost(error: Exception) -> ClusterUnusable:
+    return ClusterUnusable(
+        Fault(
+            "scheduler",
+            f"one that went away while it was asked ({error})",
+            "a running Dask scheduler",
+            "nothing need be done if it comes back; otherwise start one with `dask scheduler`",
+            f"The scheduler went away while it was asked ({error}).",
+        )
+    )
+
+
+async def _probe(address: str, shown: Security) -> None:
+    # A Client that finds no scheduler leaves its threads behind; this asks first and leaves nothing.
+    arguments = shown.get_connection_args("client")
+    async with rpc(address, timeout=SCHEDULER_TIMEOUT_SECONDS, connection_args=arguments) as remote:
+        answer = await asyncio.wait_for(remote.identity(), SCHEDULER_TIMEOUT_SECONDS)
+    if answer["type"] != "Scheduler":
+        raise ValueError(f"it is a Dask {answer['type'].lower()}")

@@ -1,0 +1,148 @@
+"""The scheduler of a cluster of our own, in a process of its own that knows no database and no store.
+
+Whoever reaches a Dask scheduler can run anything in its process. So this one holds nothing but the names of blocks, and it
+answers only those who show the certificate of this one run.
+"""
+
+import asyncio
+import json
+import logging
+import os
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+from typing import Any
+
+import dask
+from distributed import Scheduler, Security
+from distributed.deploy.spec import ProcessInterface
+
+_KEPT = (
+    "PATH",
+    "HOME",
+    "LANG",
+    "LC_ALL",
+    "TMPDIR",
+    "TZ",
+    "SYSTEMROOT",
+    "LD_LIBRARY_PATH",
+    "DAMPERLAB_CACHE_DIR",
+)
+"""What the process is told of the environment: no address of a database, no key of a store."""
+_TLS = ("tls_ca_file", "tls_scheduler_cert", "tls_scheduler_key")
+
+
+class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
+    """A scheduler in a process of its own, as Dask's clusters start one; it ends with this process.
+
+    Parameters
+    ----------
+    security : Security
+        Certificates for this one cluster; without them nothing is encrypted.
+    config : dict
+        Dask's settings in that process.
+    host : str
+        Name or address at which it listens; by default nobody reaches it from another machine.
+    """
+
+    def __init__(self, security: Security, config: dict[str, Any], host: str = "127.0.0.1") -> None:
+        super().__init__()
+        self.security = security
+        self._config = config
+        self._host = host
+        self._process: subprocess.Popen[bytes] | None = None
+
+    @property
+    def lost(self) -> bool:
+        """Whether the process has ended, and not because this was closed."""
+        return self._process is not None and self._process.poll() is not None
+
+    def is_lost_within(self, seconds: float) -> bool:
+        """Whether it has ended by itself, or does so now: its connections close before the process is gone."""
+        if self._process is None:
+            return False
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(seconds)
+        return self.lost
+
+    async def start(self) -> None:
+        """Start the process and read its address.
+
+        Raises
+        ------
+        RuntimeError
+            It ended before it listened.
+        """
+        environment = {name: value for name, value in os.environ.items() if name in _KEPT}
+        environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
+        self._process = _started(environment)
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        told = {name: getattr(self.security, name) for name in _TLS}
+        said = {"tls": told, "config": self._config, "host": self._host}
+        # nothing secret stands in a command line or an environment, where others can read it
+        self._process.stdin.write(json.dumps(said).encode() + b"\n")
+        self._process.stdin.flush()
+        line = await asyncio.to_thread(self._process.stdout.readline)
+        if not line:
+            raise RuntimeError(f"the scheduler's process ended with status {self._process.wait()}")
+        self.address = line.decode().strip()
+        await super().start()
+
+    async def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.kill()
+            await asyncio.to_thread(self._process.wait)
+            for pipe in (self._process.stdin, self._process.stdout):
+                assert pipe is not None
+                pipe.close()
+            self._process = None
+        await super().close()
+
+
+def _started(environment: dict[str, str]) -> "subprocess.Popen[bytes]":
+    """Start the process with an environment of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "damperlab.worker.cluster.scheduler"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=environment,
+        # Ctrl-C in a terminal is for the coordinator, which ends this one when it is done
+        start_new_session=True,
+    )
+
+
+async def _serve(host: str, tls: dict[str, str | None]) -> None:
+    encrypted = tls["tls_ca_file"] is not None
+    security = Security(require_encryption=True, **tls) if encrypted else Security()
+    protocol = "tls" if encrypted else "tcp"
+    async with Scheduler(
+        host=host,
+        port=0,
+        protocol=protocol,
+        dashboard=False,
+        dashboard_address="127.0.0.1:0",
+        security=security,
+    ) as scheduler:
+        print(scheduler.address, flush=True)
+        await scheduler.finished()
+
+
+def _end_with_parent() -> None:
+    sys.stdin.buffer.read()
+    os._exit(0)
+
+
+def main() -> None:
+    """Read settings from standard input, write the address to standard output, and serve until the input is closed."""
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    told = json.loads(sys.stdin.buffer.readline())
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    with dask.config.set(told["config"]):
+        asyncio.run(_serve(told["host"], told["tls"]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,101 @@
+"""What a design point is expected to cost, so that blocks take about equal time and the longest start first.
+
+A rough model is enough: it decides sizes and order, never a result, and `damperlab.worker.dispatch.forecast` corrects it by
+what was measured. Its form is cycles until the response is known to be steady, times seconds per cycle of the scene's kernel;
+its constants were fitted to measured run times over eight grids of particle and hybrid scenes (ζ 0.001 … 0.1, β 0.02 … 0.3,
+d/Z 0.2 … 40, γ 0 … 1.2, r 0.5 … 3). Sums over other grids mostly agree within a factor of four; single points scatter by a
+factor of ten, above all between periodic and modulated neighbours.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.choices import CompliantContact, Ensemble, Rk4Solver
+from damperlab.studies.definition import Study
+from damperlab.studies.ground.suite import Suite, windows_of
+from damperlab.studies.kind import AnyStudy
+
+LINEAR_SECONDS = 2e-6
+"""A point in closed form, storing included: nothing else costs anything there."""
+FRICTION_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS, HYBRID_CYCLE_SECONDS = 0.8e-6, 1.4e-6, 2.0e-6
+"""One excitation cycle, its events included where the clearance is wide."""
+COMPLIANT_TIMES = 4.5
+"""How much more a cycle costs where walls are compliant."""
+RUN_SECONDS, RECORD_WINDOW_SECONDS = 5e-5, 0.15e-6
+"""One run under a record: what it takes in any case, and each of its windows, measured on built-in records from 1 to 50 Hz."""
+STEP_SECONDS = 0.04e-6
+"""One step of the fixed-step method, whatever the scene."""
+MOST_RIDING, RIDING_CLEARANCE = 9.1, 1.8
+"""How much more a cycle costs at most where the clearance is below the amplitude, and over what clearance ratio that fades: the
+particle chatters and rides."""
+FEWEST_CYCLES = 40.0
+"""Taken on average before a response is believed to be steady, far from resonance."""
+TRANSIENT = 0.073
+"""Cycles that a transient takes, in units of r/ζ: it dies as exp(−ζτ), and a cycle lasts 2π/r."""
+RESTLESS_CYCLES, RESTLESS_TOLERANCE, FEWEST_RESTLESS = 1050.0, 0.02, 768.0
+"""Taken on average near resonance, where the particle rattles without end and only statistics settle, at this tolerance, and
+at any: the relative error of such a mean falls as the inverse root of its cycles (`worker/steady/response/statistics.py`)."""
+RESTLESS_WIDTH, RESTLESS_POWER = 0.0104, 0.55
+"""How far from resonance it does so, in ln r: the width where β = ζ, and the power of β/ζ that it goes with."""
+NARROWEST = 0.004
+"""Least of that width."""
+BREAKAWAY = 0.785
+"""Friction ratio at which friction holds a resonance: from π/4 on it takes more energy than the base gives."""
+
+
+def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
+    """Kernel seconds that design points are expected to take.
+
+    Parameters
+    ----------
+    study : Study
+        Of which only the scene, the starts, the records, `steady.max_cycles` and `steady.tolerance` matter.
+    coordinates : dict of ndarray
+        The dimensions by name, N values each.
+
+    Returns
+    -------
+    ndarray
+        N values [s], all above 0.
+    """
+    if isinstance(study, Suite):
+        return _suite(study, coordinates)
+    if isinstance(study, Study):
+        return _harmonic(study, coordinates)
+    raise TypeError(f"no cost is known of a {type(study).__name__}")
+
+
+def _suite(study: Suite, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
+    tail = study.numbers["tail_s"]
+    frequency = coordinates["natural_frequency_hz"]
+    windows = np.empty(frequency.size)
+    for source in study.records:
+        under = coordinates["record"] == source.id
+        windows[under] = windows_of(source, frequency[under], tail)
+    return (1 + study.starts) * (RUN_SECONDS + RECORD_WINDOW_SECONDS * windows)
+
+
+def _harmonic(study: Study, coordinates: dict[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+    coordinates = dict(study.ratios(coordinates))
+    most = float(study.steady.max_cycles)
+    ratio = coordinates["frequency_ratio"]
+    rubs = coordinates["friction_ratio"] > 0.0
+    rattles = (coordinates["mass_ratio"] > 0.0) & study.particle
+    # Undamped, a transient takes as long as it is given.
+    damping = np.maximum(coordinates["damping_ratio"], 1e-4)
+    moving = np.clip(1.0 - (coordinates["friction_ratio"] / BREAKAWAY) ** 2, 0.0, 1.0)
+    width = RESTLESS_WIDTH * moving * (coordinates["mass_ratio"] / damping) ** RESTLESS_POWER
+    restless = np.exp(-((np.log(ratio) / np.maximum(width, NARROWEST)) ** 2)) * rattles * (moving > 0.0)
+    settling = max(FEWEST_RESTLESS, RESTLESS_CYCLES * (RESTLESS_TOLERANCE / study.steady.tolerance) ** 2)
+    # an average over points that settle and points that run on: none of them takes more than the most
+    cycles = np.minimum(most, FEWEST_CYCLES + TRANSIENT * ratio / damping + min(most, settling) * restless)
+    per_cycle = np.where(rubs, HYBRID_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS)
+    riding = 1.0 + MOST_RIDING * np.exp(-coordinates["clearance_ratio"] / RIDING_CLEARANCE)
+    contact = COMPLIANT_TIMES if isinstance(study.contact, CompliantContact) else 1.0
+    stepped = cycles * np.where(rattles, contact * per_cycle * riding, FRICTION_CYCLE_SECONDS)
+    if isinstance(study.solver, Rk4Solver):
+        return cycles * study.solver.steps_per_cycle * STEP_SECONDS
+    starts = study.start.n if isinstance(study.start, Ensemble) else 1
+    return np.where(rubs | rattles, starts * stepped, LINEAR_SECONDS)

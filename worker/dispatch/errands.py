@@ -1,0 +1,123 @@
+"""Tasks sent to named workers of a cluster, and which of them have ended: the one door to Dask's client."""
+
+import queue
+import time
+import uuid
+from collections.abc import Collection, Iterator
+from contextlib import suppress
+from typing import Any
+
+from distributed import Client, Future
+
+from damperlab.worker.outcomes import Outage, SchedulerLost, asking_the_cluster
+from damperlab.worker.process.sealed_call import sealed
+
+ANSWER_SECONDS = 30.0
+"""How long a scheduler that is there may take to answer."""
+FETCH_SECONDS = 1.0
+"""How long an answer, a few bytes, may take from its worker before it is looked whether that is still there."""
+
+Call = tuple[Any, ...]
+"""A function and its arguments."""
+
+
+class Errands:
+    """Tasks at the workers of a cluster.
+
+    Parameters
+    ----------
+    client : Client
+        Of the cluster.
+    priority : int
+        Of two tasks that wait at a worker the one with the higher begins first.
+    """
+
+    def __init__(self, client: Client, priority: int) -> None:
+        self._client = client
+        self._priority = priority
+        self._ended: queue.SimpleQueue[str] = queue.SimpleQueue()
+        self._run = uuid.uuid4().hex[:8]
+        self._sent = 0
+
+    def key(self, what: str) -> str:
+        """Give a key that no task has had: the scheduler would answer with what it remembers of the first use."""
+        key = f"{what}-{self._run}-{self._sent}"
+        self._sent += 1
+        return key
+
+    def send(self, key: str, address: str, call: Call) -> Future:
+        """Let a worker, and no other, do something.
+
+        Parameters
+        ----------
+        key : str
+            Of the task.
+        address : str
+            Which worker.
+        call : tuple
+            What it calls, and with what.
+
+        Raises
+        ------
+        SchedulerLost
+            The scheduler is lost.
+        """
+        with asking_the_cluster(self._client):
+            future = self._client.submit(
+                *sealed(*call),
+                key=key,
+                pure=False,
+                workers=[address],
+                allow_other_workers=False,
+                retries=0,
+                priority=self._priority,
+            )
+        future.add_done_callback(lambda future: self._ended.put(future.key))
+        return future
+
+    def ended(self, wait_seconds: float) -> Iterator[str]:
+        """Give the keys of tasks that have ended since, in the order of their end.
+
+        Parameters
+        ----------
+        wait_seconds : float
+            Longest wait for the first of them [s]; no more are given once it is over, however many have ended.
+        """
+        block = True
+        deadline = time.monotonic() + wait_seconds
+        while block or time.monotonic() < deadline:
+            try:
+                yield self._ended.get(block, wait_seconds)
+            except queue.Empty:
+                return
+            block = False
+
+    def again(self, key: str) -> None:
+        """Give a key once more, later."""
+        self._ended.put(key)
+
+    def drop(self, futures: list[Future], reason: str) -> None:
+        """Let the cluster forget tasks; one whose scheduler is lost has."""
+        if futures:
+            with suppress(Outage), asking_the_cluster(self._client):
+                self._client.cancel(futures, reason=reason)
+
+    def workers(self) -> tuple[dict[str, int], Collection[str]]:
+        """Give the workers that are there, by address with their threads, and those of them that take tasks.
+
+        Raises
+        ------
+        SchedulerLost
+            The scheduler is lost, or does not answer.
+        """
+        self.require_scheduler()
+        with asking_the_cluster(self._client):
+            ask = self._client.scheduler
+            threads = self._client.sync(ask.ncores, callback_timeout=ANSWER_SECONDS)
+            running = self._client.sync(ask.ncores_running, callback_timeout=ANSWER_SECONDS)
+        return threads, running
+
+    def require_scheduler(self) -> None:
+        """Raise `SchedulerLost` where it is."""
+        if self._client.status != "running":
+            raise SchedulerLost

@@ -1,0 +1,191 @@
+"""Workers judged before their first block: asked what they compute with, and for a few points whose bits are known."""
+
+import time
+from collections.abc import Callable, Collection, Mapping
+
+from distributed import CancelledError, Future
+
+from damperlab.studies.plan import Block
+from damperlab.worker.dispatch.crew import Crew
+from damperlab.worker.dispatch.errands import FETCH_SECONDS, Call, Errands
+from damperlab.worker.dispatch.roster import AGAIN_SECONDS
+from damperlab.worker.process.examination import Answer, examine, majority
+from damperlab.worker.provenance import WrongCode
+
+LATE_SECONDS = 10.0
+"""How long the first workers are waited for once one of them has answered; the others join later. And how long an answer
+that is there may be out of reach."""
+
+
+class Examiner:
+    """Examines the workers of a crew, and says which of them compute.
+
+    Parameters
+    ----------
+    crew : Crew
+        The workers; without `prepare` everybody is believed.
+    errands : Errands
+        The way to them.
+    """
+
+    def __init__(self, crew: Crew, errands: Errands) -> None:
+        self._crew = crew
+        self._errands = errands
+        self._examination: Call | None = None
+        self._truth = ""
+        self._identity = ""
+        self._asked: dict[str, tuple[Future, str]] = {}
+        # since when an answer that is there cannot be fetched
+        self._late: dict[str, float] = {}
+
+    def prepare(self, cube_path: str, digest: str, code: str, canary: Block | None) -> None:
+        """Say what workers are asked; as for `damperlab.worker.process.examination.examine`."""
+        self._examination = examine, cube_path, digest, code, canary
+
+    @property
+    def compiles(self) -> bool:
+        """Whether a worker is asked for points for the first time: it may have to compile before it answers."""
+        asked = {address for _, address in self._asked.values()}
+        new = any(one.address in asked and not one.compiled for one in self._crew.members.values())
+        return self._asks_for_points and new
+
+    def ask(self, now: float) -> None:
+        """Ask those who are due, and are not being asked."""
+        asked = {address for _, address in self._asked.values()}
+        for member in list(self._crew.due(now)):
+            if self._examination is None:
+                self._crew.admit(member.address)
+            elif member.address not in asked:
+                key = self._errands.key("examination")
+                self._asked[key] = self._errands.send(key, member.address, self._examination), member.address
+
+    def gather(self, look: Callable[[], None], look_on: Callable[[], bool]) -> dict[str, Answer] | None:
+        """Examine everybody who computes, and judge nobody yet.
+
+        All of those who are there are waited for, but not for long once one has answered.
+
+        Parameters
+        ----------
+        look : callable
+            Called again and again: takes notice of who is there, and calls `ask`.
+        look_on : callable
+            Called as often; False ends the wait.
+
+        Returns
+        -------
+        dict of Answer or None
+            By address, of at least one; None where `look_on` ended the wait.
+        """
+        self._crew.examine_again()
+        answers: dict[str, Answer] = {}
+        first: float | None = None
+        while look_on():
+            look()
+            for key in self._errands.ended(0.2):
+                if heard := self.heard(key):
+                    address, answers[address] = heard
+                    self._crew.members[address].again_at = float("inf")
+            answers = {address: one for address, one in answers.items() if address in self._crew.members}
+            first = (first or time.monotonic()) if answers else None
+            if first is not None and (not self._asked or time.monotonic() - first > LATE_SECONDS):
+                return answers
+        return None
+
+    def settle(self, answers: Mapping[str, Answer], identity: str, truth: str) -> dict[str, str] | None:
+        """Decide what is right, and judge everybody by it, also those who come later.
+
+        Parameters
+        ----------
+        answers : dict of Answer
+            By address.
+        identity : str
+            What the study is computed with; empty for what most of them have.
+        truth : str
+            Bits of the points; empty for what most of them answer.
+
+        Returns
+        -------
+        dict of str or None
+            `computing()` of those who compute; None where nobody does.
+        """
+        self._identity = identity or _commonest({a: one.facts["identity"] for a, one in answers.items()})
+        alike = {a: one for a, one in answers.items() if one.facts["identity"] == self._identity}
+        self._truth = truth or majority({a: one.bits for a, one in alike.items()}) or ""
+        for address, answer in answers.items():
+            if not self._asks_for_points or self._truth or address not in alike:
+                self.judge(address, answer)
+            else:
+                reason = (
+                    "the workers disagree on the bits of the same points, and which are right is not known"
+                )
+                self._crew.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
+        return next(one.facts for one in alike.values()) if self._crew.usable else None
+
+    def heard(self, key: str) -> tuple[str, Answer] | None:
+        """Give who has answered and what, of a task that has ended; a worker that could not is left out."""
+        if key not in self._asked:
+            return None
+        future, address = self._asked.pop(key)
+        try:
+            answer: Answer = future.result(timeout=FETCH_SECONDS)
+        except WrongCode as error:
+            self._crew.leave_out(address, str(error), time.monotonic() + AGAIN_SECONDS)
+        # a worker that does not hold this package, cannot reach the data, is lost, …
+        except (Exception, CancelledError) as error:
+            self._errands.require_scheduler()
+            now = time.monotonic()
+            fetched = isinstance(error, TimeoutError) and future.status == "finished"
+            if fetched and now - self._late.setdefault(key, now) < LATE_SECONDS:
+                # it has answered, and nobody reaches it: asked again, while the others are heard
+                self._asked[key] = future, address
+                self._errands.again(key)
+                return None
+            reason = f"it cannot begin ({type(error).__name__}: {error})"
+            self._crew.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
+        else:
+            return address, answer
+        return None
+
+    def judge(self, address: str, answer: Answer) -> None:
+        """Let a worker compute, or leave it out, by what it has answered."""
+        now = time.monotonic()
+        if self._identity and answer.facts["identity"] != self._identity:
+            self._crew.leave_out(
+                address,
+                f"it would not compute the bits of the study's other blocks: it has {_words(answer.facts)}, identity "
+                f"{answer.facts['identity']}, and the study {self._identity}",
+                now + AGAIN_SECONDS,
+            )
+        elif self._truth and answer.bits and answer.bits != self._truth:
+            self._crew.leave_out(
+                address,
+                f"points whose values are known have other bits there ({answer.bits} in place of {self._truth})",
+            )
+        else:
+            self._crew.admit(address)
+            if self._asks_for_points and address in self._crew.members:
+                self._crew.members[address].compiled = True
+
+    def forget(self, there: Collection[str]) -> None:
+        """Ask those no more who are not there."""
+        gone = [key for key, (_, address) in self._asked.items() if address not in there]
+        self._errands.drop([self._asked.pop(key)[0] for key in gone], "the worker has left")
+
+    def close(self) -> None:
+        """Ask nobody any more."""
+        asked, self._asked = self._asked, {}
+        self._errands.drop([future for future, _ in asked.values()], "the study was stopped")
+
+    @property
+    def _asks_for_points(self) -> bool:
+        return self._examination is not None and self._examination[-1] is not None
+
+
+def _commonest(identities: Mapping[str, str]) -> str:
+    """Give what most have; of equally many what the first address has."""
+    values = [identities[address] for address in sorted(identities)]
+    return max(values, key=values.count)
+
+
+def _words(facts: Mapping[str, str]) -> str:
+    return f"solver {facts.get('solver', 'unknown')} on {facts.get('target', 'an unknown processor')}"

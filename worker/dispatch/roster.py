@@ -1,0 +1,245 @@
+"""The workers of a study: where each stands, and what speaks against it."""
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from damperlab.studies.faults import counted
+from damperlab.worker.dispatch.attempt import Attempt
+from damperlab.worker.outcomes import RETRIES
+
+_NEVER = math.inf
+AGAIN_SECONDS = 15.0
+"""After how long a worker that was left out is examined again: a store or a link may have come back."""
+
+Standing = Literal["joining", "usable", "on trial", "leaving", "out"]
+"""Being examined; computing; computing again after it was left out, with no block ended yet; finishing what it runs; left
+out, with a reason."""
+TOLD: dict[Standing, str] = {
+    "joining": "joining",
+    "usable": "usable",
+    "on trial": "usable",
+    "leaving": "leaving",
+    "out": "out",
+}
+"""What others are told of each."""
+STANDINGS = tuple(dict.fromkeys(TOLD.values()))
+
+
+@dataclass
+class Suspicion:
+    """What speaks against a worker.
+
+    Parameters
+    ----------
+    unreadable : int
+        Failures to read or write the study's data, in a row.
+    blamed : set of int
+        Blocks that failed there, nobody knows yet by whose fault.
+    confirmed : int
+        How many such blocks were computed elsewhere since.
+    last_error : str
+        What the last of them failed with.
+    """
+
+    unreadable: int = 0
+    blamed: set[int] = field(default_factory=set)
+    confirmed: int = 0
+    last_error: str = ""
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether so much has failed that the worker should wait for a verdict."""
+        return len(self.blamed) > RETRIES
+
+
+@dataclass
+class Member:
+    """One worker.
+
+    Parameters
+    ----------
+    address : str
+        Where it is.
+    threads : int
+        How many blocks it computes side by side.
+    standing : str
+        One of `Standing`.
+    reason : str
+        Why it is left out, was before it is on trial, or leaves.
+    again_at : float
+        When it is to be examined, by the caller's clock.
+    held : dict of Attempt
+        By task key, in the order in which they were sent; a worker computes them in that order.
+    against : Suspicion
+        What speaks against it.
+    compiled : bool
+        Whether it has computed points: its kernels are compiled.
+    """
+
+    address: str
+    threads: int
+    standing: Standing = "joining"
+    reason: str = ""
+    again_at: float = 0.0
+    held: dict[str, Attempt] = field(default_factory=dict)
+    against: Suspicion = field(default_factory=Suspicion)
+    compiled: bool = False
+
+    @property
+    def usable(self) -> bool:
+        """Whether it computes."""
+        return self.standing in ("usable", "on trial")
+
+
+class Roster:
+    """The workers that are there, by address, and the news of them."""
+
+    def __init__(self) -> None:
+        self.members: dict[str, Member] = {}
+        self.news: list[str] = []
+        self._threads = 0
+
+    @property
+    def usable(self) -> list[Member]:
+        """The workers that compute."""
+        return [member for member in self.members.values() if member.usable]
+
+    @property
+    def able(self) -> bool:
+        """Whether somebody computes; one that was left out and is used again has yet to show that it can."""
+        return any(
+            one.standing == "usable" or (one.held and one.standing in ("joining", "leaving"))
+            for one in self.members.values()
+        )
+
+    def due(self, now: float) -> Iterator[Member]:
+        """Give the workers that are to be examined."""
+        for member in self.members.values():
+            if member.standing in ("joining", "out") and member.again_at <= now:
+                yield member
+
+    def admit(self, address: str) -> None:
+        """Let a worker compute."""
+        member = self.members.get(address)
+        if member is None or member.standing not in ("joining", "out"):
+            return
+        if member.standing == "out":
+            self.news.append(f"worker {address} is used again")
+        if member.standing == "out":
+            member.standing = "on trial"  # and keeps its reason, which may still hold
+        else:
+            self.trust(member)
+        member.against.unreadable = 0
+        self._threads += member.threads
+
+    def trust(self, member: Member) -> None:
+        """Take a worker for one that computes."""
+        member.standing, member.reason = "usable", ""
+
+    def leave_out(self, address: str, reason: str, again_at: float = _NEVER) -> None:
+        """Let a worker compute no more; what it holds it may still end.
+
+        Parameters
+        ----------
+        address : str
+            Which.
+        reason : str
+            Why, a sentence without its end.
+        again_at : float
+            When to examine it again.
+        """
+        member = self.members.get(address)
+        if member is None or member.standing == "leaving":
+            return
+        if (member.standing, member.reason) != ("out", reason):
+            self.news.append(f"worker {address} is left out: {reason}")
+        member.standing, member.reason, member.again_at = "out", reason, again_at
+        self._count()
+
+    def examine_again(self) -> None:
+        """Let everybody who computes be examined first."""
+        for member in self.usable:
+            member.standing, member.again_at = "joining", 0.0
+        self._count()
+
+    def words(self) -> str:
+        """Say who is there, for somebody who waits."""
+        if not self.members:
+            return "the cluster has no worker"
+        told = [
+            f"{member.address} is left out: {member.reason}"
+            if member.standing == "out"
+            else f"{member.address} leaves: {member.reason}"
+            if member.standing == "leaving"
+            else f"{member.address} was left out and is tried again: {member.reason}"
+            if member.standing == "on trial"
+            else f"{member.address} has not been examined yet"
+            for member in self.members.values()
+            if member.standing != "usable"
+        ]
+        if all(member.standing == "joining" for member in self.members.values()):
+            return f"{counted(len(self.members), 'worker')} being examined"
+        return f"none of the {len(self.members)} workers can compute: {_some(told)}"
+
+    def standings(self) -> tuple[tuple[str, int], ...]:
+        """Count the workers by their standing, as others are told of it."""
+        found = [TOLD[member.standing] for member in self.members.values()]
+        return tuple((standing, found.count(standing)) for standing in STANDINGS)
+
+    def take_news(self) -> list[str]:
+        """Give what has happened to workers since somebody last asked, a sentence each without its end."""
+        news, self.news = self.news, []
+        return news
+
+    def left_out(self) -> list[Member]:
+        """Give the workers that are left out."""
+        return [member for member in self.members.values() if member.standing == "out"]
+
+    def reasons(self) -> str:
+        """Say who is left out and why; empty where nobody is."""
+        return _some([f"{member.address}: {member.reason}" for member in self.left_out()])
+
+    def _cannot_read(self, member: Member, text: str, now: float, at_once: bool) -> None:
+        member.against.unreadable += 1
+        # a store that is away was asked for a while already
+        if at_once or member.against.unreadable > RETRIES:
+            reason = f"it cannot read or write the study's data ({text})"
+            self.leave_out(member.address, reason, now + AGAIN_SECONDS)
+
+    def _confirm(self, member: Member, index: int) -> None:
+        """Count a block that failed at a worker, and that another has computed since."""
+        against = member.against
+        against.blamed.discard(index)
+        against.confirmed += 1
+        if against.confirmed > RETRIES:
+            self.leave_out(
+                member.address,
+                f"{against.confirmed} blocks failed there and nowhere else, the last with {against.last_error}",
+            )
+
+    def _meet(self, threads: Mapping[str, int], running: Collection[str]) -> list[Member]:
+        """Take notice of who is there; give those who take nothing more now."""
+        ending: list[Member] = []
+        for address, count in threads.items():
+            member = self.members.setdefault(address, Member(address, count))
+            member.threads = count
+            if address in running:
+                if member.standing == "leaving":
+                    member.standing, member.reason = "joining", ""
+            elif member.standing != "leaving":
+                member.standing, member.reason = "leaving", "it was told to leave, or is short of memory"
+                self.news.append(f"worker {address} takes no more blocks: {member.reason}")
+                ending.append(member)
+        self._count()
+        return ending
+
+    def _count(self) -> None:
+        self._threads = sum(member.threads for member in self.usable)
+
+
+def _some(told: list[str]) -> str:
+    """Join what is told of workers; a few stand for many."""
+    more = f"; and {len(told) - 3} more" if len(told) > 3 else ""
+    return "; ".join(told[:3]) + more

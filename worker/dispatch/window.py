@@ -1,0 +1,263 @@
+"""A bounded number of blocks at the workers of a cluster, each examined before its first block."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from math import inf
+
+from distributed import CancelledError, Client, Future, KilledWorker
+
+from damperlab.studies.plan import Block
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.worker.dispatch.backlog import Backlog
+from damperlab.worker.dispatch.crew import Crew
+from damperlab.worker.dispatch.errands import ANSWER_SECONDS, FETCH_SECONDS, Call, Errands
+from damperlab.worker.dispatch.examiner import Examiner
+from damperlab.worker.outcomes import Failure, Outage
+from damperlab.worker.process.block_process import call_apart
+from damperlab.worker.process.part import PartOutcome
+
+LOOK_SECONDS = 1.0
+"""Between two looks at who is there."""
+WAIT_SECONDS = 120.0
+"""How long a study waits, unless told otherwise, while no worker can compute."""
+
+Ended = BlockOutcome | PartOutcome | Failure
+"""What becomes of a block, or of a part of one."""
+
+
+class Window:
+    """Sends blocks to the workers of a cluster as they have room for them, and hands back what became of them.
+
+    Parameters
+    ----------
+    client : Client
+        Of the cluster.
+    task : callable
+        Gives the call that computes the block of the given index under the given task key.
+    backlog : Backlog
+        The blocks.
+    part_task : callable, optional
+        Gives the call that computes a part of a block; without it none may be cut.
+    wait_seconds : float
+        How long the study waits while no worker can compute [s].
+    priority : int
+        Of two blocks that wait at a worker the one with the higher begins first.
+    """
+
+    def __init__(
+        self,
+        client: Client,
+        task: Callable[[int, str], Call],
+        backlog: Backlog,
+        *,
+        part_task: Callable[[Block], Call] | None = None,
+        wait_seconds: float = WAIT_SECONDS,
+        priority: int = 0,
+    ) -> None:
+        self.crew = Crew(backlog)
+        self._errands = Errands(client, priority)
+        self._examiner = Examiner(self.crew, self._errands)
+        self._task = task
+        self._part_task = part_task
+        self._wait_seconds = wait_seconds
+        self._flying: dict[str, Future] = {}
+        self._looked = -inf
+        self._able = time.monotonic()
+
+    @property
+    def empty(self) -> bool:
+        """Whether no block is at the cluster, and none waits."""
+        return not self._flying and not self.crew.waiting
+
+    @property
+    def idle(self) -> bool:
+        """Whether no block is at the cluster."""
+        return not self._flying
+
+    @property
+    def stranded(self) -> str | None:
+        """Why nothing is computed, where that is for want of workers; None while something is."""
+        return None if self._flying or self.crew.usable else self.crew.words()
+
+    def assemble(
+        self,
+        cube_path: str,
+        digest: str,
+        code: str,
+        identity: str,
+        canary: Block | None,
+        truth: str,
+        look_on: Callable[[], bool],
+    ) -> dict[str, str] | None:
+        """Examine who is there, and let those compute who agree; who comes later is examined alike.
+
+        Parameters
+        ----------
+        cube_path, digest, code : str
+            As for `damperlab.worker.process.tasks.run_block`.
+        identity : str
+            What the study is computed with; empty where it has not begun, for what most workers have.
+        canary : Block, optional
+            Points that every worker computes; none the first time, when kernels are yet to be compiled.
+        truth : str
+            Their bits, as they are stored; empty where they are not, for what most workers answer.
+        look_on : callable
+            Called between two looks; False ends the wait.
+
+        Returns
+        -------
+        dict of str or None
+            `computing()` of the workers; None where `look_on` ended the wait.
+
+        Raises
+        ------
+        Outage
+            No worker can compute for long.
+        """
+        self._examiner.prepare(cube_path, digest, code, canary)
+        # nobody was waited for meanwhile: the first look comes minutes after the last where kernels were compiled
+        self._able = time.monotonic()
+        # who is there is asked at once, also where the last look was just now
+        self._looked = -inf
+        while True:
+            answers = self._examiner.gather(self._look, look_on)
+            facts = None if answers is None else self._examiner.settle(answers, identity, truth)
+            if answers is None or facts is not None:
+                return facts
+
+    def fill(self) -> None:
+        """Send blocks until every thread has enough.
+
+        Raises
+        ------
+        Outage
+            The scheduler does not answer, or no worker has been able to compute for long.
+        """
+        self._look()
+        for address, attempt in self.crew.assignments():
+            key = self._errands.key("block")
+            part, call = attempt.piece.part, self._task(attempt.index, key)
+            if part is not None and self._part_task is not None:
+                call = self._part_task(part)
+            self._flying[key] = self._errands.send(
+                key, address, (call_apart, *call) if attempt.apart else call
+            )
+            self.crew.sent(key, address, attempt)
+
+    def collect(self, wait_seconds: float) -> Iterator[Ended]:
+        """Hand back the blocks that have ended since the last call.
+
+        Parameters
+        ----------
+        wait_seconds : float
+            Longest wait for the first of them [s]; no more are taken once it is over, however many have ended,
+            so that a large cluster is sent new blocks meanwhile.
+
+        Yields
+        ------
+        BlockOutcome, PartOutcome or Failure
+            In the order of their end. A block that will be tried again is not among them.
+
+        Raises
+        ------
+        Outage
+            The scheduler is lost, or there is no room for the study's data.
+        """
+        for key in self._errands.ended(wait_seconds):
+            if key in self._flying:
+                ended = self._end(key, self._flying.pop(key))
+                if ended is not None:
+                    yield ended
+                if self._looked < 0.0:
+                    return
+            elif heard := self._examiner.heard(key):
+                self._examiner.judge(*heard)
+
+    def drain(self, grace_seconds: float) -> Iterator[Ended]:
+        """Send nothing more, drop what has not begun, and hand back what ends within a grace.
+
+        Parameters
+        ----------
+        grace_seconds : float
+            How long blocks that run may still take [s].
+
+        Yields
+        ------
+        BlockOutcome, PartOutcome or Failure
+            As `collect` does.
+        """
+        deadline = time.monotonic() + grace_seconds
+        waiting = [key for one in self.crew.members.values() for key in list(one.held)[one.threads :]]
+        self._drop(waiting)
+        while self._flying and (left := deadline - time.monotonic()) > 0.0:
+            yield from self.collect(min(left, 1.0))
+            with suppress(Outage):
+                self._look(examine=False)
+        self.close()
+
+    def close(self) -> None:
+        """Drop every block that is still at the cluster."""
+        self._drop(list(self._flying))
+        self._examiner.close()
+
+    def _drop(self, keys: list[str]) -> None:
+        futures = []
+        for key in keys:
+            if key in self._flying:
+                futures.append(self._flying.pop(key))
+                if self.crew.at(key) is not None:
+                    self.crew.give_back(key)
+        self._errands.drop(futures, "the block is not wanted there")
+
+    def _end(self, key: str, future: Future) -> Ended | None:
+        address = self.crew.at(key)
+        if address is None:
+            return None
+        if future.status == "error":
+            error = future.exception(timeout=ANSWER_SECONDS)
+            if isinstance(error, KilledWorker):
+                self._drop_lost(self.crew.vanish(address))
+                return None
+            return self.crew.failed(key, error, time.monotonic())
+        try:
+            outcome: BlockOutcome | PartOutcome = future.result(timeout=FETCH_SECONDS)
+        except TimeoutError:
+            # its worker may be gone, and would be waited for in vain: look, and ask again where it is not
+            self._errands.require_scheduler()
+            self._flying[key] = future
+            self._errands.again(key)
+            self._looked = -inf
+            return None
+        # lost with its worker before it was fetched, or never begun; whatever the library says of that
+        except (Exception, CancelledError):
+            self._errands.require_scheduler()
+            self.crew.give_back(key)
+            return None
+        # points that were taken from earlier studies took no time
+        reused = isinstance(outcome, BlockOutcome) and outcome.reused > 0
+        self.crew.ended(key, 0.0 if reused else outcome.kernel_seconds)
+        return outcome
+
+    def _drop_lost(self, keys: list[str]) -> None:
+        """Forget tasks that the crew has given to others."""
+        self._errands.drop(
+            [self._flying.pop(key) for key in keys if key in self._flying], "others compute it"
+        )
+
+    def _look(self, examine: bool = True) -> None:
+        now = time.monotonic()
+        if now - self._looked < LOOK_SECONDS:
+            return
+        self._looked = now
+        threads, running = self._errands.workers()
+        self._drop_lost(self.crew.see(threads, running))
+        self._drop_lost(self.crew.take_away(now))
+        self._examiner.forget(threads)
+        if examine:
+            self._examiner.ask(now)
+        # a worker that compiles before it answers is no want of workers
+        if self.crew.able or self._examiner.compiles:
+            self._able = now
+        elif now - self._able > self._wait_seconds:
+            raise Outage(f"no worker could compute for {self._wait_seconds:g} s: {self.crew.words()}")

@@ -1,0 +1,125 @@
+"""A block computed in a process of its own, so that what it does to that process is seen and hurts nobody else.
+
+A worker that is gone may have been killed by its block, or with its machine, or told to leave: from outside all three look
+alike. A process that ends by a signal while its parent lives on was ended by what it computed, or by the system for the
+memory that it took.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+import cloudpickle
+
+from damperlab.worker.outcomes import Crashed, Leaving
+from damperlab.worker.process.standby import TO_ALL, Standby
+from damperlab.worker.provenance import code_hash, computing
+
+_standby: Standby | None = None
+
+
+def stand_by() -> None:
+    """Have processes forked from one that is like this one now; for a worker that has no thread yet.
+
+    Without it each is started anew, and loads every library first.
+    """
+    global _standby
+    # elsewhere libraries that start threads as they load forbid a fork
+    if not sys.platform.startswith("linux"):
+        return
+    # what a block loads and asks for first
+    import_module("damperlab.worker.process.tasks")
+    code_hash()
+    computing()
+    _standby = Standby(_answer)
+
+
+def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function in a process of its own, which ends with this one.
+
+    Parameters
+    ----------
+    function : callable
+        What to call.
+    *arguments : object
+        With what.
+
+    Returns
+    -------
+    object
+        What the function returned.
+
+    Raises
+    ------
+    Crashed
+        The process ended in the middle of the call.
+    Leaving
+        It was told to end from outside.
+    Exception
+        What the function raised.
+    """
+    process = (_standby and _standby.fork()) or _started()
+    assert process.stdin is not None
+    assert process.stdout is not None
+    with process, process.stdin, process.stdout:
+        asked = cloudpickle.dumps((function, arguments))
+        try:
+            process.stdin.write(len(asked).to_bytes(8, "big") + asked)
+            process.stdin.flush()
+        except BrokenPipeError:
+            pass  # how it ended says more
+        # its standard input stays open: it ends when that is closed, as it is when this process dies
+        answer = process.stdout.read()
+        status = process.wait()
+    if status != 0 or not answer:
+        if -status in TO_ALL:
+            raise Leaving(f"the process of a block was ended by {signal.Signals(-status).name}")
+        how = f"by {signal.Signals(-status).name}" if status < 0 else f"with status {status}"
+        raise Crashed(f"ended {how}: it crashed, was killed, or ran out of memory")
+    well, value = cloudpickle.loads(answer)
+    if not well:
+        raise value
+    return value
+
+
+def _started() -> "subprocess.Popen[bytes]":
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    return subprocess.Popen(
+        [sys.executable, "-m", "damperlab.worker.process.block_process"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=environment,
+    )
+
+
+def _answer(source: int, sink: int) -> None:
+    """Read a call from one descriptor, write what became of it to another, and end the process."""
+    with os.fdopen(source, "rb") as calls:
+        asked = calls.read(int.from_bytes(calls.read(8), "big"))
+        threading.Thread(target=_end_with_parent, args=(source,), daemon=True).start()
+        try:
+            function, arguments = cloudpickle.loads(asked)
+            told = True, function(*arguments)
+        except Exception as error:
+            told = False, error
+        with os.fdopen(sink, "wb") as out:
+            out.write(cloudpickle.dumps(told))
+        # the thread that reads would keep the interpreter from ending in order
+        os._exit(0)
+
+
+def _end_with_parent(source: int) -> None:
+    os.read(source, 1)
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    # what the function prints goes to the log, not into the answer
+    answer_to = os.dup(1)
+    os.dup2(2, 1)
+    _answer(0, answer_to)

@@ -1,0 +1,112 @@
+"""How a worker comes to its scheduler: by an address at which others reach it, and once the scheduler lets it in."""
+
+import asyncio
+import socket
+import sys
+import time
+from contextlib import suppress
+from typing import Any
+from urllib.parse import urlsplit
+
+from distributed import Security, Worker
+from distributed.comm import connect
+
+from damperlab.worker.cluster.certificates import refusal
+
+ASK_AGAIN_SECONDS = 1.0
+"""Between two looks for a way to the scheduler."""
+REFUSED_AGAIN_SECONDS = 5.0
+"""Until a scheduler that did not let a worker in is asked again: its certificates may have been renewed, or the worker's."""
+
+
+async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: float) -> str | None:
+    """Give this machine's address on the way to the scheduler, once there is one; None where that is given up.
+
+    Without a way the library would take the loopback address, under which nobody reaches a worker once there is one.
+
+    Parameters
+    ----------
+    scheduler : str
+        Its address.
+    told : Future
+        Done once the worker is told to leave.
+    limit_seconds : float
+        How long it is waited for [s].
+    """
+    loop = asyncio.get_running_loop()
+    parts = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
+    began, waits = time.monotonic(), False
+    while not told.done() and time.monotonic() - began < limit_seconds:
+        with suppress(OSError):
+            found = await loop.getaddrinfo(parts.hostname, parts.port, type=socket.SOCK_DGRAM)
+            family, kind, protocol, _, address = found[0]
+            with socket.socket(family, kind, protocol) as probe:
+                # nothing is sent
+                probe.connect(address)
+                return str(probe.getsockname()[0])
+        if not waits:
+            waits = True
+            say(f"there is no way to {scheduler} yet")
+        await asyncio.wait([told], timeout=ASK_AGAIN_SECONDS)
+    say(f"leaving: there is no way to {scheduler}")
+    return None
+
+
+async def joined(
+    worker: Worker, security: Security, told: "asyncio.Future[str]", limit_seconds: float
+) -> bool:
+    """Wait for a scheduler, however long that takes; False where it is given up.
+
+    Parameters
+    ----------
+    worker : Worker
+        Not started yet.
+    security : Security
+        What it shows.
+    told, limit_seconds : Future, float
+        As for `own_host`.
+    """
+
+    async def join() -> None:
+        # where certificates do not match the library would ask ten times a second for ever, and say nothing of them
+        await _let_in(worker.scheduler.address, security)
+        await worker.start()
+
+    # the library would wait for ever, and hear nothing meanwhile
+    joining = asyncio.ensure_future(join())
+    awaited: list[asyncio.Future[Any]] = [joining, told]
+    limit = limit_seconds if limit_seconds < float("inf") else None
+    await asyncio.wait(awaited, timeout=limit, return_when=asyncio.FIRST_COMPLETED)
+    if not joining.done():
+        joining.cancel()
+        say(f"leaving: no scheduler has answered at {worker.scheduler.address}")
+        return False
+    await joining
+    return True
+
+
+async def _let_in(scheduler: str, security: Security) -> None:
+    """Wait until a scheduler lets this worker in."""
+    said = ""
+    while True:
+        began = time.monotonic()
+        try:
+            # the files are read anew each time
+            comm = await connect(scheduler, **security.get_connection_args("worker"))
+        # a value error where the other side speaks before encryption has begun
+        except (OSError, ValueError) as error:
+            why = refusal(error) or ("" if isinstance(error, OSError) else str(error))
+        else:
+            await comm.close()
+            return
+        if why and why != said:
+            say(
+                f"{scheduler} does not let this worker in: {why}; it is asked again every {REFUSED_AGAIN_SECONDS:g} s"
+            )
+        said = why or said
+        await asyncio.sleep(max(0.0, REFUSED_AGAIN_SECONDS - (time.monotonic() - began)))
+
+
+def say(what: str) -> None:
+    """Write a line to the worker's log."""
+    print(f"damperlab worker: {what}", file=sys.stderr, flush=True)

@@ -1,0 +1,180 @@
+"""A worker process that knows how to leave: it takes no more blocks, ends or gives back what it runs, and is gone."""
+
+import asyncio
+import math
+import os
+import signal
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import dask
+from distributed import Security, Worker
+from distributed.core import Status
+
+from damperlab.worker.cluster.cluster import ONE_THREAD
+from damperlab.worker.process.block_process import stand_by
+from damperlab.worker.process.joining import joined, own_host, say
+from damperlab.worker.process.self_check import show_alive
+from damperlab.worker.process.termination_notice import ASK_SECONDS, announced
+
+LOOK_SECONDS = 0.2
+"""Between two looks for a notice, and at what is left to do."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """How long a worker stays.
+
+    Parameters
+    ----------
+    leave_within_s : float
+        Longest time from being told to leave until it is gone [s]: a block that still runs then is given back.
+    lifetime_s : float, optional
+        It leaves so that it is gone after this time [s], as before a batch system ends it.
+    notice : Path, optional
+        It leaves once this file is there, as a spot market's watcher puts it.
+    notice_url : str, optional
+        It leaves once this address says so, see `damperlab.worker.process.termination_notice`; nobody is asked without.
+    leave_idle_s : float, optional
+        It leaves after this time without a block, or without a scheduler that answers [s].
+    alive : Path, optional
+        It touches this file every few seconds, having computed points whose values are known; where they come out
+        otherwise it leaves.
+    """
+
+    leave_within_s: float = 25.0
+    lifetime_s: float | None = None
+    notice: Path | None = None
+    notice_url: str | None = None
+    leave_idle_s: float | None = None
+    alive: Path | None = None
+
+
+async def work(scheduler: str, security: Security, terms: Terms, memory_limit: str, name: str | None) -> int:
+    """Work for a scheduler until told to leave.
+
+    Parameters
+    ----------
+    scheduler : str
+        Its address.
+    security : Security
+        What this worker shows.
+    terms : Terms
+        How long it stays.
+    memory_limit : str
+        As Dask takes it: "auto", "4GB", "0" for none.
+    name : str, optional
+        What it is called.
+
+    Returns
+    -------
+    int
+        Exit status: 0 where it left as it was told, 1 where the scheduler was lost, or none was found, or it computes wrong.
+    """
+    loop = asyncio.get_running_loop()
+    told: asyncio.Future[str] = loop.create_future()
+
+    def tell(reason: str) -> None:
+        if told.done():
+            # the second time somebody is in a hurry
+            os._exit(1)
+        told.set_result(reason)
+
+    wrong: list[str] = []
+
+    def give_up(reason: str) -> None:
+        wrong.append(reason)
+        if not told.done():
+            told.set_result(reason)
+
+    # before a scheduler is found: whoever waits for one is alive
+    showing = None if terms.alive is None else asyncio.ensure_future(show_alive(terms.alive, give_up))
+    for number in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(number, tell, signal.Signals(number).name)
+    began = time.monotonic()
+    stays = (seconds for seconds in (terms.leave_idle_s, terms.lifetime_s) if seconds is not None)
+    limit_seconds = min(stays, default=math.inf)
+    host = await own_host(scheduler, told, limit_seconds)
+    if host is None:
+        return 0 if told.done() and not wrong else 1
+    worker = Worker(
+        scheduler,
+        host=host,
+        nthreads=1,
+        security=security,
+        dashboard=False,
+        memory_limit=memory_limit,
+        name=name,
+    )
+    if not await joined(worker, security, told, limit_seconds):
+        return 0 if told.done() and not wrong else 1
+    async with worker, _asking(terms.notice_url, told):
+        reason = await _until_told(worker, told, terms, began)
+        if not reason:
+            return 1
+        deadline = time.monotonic() + terms.leave_within_s
+        say(f"leaving ({reason}): no more blocks, gone within {terms.leave_within_s:g} s")
+        # the scheduler tells whoever asks that this worker takes nothing more
+        worker.status = Status.closing_gracefully
+        # a result that is here has yet to be fetched
+        while worker.state.tasks and time.monotonic() < deadline:
+            await asyncio.sleep(LOOK_SECONDS)
+        given_back = sum(1 for task in worker.state.executing if str(task.key).startswith("block-"))
+        say(f"left; {given_back} blocks given back")
+        await worker.close(timeout=2, executor_wait=False, reason=reason)
+    if showing is not None:
+        showing.cancel()
+    return 1 if wrong else 0
+
+
+@asynccontextmanager
+async def _asking(url: str | None, told: "asyncio.Future[str]") -> AsyncIterator[None]:
+    """Ask an address for a notice meanwhile."""
+
+    async def ask(url: str) -> None:
+        while not told.done():
+            if await asyncio.to_thread(announced, url) and not told.done():
+                told.set_result(f"{url} says so")
+            await asyncio.sleep(ASK_SECONDS)
+
+    asking = None if url is None else asyncio.ensure_future(ask(url))
+    try:
+        yield
+    finally:
+        if asking is not None:
+            asking.cancel()
+
+
+async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms, began: float) -> str:
+    """Wait; give why to leave, or nothing where the scheduler was lost."""
+    ends = None if terms.lifetime_s is None else began + max(0.0, terms.lifetime_s - terms.leave_within_s)
+    busy = time.monotonic()
+    while worker.status not in (Status.closing, Status.closed, Status.failed):
+        done, _ = await asyncio.wait([told], timeout=LOOK_SECONDS)
+        if done:
+            return told.result()
+        if ends is not None and time.monotonic() >= ends:
+            return f"its lifetime of {terms.lifetime_s:g} s ends"
+        if terms.notice is not None and terms.notice.exists():
+            return f"{terms.notice} is there"
+        if worker.state.tasks:
+            busy = time.monotonic()
+        elif terms.leave_idle_s is not None and time.monotonic() - busy > terms.leave_idle_s:
+            return f"no block has come for {terms.leave_idle_s:g} s"
+    return ""
+
+
+def serve_worker(
+    scheduler: str, security: Security, terms: Terms, memory_limit: str = "auto", name: str | None = None
+) -> None:
+    """Be a worker until told to leave, then end the process; see `work`."""
+    os.environ.update(ONE_THREAD)
+    stand_by()
+    settings = {"distributed.worker.profile.enabled": False, "distributed.comm.timeouts.connect": "10s"}
+    with dask.config.set(settings):
+        status = asyncio.run(work(scheduler, security, terms, memory_limit, name))
+    # a kernel that still runs in its thread would keep the interpreter from ending
+    os._exit(status)

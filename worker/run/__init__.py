@@ -1,0 +1,1 @@
+"""One study from its claim to its end."""

@@ -1,0 +1,151 @@
+"""What everybody is told of a run while it goes on: its phase, its progress, what becomes of its workers."""
+
+import logging
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.store import Store
+from damperlab.worker.dispatch.crew import Crew
+from damperlab.worker.run.lease import Lease
+from damperlab.worker.run.progress import Meter, Progress
+
+_log = logging.getLogger(__name__)
+
+REPORT_SECONDS = 0.5
+"""Shortest time between two reports of progress."""
+
+
+class Account:
+    """Tells the catalogue, the log and whoever listens.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    lease : Lease
+        The claim on it.
+    on_progress : callable
+        Takes the progress.
+    """
+
+    def __init__(self, store: Store, lease: Lease, on_progress: Callable[[Progress], None]) -> None:
+        self.left_out = ""
+        """Which workers are left out, and why."""
+        self._store = store
+        self._lease = lease
+        self._on_progress = on_progress
+        self._phase: tuple[str | None, int | None, int | None] = None, None, None
+        self._entered: tuple[str | None, int | None, int | None, str | None] = None, None, None, None
+        self._meter: Meter | None = None
+        self._crew: Crew | None = None
+        self._reported = 0.0
+
+    def measure(self, record: Record, work_left: float) -> None:
+        """Count from here on: what has passed before says nothing about the pace of what comes.
+
+        Parameters
+        ----------
+        record : Record
+            The study as it is.
+        work_left : float
+            Expected kernel seconds of the blocks that are left.
+        """
+        self._meter = Meter(_progress(record), work_left)
+
+    def watch(self, crew: Crew) -> None:
+        """Tell of these workers from now on."""
+        self._crew = crew
+
+    def enter(
+        self, phase: str | None, done: int | None = None, total: int | None = None, message: str | None = None
+    ) -> None:
+        """Let everybody see what the study is at."""
+        if (phase, done, total, message) != self._entered:
+            self._entered = phase, done, total, message
+            self._phase = phase, done, total
+            self._store.set_phase(
+                self._lease.study_id, phase, done, total, owner=self._lease.owner, message=message
+            )
+        self.report(at_once=True)
+
+    def compiling(self, done: int, total: int) -> None:
+        """Let everybody see how far the kernels are."""
+        self.enter("compiling", done, total)
+
+    def begin_blocks(self, record: Record, work_left: float) -> None:
+        """Go over from preparation to blocks; what was waited for is there."""
+        self.enter(None, message=self.left_out)
+        self.measure(record, work_left)
+
+    def tell_of_workers(self, stranded: str | None) -> None:
+        """Record what has happened to workers, and what the study waits for.
+
+        Parameters
+        ----------
+        stranded : str, optional
+            Why nothing is computed, where that is for want of workers.
+        """
+        assert self._crew is not None
+        study_id = self._lease.study_id
+        incidents, self._crew.incidents = self._crew.incidents, []
+        for sentence in incidents:
+            _log.warning("study %s: %s", study_id, sentence)
+        for sentence in self._crew.take_news():
+            _log.warning("study %s: %s", study_id, sentence)
+            self._store.note(study_id, sentence)
+        out = self._crew.reasons()
+        if stranded is not None:
+            self.enter("waiting", message=stranded)
+        elif self._phase[0] == "waiting" or (out != self.left_out and self._phase[0] is None):
+            self.enter(None, message=out)
+        self.left_out = out
+
+    def close(self, stranded: str | None) -> None:
+        """Tell what is left to tell of workers; what ended the run matters more than that it cannot be written."""
+        with suppress(StoreFault):
+            self.tell_of_workers(stranded)
+
+    def count(self, outcome: BlockOutcome, work: float) -> None:
+        """Count a block that is done, by its expected kernel seconds."""
+        assert self._meter is not None
+        self._meter.add(outcome.points, outcome.failed, work)
+        _log.debug(
+            "study %s: block %d is done: %d points, %.3g s",
+            self._lease.study_id,
+            outcome.index,
+            outcome.points,
+            outcome.seconds,
+        )
+
+    def report(self, at_once: bool = False) -> None:
+        """Report progress where it is time to."""
+        now = time.monotonic()
+        if self._meter is None or not (at_once or now - self._reported >= REPORT_SECONDS):
+            return
+        self._reported = now
+        progress = self._meter.progress()
+        phase, done, total = self._phase
+        if phase is not None:
+            progress = replace(progress, phase=phase, phase_done=done, phase_total=total)
+        if self._crew is not None:
+            crew = self._crew
+            progress = replace(
+                progress, workers=crew.standings(), blocks_in_flight=crew.in_flight, retries=crew.retries
+            )
+        self._on_progress(progress)
+
+
+def _progress(record: Record) -> Progress:
+    return Progress(
+        record.points_total,
+        record.points_done,
+        record.points_failed,
+        record.blocks_total,
+        record.blocks_done,
+        points_per_second=0.0,
+        seconds_left=None,
+    )

@@ -1,0 +1,69 @@
+"""The state that a run leaves its study in, and what is said of it."""
+
+from collections.abc import Sequence
+
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import sweep
+from damperlab.worker.run.lease import Lease
+
+
+class Ending:
+    """Puts a study down.
+
+    Parameters
+    ----------
+    store : Store
+        Where it is.
+    lease : Lease
+        The claim on it; whoever has lost that says nothing more.
+    """
+
+    def __init__(self, store: Store, lease: Lease) -> None:
+        self._store = store
+        self._lease = lease
+
+    def settle(self, stopped_as: str, stopped_by: str | None, failures: Sequence[str], left_out: str) -> None:
+        """Put the study into the state that its blocks say.
+
+        Parameters
+        ----------
+        stopped_as : str
+            The state of one that is not complete.
+        stopped_by : str, optional
+            Why it is not.
+        failures : sequence of str
+            Blocks that were given up, and why.
+        left_out : str
+            Which workers are left out, and why.
+        """
+        if self._lease.lost.is_set():
+            return
+        study_id = self._lease.study_id
+        record = self._store.find(study_id)
+        sweep(self._store, study_id)
+        if record.blocks_done < record.blocks_total:
+            self.put_down(stopped_as, stopped_by)
+            return
+        message = f"computed without workers that were left out: {left_out}" if left_out else None
+        if failures:
+            message = f"{len(failures)} of {record.blocks_total} blocks failed; the first: {failures[0]}"
+        elif message is None and record.message and not record.points_failed:
+            message = ""  # of an earlier run that was interrupted; there is nothing to say any more
+        # Only blocks that were given up take no kernel time: points that fail by their numbers are an answer.
+        given_up = record.points_failed == record.points_total and record.kernel_seconds == 0.0
+        state = "failed" if given_up else "done"
+        # one that was cancelled meanwhile stays so, though its last block was under way
+        self._store.set_state(study_id, state, message, only_from=("running",), owner=self._lease.owner)
+
+    def put_down(self, state: str, message: str | None) -> None:
+        """End a study that is not complete, unless somebody else has said what becomes of it."""
+        if not self._lease.lost.is_set():
+            self._store.set_state(
+                self._lease.study_id, state, message, only_from=("running",), owner=self._lease.owner
+            )
+
+    def left(self) -> str:
+        """What remains, and how to go on."""
+        record = self._store.find(self._lease.study_id)
+        pending = record.blocks_total - record.blocks_done
+        return f"{record.blocks_done} of {record.blocks_total} blocks are kept, resume computes the other {pending}"

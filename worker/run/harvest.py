@@ -1,0 +1,108 @@
+"""What a run has brought in: blocks that have ended, marked as done, from parts too; those given up, as failed points."""
+
+import time
+import uuid
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.plan import Plan
+from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.shelf import ShelfAway
+from damperlab.studies.store.store import Store
+from damperlab.worker.outcomes import Failure, Interrupted, Outage, is_full
+from damperlab.worker.process.part import PartOutcome
+from damperlab.worker.process.tasks import failed_values
+from damperlab.worker.run.account import Account
+from damperlab.worker.run.gathering import Gathering
+from damperlab.worker.run.lease import Lease
+
+
+class Harvest:
+    """Takes in what has ended.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    lease : Lease
+        The claim on it.
+    plan : Plan
+        Its blocks.
+    expected : array of float
+        Their kernel seconds, as they were expected at the beginning: progress is the share of that which is done.
+    account : Account
+        Told of each block.
+    """
+
+    def __init__(
+        self, store: Store, lease: Lease, plan: Plan, expected: NDArray[np.float64], account: Account
+    ) -> None:
+        self.spent_seconds = 0.0
+        """Kernel seconds of the blocks and parts that this run has brought in."""
+        self.failures: list[str] = []
+        """Which blocks were given up, and why."""
+        self._store = store
+        self._lease = lease
+        self._plan = plan
+        self._expected = expected
+        self._account = account
+        self._cube_path = store.cube_path(lease.study_id)
+        self._gathering = Gathering(plan, self._cube_path)
+
+    def keep(self, ended: Iterable[BlockOutcome | PartOutcome | Failure]) -> None:
+        """Mark blocks as done as they end.
+
+        Raises
+        ------
+        Interrupted
+            A block that was given up, or came in parts, cannot be written.
+        """
+        outcomes: list[BlockOutcome] = []
+        try:
+            for end in ended:
+                if self._lease.lost.is_set():
+                    return
+                if (outcome := self._outcome(end)) is not None:
+                    outcomes.append(outcome)
+        finally:
+            # also where the cluster is lost half-way: what is safe on the disk need not be computed again
+            self._mark(outcomes)
+
+    def _outcome(self, end: BlockOutcome | PartOutcome | Failure) -> BlockOutcome | None:
+        """Give what is to be marked; None for a part of a block that is not whole yet."""
+        try:
+            if isinstance(end, Failure):
+                return self._give_up(end)
+            self.spent_seconds += end.kernel_seconds
+            return self._gathering.take(end) if isinstance(end, PartOutcome) else end
+        except OSError as error:
+            kind = Outage if isinstance(error, ShelfAway) or is_full(error) else Interrupted
+            raise kind(f"the study's data cannot be written ({error})") from error
+
+    def _mark(self, outcomes: list[BlockOutcome]) -> None:
+        if not outcomes or self._lease.lost.is_set():
+            return
+        # one commit for all that has ended meanwhile: the more arrives, the less each costs
+        if not self._store.mark(self._lease.study_id, *outcomes, owner=self._lease.owner):
+            self._lease.lost.set()
+            return
+        for outcome in outcomes:
+            self._account.count(outcome, float(self._expected[outcome.index]))
+
+    def _give_up(self, failure: Failure) -> BlockOutcome:
+        block = self._plan.block(failure.index)
+        began = time.perf_counter()
+        values = failed_values(self._plan.study, block)
+        generation = uuid.uuid4().hex[:12]
+        self._gathering.give_up(failure.index)
+        told = {"message": failure.message}
+        checksum = write_region(self._cube_path, block, values, generation, told)
+        self.failures.append(f"block {failure.index}: {failure.message}")
+        points = values["status"].size
+        seconds = time.perf_counter() - began
+        return BlockOutcome(
+            failure.index, points, points, seconds, 0.0, failure.message, generation, checksum
+        )

@@ -1,0 +1,165 @@
+"""Blocks computed at a cluster, also where that is lost half-way and comes back."""
+
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from functools import partial
+
+import numpy as np
+from distributed import Client
+from numpy.typing import NDArray
+
+from damperlab.studies.plan import Plan
+from damperlab.studies.store.store import Store
+from damperlab.worker.dispatch.backlog import Backlog
+from damperlab.worker.dispatch.forecast import Forecast
+from damperlab.worker.dispatch.window import Window
+from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost, asking_the_cluster
+from damperlab.worker.process.preparation import compile_at_workers
+from damperlab.worker.provenance import code_hash
+from damperlab.worker.run.account import Account
+from damperlab.worker.run.lease import Lease
+from damperlab.worker.run.recipe import Recipe
+from damperlab.worker.scenes import scenes
+
+AGAIN_SECONDS = 1.0
+"""Until a scheduler that was lost is looked for again."""
+
+
+class OnCluster:
+    """Sends what a study lacks to a cluster.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    lease : Lease
+        The claim on it.
+    account : Account
+        Told of everything.
+    plan : Plan
+        The blocks.
+    forecast : Forecast
+        What they are expected to take.
+    stopping : callable
+        Whether no more blocks shall begin.
+    preview : callable, optional
+        Called with the client before the first block.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        lease: Lease,
+        account: Account,
+        plan: Plan,
+        forecast: Forecast,
+        stopping: Callable[[], bool],
+        preview: Callable[[Client], None] | None = None,
+    ) -> None:
+        self._store = store
+        self._lease = lease
+        self._account = account
+        self._plan = plan
+        self._forecast = forecast
+        self._stopping = stopping
+        self._preview = preview
+
+    def compute(
+        self,
+        client_factory: Callable[[], AbstractContextManager[Client]],
+        pump: Callable[[Window], None],
+        wait_seconds: float,
+        return_seconds: float,
+    ) -> None:
+        """Compute every pending block, or as many as there is leave for.
+
+        Parameters
+        ----------
+        client_factory : callable
+            As for `damperlab.worker.run.runner.run_study`.
+        pump : callable
+            Takes what a window hands back until it is empty, or the study stops.
+        wait_seconds : float
+            How long to wait while no worker can compute [s].
+        return_seconds : float
+            How long to wait for a scheduler that was lost [s]; anew after each loss before which blocks were done.
+
+        Raises
+        ------
+        Outage
+            For longer.
+        ClusterUnusable
+            There was no cluster to begin with.
+        """
+        lost: SchedulerLost | None = None
+        pending, gives_up_at = self._pending(), 0.0
+        while pending.size and not self._stopping():
+            first = lost is None
+            try:
+                self._account.enter("starting")
+                with client_factory() as client:
+                    self._compute_at(client, pending, pump, wait_seconds)
+                return
+            except SchedulerLost as error:
+                lost = error
+            except ClusterUnusable:
+                if lost is None:
+                    raise
+            left = self._pending()
+            if first or left.size < pending.size:
+                gives_up_at = time.monotonic() + return_seconds
+            pending = left
+            if time.monotonic() >= gives_up_at:
+                raise lost
+            self._account.enter("waiting", message=str(lost))
+            time.sleep(min(AGAIN_SECONDS, return_seconds))
+
+    def _pending(self) -> NDArray[np.int64]:
+        return self._store.pending(self._lease.study_id)
+
+    def _compute_at(
+        self, client: Client, pending: NDArray[np.int64], pump: Callable[[Window], None], wait_seconds: float
+    ) -> None:
+        record = self._store.find(self._lease.study_id)
+        recipe = Recipe(self._store, self._lease, self._plan, record)
+        window = Window(
+            client,
+            recipe.call,
+            Backlog(pending, self._forecast, recipe.is_known),
+            part_task=recipe.part_call,
+            wait_seconds=wait_seconds,
+            priority=record.priority,
+        )
+        self._account.watch(window.crew)
+        try:
+            if self._assemble(window, client, recipe, pending):
+                if self._preview is not None:
+                    self._preview(client)
+                self._account.begin_blocks(record, float(self._forecast.seconds[pending].sum()))
+                pump(window)
+        finally:
+            self._account.close(window.stranded)
+            window.close()
+
+    def _assemble(self, window: Window, client: Client, recipe: Recipe, pending: NDArray[np.int64]) -> bool:
+        """Find workers that agree, and prepare them; False where the study was stopped meanwhile."""
+        study_id = self._lease.study_id
+        digest = self._store.find(study_id).digest
+        first = partial(window.assemble, self._store.cube_path(study_id), digest, code_hash())
+        facts = first(recipe.begun, None, "", lambda: self._look_on(window))
+        if facts is None:
+            return False
+        recipe.agree({"the workers": facts})
+        usable = [member.address for member in window.crew.usable]
+        with asking_the_cluster(client):
+            compile_at_workers(
+                client, scenes(self._plan.study), self._account.compiling, self._stopping, usable
+            )
+        canary, truth = recipe.canary(pending)
+        return first(facts["identity"], canary, truth, lambda: self._look_on(window)) is not None
+
+    def _look_on(self, window: Window) -> bool:
+        """Let everybody see what is waited for; False where the study shall stop."""
+        self._account.tell_of_workers(window.stranded)
+        return not self._stopping()

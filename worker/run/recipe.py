@@ -1,0 +1,111 @@
+"""What the blocks of a study are computed with: agreed on once by those who compute, and sent along with every block."""
+
+import math
+from collections.abc import Mapping
+from contextlib import suppress
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.plan import Block, Plan
+from damperlab.studies.store.cube import stored_variables
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.reuse import Overlaps
+from damperlab.studies.store.store import Store
+from damperlab.worker.process.examination import canary_of, stored_bits
+from damperlab.worker.process.part import run_part
+from damperlab.worker.process.tasks import run_block
+from damperlab.worker.provenance import code_hash, one_identity, require_begun_alike
+from damperlab.worker.run.lease import Lease
+
+FEW_KNOWN = 0.15
+"""A block of which no larger share is known may be cut."""
+
+
+class Recipe:
+    """Makes the calls that compute blocks.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    lease : Lease
+        The claim on it.
+    plan : Plan
+        Its blocks.
+    record : Record
+        The study as it is.
+    """
+
+    def __init__(self, store: Store, lease: Lease, plan: Plan, record: Record) -> None:
+        self._store = store
+        self._lease = lease
+        self._plan = plan
+        self._record = record
+        self._cube_path = store.cube_path(lease.study_id)
+
+    @property
+    def begun(self) -> str:
+        """The identity that computed the blocks that are there; empty where there are none."""
+        return self._record.provenance.get("identity", "") if self._record.blocks_done else ""
+
+    def agree(self, answers: Mapping[str, Mapping[str, str]]) -> None:
+        """Record what the study is computed with; nothing is called before.
+
+        Raises
+        ------
+        WrongCode
+            Those who compute are unlike each other, or unlike what computed the blocks that are there.
+        """
+        now = one_identity(answers)
+        self._record = self._store.begin(self._lease.study_id, dict(now), self._lease.owner)
+        require_begun_alike(self._lease.study_id, self._record.provenance, now)
+
+    @cached_property
+    def _overlaps(self) -> Overlaps:
+        """Looked up with the first block: the coarse grid of a study is computed just before."""
+        return Overlaps(self._store, self._record)
+
+    def call(self, index: int, key: str) -> tuple[Any, ...]:
+        """Give the function that computes a block, and its arguments, under the key of its task."""
+        block = self._plan.block(index)
+        # a key is used once, so the files of no two attempts have the same name
+        generation = key.removeprefix("block-")
+        solver, known = self._record.provenance["identity"], self._overlaps.of(block)
+        return run_block, self._cube_path, self._record.digest, block, code_hash(), generation, known, solver
+
+    def part_call(self, part: Block) -> tuple[Any, ...]:
+        """Give the function that computes a part of a block, and its arguments."""
+        return (
+            run_part,
+            self._cube_path,
+            self._record.digest,
+            part,
+            code_hash(),
+            self._record.provenance["identity"],
+        )
+
+    def is_known(self, index: int) -> bool:
+        """Whether so many points of a block may be taken from earlier studies that it stays whole.
+
+        Parts of a block take none over: the few of a coarse grid are computed once more, with the same bits.
+        """
+        block = self._plan.block(index)
+        known = sum(math.prod(map(len, source.ours)) for source in self._overlaps.of(block))
+        return known > FEW_KNOWN * block.points
+
+    def canary(self, pending: NDArray[np.int64]) -> tuple[Block, str]:
+        """Choose points that every worker computes first, and give their bits where they are stored."""
+        study = self._plan.study
+        done = np.setdiff1d(np.arange(self._plan.count), pending, assume_unique=True)
+        if done.size:
+            canary = canary_of(self._plan, int(done[0]))
+            names = [variable.name for variable in stored_variables(study)]
+            with suppress(StoreFault, OSError):
+                # no worker is measured by what is not there
+                if truth := stored_bits(self._store.cube(self._lease.study_id), study, canary, names):
+                    return canary, truth
+        return canary_of(self._plan, int(pending[0])), ""

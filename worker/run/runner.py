@@ -1,0 +1,305 @@
+"""One study from claimed to done: its pending blocks through a cluster into the store."""
+
+import math
+from collections.abc import Callable
+from contextlib import AbstractContextManager, closing, suppress
+from threading import Event
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube import description_of
+from damperlab.studies.store.definition import parse_stored
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.measured import measured_blocks
+from damperlab.studies.store.places import open_shelf
+from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.shelf import ShelfAway
+from damperlab.studies.store.store import Store
+from damperlab.studies.store.sweep import sweep
+from damperlab.studies.vocabulary import STATES
+from damperlab.worker.cores import core_count
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.forecast import Forecast, known_of
+from damperlab.worker.outcomes import ClusterUnusable, Interrupted, Outage
+from damperlab.worker.provenance import WrongCode, computing, require_solver
+from damperlab.worker.run.account import Account
+from damperlab.worker.run.ending import Ending
+from damperlab.worker.run.harvest import Harvest
+from damperlab.worker.run.in_this_process import InThisProcess
+from damperlab.worker.run.lease import Lease, hold
+from damperlab.worker.run.preview import PREVIEWED_SECONDS, Preview
+from damperlab.worker.run.progress import Progress
+from damperlab.worker.run.recipe import Recipe
+from damperlab.worker.scenes import Scene, scenes
+from damperlab.worker.warm import compile_apart, missing
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from damperlab.worker.dispatch.window import Window
+
+GRACE_SECONDS = 15.0
+"""How long blocks that run when a study is stopped may still take; a block takes a few seconds."""
+POLL_SECONDS = 0.2
+"""Longest sleep of the coordinator: how late it notices that it shall stop."""
+SECONDS_PER_HOUR = 3600.0
+
+
+def run_study(
+    store: Store,
+    study_id: str,
+    client_factory: "Callable[[], AbstractContextManager[Client]]",
+    on_progress: Callable[[Progress], None],
+    stop: Event,
+    *,
+    only_from: tuple[str, ...] = STATES,
+    stopped_as: str = "cancelled",
+    outage_as: str = "failed",
+    here_seconds: float = 0.0,
+    wait_seconds: float = 120.0,
+    return_seconds: float = 0.0,
+    budget_seconds: float | None = None,
+) -> Record:
+    """Compute what a study lacks, and no more.
+
+    The study ends `done` when every block has its mark, also where blocks were given up and recorded as
+    failed points; it ends `failed` where each of its blocks was given up. Stopped, here or by a cancel in
+    another process, it is `cancelled`. Where it could not go on for a reason outside its points (the
+    scheduler is lost, the disk is full, a worker holds other code) it is `failed` with that message while
+    blocks are pending. Whatever the end, what is done is kept, and another call goes on from there.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study was submitted.
+    study_id : str
+        Its full id.
+    client_factory : callable
+        Makes a context that gives a client, as `damperlab.worker.cluster.cluster.connect` does; called only to compute blocks.
+    on_progress : callable
+        Called in this thread as the study starts, about twice a second while it moves, and at its end.
+    stop : Event
+        Set it from elsewhere to stop: no block begins, and those that run may finish within `GRACE_SECONDS`.
+    only_from : tuple of str
+        Nothing is computed unless the study is in one of these states once it is claimed: somebody may have cancelled it.
+    stopped_as : str
+        The state in which it is left by `stop`: "queued" for somebody who will go on with it, or who has said already
+        what becomes of it.
+    outage_as : str
+        The state in which it is left by what passes by itself: a cluster that is away, a disk that is full.
+    here_seconds : float
+        Work that is expected to take no longer is done in this process, without a cluster: the same values, bit for bit.
+    wait_seconds : float
+        How long to wait while no worker of the cluster can compute; the record says for what.
+    return_seconds : float
+        How long to wait for a scheduler that was lost half-way, or for another in its place.
+    budget_seconds : float, optional
+        Kernel seconds after which no block begins; the study is left as if it had been stopped, and its message says so.
+
+    Returns
+    -------
+    Record
+        The study as it ended.
+
+    Raises
+    ------
+    StudyNotFound
+        If there is no such study, or it was deleted while it ran.
+    StudyBusy
+        If another process runs it; nothing is changed then.
+    ClusterUnusable
+        From `connect`; the study is `failed` with that message and can be run again.
+    """
+    store.find(study_id)
+    with hold(store, study_id) as lease:
+        run = _Run(store, lease, Account(store, lease, on_progress), stop, budget_seconds)
+        if run.begin(only_from):
+            try:
+                run.compute(client_factory, here_seconds, wait_seconds, return_seconds)
+                run.end(stopped_as)
+            # One step each: a process that is killed between two would leave the first one's state for good.
+            except Outage as error:
+                run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
+            except Interrupted as error:
+                run.ending.put_down(
+                    outage_as if store.trouble() else "failed", f"{error}; {run.ending.left()}"
+                )
+            except StudyNotFound:
+                raise
+            except StoreFault as error:
+                # the catalogue was locked, or its server away, and may be back already
+                run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
+            except WrongCode as error:
+                run.ending.put_down("failed", str(error))
+            except KeyboardInterrupt:
+                run.ending.put_down("cancelled", None)
+                raise
+            except ClusterUnusable as error:
+                run.ending.put_down(outage_as, str(error))
+                raise
+            except Exception as error:
+                run.ending.put_down("failed", str(error))
+                raise
+    return store.find(study_id)
+
+
+class _Run:
+    """One run of one claimed study.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    lease : Lease
+        The claim on it.
+    account : Account
+        Tells everybody.
+    stop : Event
+        Set from outside.
+    budget_seconds : float, optional
+        Kernel seconds after which it stops.
+    """
+
+    def __init__(
+        self, store: Store, lease: Lease, account: Account, stop: Event, budget_seconds: float | None
+    ) -> None:
+        self._store = store
+        self._lease = lease
+        self._study_id = lease.study_id
+        self.ending = Ending(store, lease)
+        self._account = account
+        self._stop = stop
+        self._budget = math.inf if budget_seconds is None else budget_seconds
+        self._harvest: Harvest | None = None
+        self._record = store.find(self._study_id)
+
+    def begin(self, only_from: tuple[str, ...]) -> bool:
+        """Let the study run, in one step with the look at its state; False where it is in none of those."""
+        # why it was put down before holds no more; what is said of blocks that failed does
+        told = None if self._record.points_failed else ""
+        owner = self._lease.owner
+        self._record = self._store.set_state(
+            self._study_id, "running", told, only_from=only_from, owner=owner
+        )
+        self._lease.begun.set()
+        return self._record.state == "running"
+
+    def compute(
+        self,
+        client_factory: "Callable[[], AbstractContextManager[Client]]",
+        here_seconds: float,
+        wait_seconds: float,
+        return_seconds: float,
+    ) -> None:
+        """Compute every pending block, or as many as there is leave for."""
+        study = parse_stored(self._record.definition, self._record.digest)
+        # The cube's own cut: the cost model may have changed since the study was submitted.
+        self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
+        pending = self._store.pending(self._study_id)
+        earlier = measured_blocks(self._store, self._study_id) if pending.size else []
+        forecast = Forecast(self._plan, known_of(earlier))
+        work_left = float(forecast.seconds[pending].sum())
+        self._harvest = Harvest(self._store, self._lease, self._plan, forecast.seconds, self._account)
+        self._account.measure(self._record, work_left)
+        self._account.report(at_once=True)
+        if not pending.size or self._stopping:
+            return
+        sweep(self._store, self._study_id)
+        if self._record.blocks_done:
+            # known before a cluster is started; whether the processors are alike its workers say
+            require_solver(self._study_id, self._record.provenance)
+        self._require_room()
+        if work_left <= here_seconds:
+            self._compute_here(pending, work_left)
+            return
+        self._require_readable()
+        # loaded here alone: what is computed in this process needs no cluster's library
+        from damperlab.worker.run.on_cluster import OnCluster
+
+        first = None
+        if not self._record.blocks_done and work_left > PREVIEWED_SECONDS and self._budget == math.inf:
+            first = Preview(
+                self._store, self._record, study, self._account, lambda: self._stopping, run_study
+            ).compute
+        away = OnCluster(
+            self._store, self._lease, self._account, self._plan, forecast, lambda: self._stopping, first
+        )
+        away.compute(client_factory, self._pump, wait_seconds, return_seconds)
+
+    def _compute_here(self, pending: NDArray[np.int64], work_left: float) -> None:
+        """Compute in this process, without a cluster."""
+        recipe = Recipe(self._store, self._lease, self._plan, self._record)
+        recipe.agree({"this process": computing()})
+        self._compile_here(missing(scenes(self._plan.study)))
+        self._account.begin_blocks(self._record, work_left)
+
+        def run(index: int, key: str) -> BlockOutcome:
+            function, *arguments = recipe.call(index, key)
+            outcome: BlockOutcome = function(*arguments)
+            return outcome
+
+        self._pump(InThisProcess(run, map(int, self._plan.order(pending))))
+
+    def _require_readable(self) -> None:
+        try:
+            description_of(open_shelf(self._store.cube_path(self._study_id)))
+        except (OSError, ValueError) as error:
+            # nobody could read it; else who cannot is left out
+            kind = Outage if isinstance(error, ShelfAway) else Interrupted
+            raise kind(f"the study's data cannot be read ({type(error).__name__}: {error})") from error
+
+    def _compile_here(self, lacking: list[Scene]) -> None:
+        """Compile what a study lacks that this process computes, in processes that leave it free."""
+        if not lacking:
+            return
+        self._account.compiling(0, len(lacking))
+        # what fails here the blocks compile themselves, and say what is wrong
+        with suppress(RuntimeError), closing(compile_apart(lacking, core_count())) as compiled:
+            for done, _ in enumerate(compiled, 1):
+                self._account.compiling(done, len(lacking))
+                if self._stopping:
+                    return
+
+    def end(self, stopped_as: str) -> None:
+        """Put the study into the state that its blocks say."""
+        self._account.report(at_once=True)
+        failures = self._harvest.failures if self._harvest else []
+        self.ending.settle(stopped_as, self._budget_spent(), failures, self._account.left_out)
+
+    @property
+    def _stopping(self) -> bool:
+        return self._stop.is_set() or self._lease.over or self._spent >= self._budget
+
+    @property
+    def _spent(self) -> float:
+        return self._harvest.spent_seconds if self._harvest else 0.0
+
+    def _budget_spent(self) -> str | None:
+        """Say that the budget ended the run; None where something else did."""
+        if self._spent < self._budget:
+            return None
+        hours = self._budget / SECONDS_PER_HOUR
+        return f"the budget of {hours:.3g} core hours is spent; {self.ending.left()}"
+
+    def _pump(self, window: "Window | InThisProcess") -> None:
+        assert self._harvest is not None
+        while not self._stopping:
+            self._require_room()
+            window.fill()
+            if window.empty:
+                return
+            if not isinstance(window, InThisProcess):
+                self._account.tell_of_workers(window.stranded)
+            self._harvest.keep(window.collect(POLL_SECONDS))
+            self._account.report()
+        for ended in window.drain(GRACE_SECONDS):
+            self._harvest.keep([ended])
+            self._account.report()
+
+    def _require_room(self) -> None:
+        trouble = self._store.trouble()
+        if trouble is not None:
+            raise Outage(trouble)

@@ -1,0 +1,153 @@
+"""Many small studies run together: what each costs beside its points is shared by all of them."""
+
+import logging
+import threading
+import uuid
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, suppress
+from typing import Any
+
+from distributed import Client, Future
+
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.definition import parse_stored
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.reuse import Boxes, Overlaps
+from damperlab.studies.store.store import Store
+from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.outcomes import Outage, asking_the_cluster
+from damperlab.worker.process.preparation import all_ready
+from damperlab.worker.process.sealed_call import sealed
+from damperlab.worker.process.tasks import run_block
+from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity
+from damperlab.worker.run.lease import RENEW_SECONDS, held_owner
+from damperlab.worker.scenes import scenes
+
+MOST = 64
+"""Studies in one handful."""
+A_TASK = 8
+"""Studies in one task."""
+POLL_SECONDS = 0.05
+
+_log = logging.getLogger(__name__)
+
+
+def run_small_studies(
+    store: Store,
+    ids: Sequence[str],
+    client_factory: Callable[[], AbstractContextManager[Client]],
+    stop: threading.Event,
+) -> list[str]:
+    """Compute studies of one block each that were never begun, and give back the ids of those that want a run of their own.
+
+    Whatever is out of the ordinary is left to that: kernels that must be compiled, another solver, a block that fails.
+
+    Parameters
+    ----------
+    store : Store
+        Where they were submitted.
+    ids : sequence of str
+        Their whole ids.
+    client_factory : callable
+        Makes a context that gives a client.
+    stop : Event
+        Set it from elsewhere: nothing more is waited for.
+    """
+    with client_factory() as client:
+        try:
+            answers: dict[str, dict[str, str]] = client.run(computing, on_error="ignore")
+            identity = one_identity(answers)["identity"] if answers else ""
+        except WrongCode:
+            identity = ""
+        # looked at before any is claimed: a study that waits for the compiler says so
+        if not identity or store.trouble() is not None or not _ready(client, [store.find(ids[0])]):
+            return list(ids)
+        with _hold(store, ids, identity) as (owner, records):
+            if not records or not _ready(client, records):
+                return list(ids)
+            tasks = _tasks(store, records, identity)
+            futures = [
+                client.submit(*sealed(run_blocks, tasks[start : start + A_TASK]), pure=False)
+                for start in range(0, len(tasks), A_TASK)
+            ]
+            try:
+                outcomes = _outcomes(client, futures, stop)
+            finally:
+                with suppress(Outage), asking_the_cluster(client):
+                    client.cancel(futures)
+            done = {record.id: end for record, end in zip(records, outcomes, strict=False) if end is not None}
+            store.finish(owner, done)
+    return [study_id for study_id in ids if study_id not in done]
+
+
+def run_blocks(several: Sequence[tuple[Any, ...]]) -> list[BlockOutcome | None]:
+    """Compute one block after the other; the value of the Dask task, None for a block that failed."""
+    outcomes: list[BlockOutcome | None] = []
+    for arguments in several:
+        try:
+            outcomes.append(run_block(*arguments))
+        except Exception:
+            outcomes.append(None)  # run alone it is tried again, and what is wrong is said
+    return outcomes
+
+
+def _ready(client: Client, records: Sequence[Record]) -> bool:
+    """Whether the workers have every kernel that some studies need."""
+    wanted = (scenes(parse_stored(record.definition, record.digest)) for record in records)
+    return all_ready(client, sorted({scene for some in wanted for scene in some}))
+
+
+@contextmanager
+def _hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str, list[Record]]]:
+    """Claim studies for the time of the context; what is not ended in it is queued again."""
+    released = threading.Event()
+
+    def keep(owner: str) -> None:
+        while not released.wait(RENEW_SECONDS):
+            try:
+                store.renew_all(owner)
+            except StoreFault as error:
+                _log.warning("the claims of %s could not be renewed: %s", owner, error)
+
+    with held_owner() as owner:
+        thread = threading.Thread(target=keep, args=(owner,), name="lease-handful", daemon=True)
+        thread.start()
+        try:
+            yield owner, store.take(ids, owner, identity)
+        finally:
+            released.set()
+            thread.join()
+            try:
+                store.put_back(owner)
+            except StoreFault as error:
+                # of an owner that lives no more the next one takes the claims over
+                _log.warning("the claims of %s could not be released: %s", owner, error)
+
+
+def _tasks(store: Store, records: Sequence[Record], identity: str) -> list[tuple[Any, ...]]:
+    """Give the arguments of `run_block` for each study."""
+    boxes: dict[str, Boxes] = {}
+    tasks: list[tuple[Any, ...]] = []
+    for record in records:
+        study = parse_stored(record.definition, record.digest)
+        block = plan_with_chunk(study, record.chunk, seconds_per_point).block(0)
+        family = repr(study.settings())
+        if record.reuse and family not in boxes:
+            boxes[family] = Boxes(store, record)
+        sources = Overlaps(store, record, boxes.get(family)).of(block)
+        path = store.cube_path(record.id)
+        tasks.append((path, record.digest, block, code_hash(), uuid.uuid4().hex[:12], sources, identity))
+    return tasks
+
+
+def _outcomes(client: Client, futures: Sequence[Future], stop: threading.Event) -> list[BlockOutcome | None]:
+    """Wait for all; None for what failed, was lost or is not waited for."""
+    while not all(future.done() for future in futures):
+        if stop.wait(POLL_SECONDS) or client.status != "running":
+            break
+    found: list[BlockOutcome | None] = []
+    for future in futures:
+        good = future.done() and future.status == "finished"
+        found += future.result() if good else [None] * A_TASK
+    return found
