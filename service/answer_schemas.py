@@ -11,8 +11,8 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from damperlab.studies.kinds import EVERY_DIMENSION
-from damperlab.studies.store.differences import Differences
 from damperlab.studies.store.record import PREPARATIONS, Record
+from damperlab.studies.store.reuse.differences import Differences
 from damperlab.studies.variables import VARIABLES, Variable
 from damperlab.studies.vocabulary import CASES, CRITERIA, OBJECTIVES, REDUCTIONS, RESPECTS, SCOPES, STATES
 from damperlab.worker.ground.response import GroundResponse

@@ -67,7 +67,7 @@ from damperlab.service.work.later import Later
 from damperlab.service.work.processes import Work
 from damperlab.service.work.promises import Promises
 from damperlab.service.work.questions import Apart, prepare
-from damperlab.studies.store.access_keys import AccessKeys
+from damperlab.studies.store.catalogue.access_keys import AccessKeys
 from damperlab.worker.cores import core_count
 from damperlab.worker.provenance import code_version
 

@@ -10,7 +10,7 @@ from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import make_plan
-from damperlab.studies.store.entering import Submission
+from damperlab.studies.store.life_cycle.entering import Submission
 from damperlab.studies.store.record import Record
 from damperlab.studies.text import MOST_STUDIES
 from damperlab.worker.dispatch.cost import seconds_per_point

@@ -30,7 +30,6 @@ from damperlab.studies.design.shelf import Shelf
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.plan import make_plan
 from damperlab.studies.specification.reading import parse_specification
-from damperlab.studies.store.entering import Submission
 from damperlab.studies.store.faults import (
     QuotaReached,
     StoreFault,
@@ -38,6 +37,7 @@ from damperlab.studies.store.faults import (
     StudyNotFound,
     TooManyUnfinished,
 )
+from damperlab.studies.store.life_cycle.entering import Submission
 from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store

@@ -6,11 +6,11 @@ import time
 from dataclasses import dataclass
 
 from damperlab.service.cluster import SharedCluster
-from damperlab.studies.store.claims import Waiting
+from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
+from damperlab.studies.store.life_cycle.claims import Waiting
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage
 from damperlab.worker.dispatch.roster import STANDINGS
 from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.run.lease import owner_is_dead

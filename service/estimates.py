@@ -9,8 +9,8 @@ from typing import Any
 from damperlab.studies.digest import family_digest
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
-from damperlab.studies.store.cube import bytes_per_point
-from damperlab.studies.store.measured import measured_family
+from damperlab.studies.store.cube.cube import bytes_per_point
+from damperlab.studies.store.reuse.measured import measured_family
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.forecast import Forecast, known_of
 from damperlab.worker.provenance import provenance

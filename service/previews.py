@@ -9,7 +9,7 @@ from damperlab.studies.answers.selection import main_metric
 from damperlab.studies.coarse import coarse
 from damperlab.studies.definition import Study
 from damperlab.studies.questions import Plane, Selection
-from damperlab.studies.store.definition import parse_stored
+from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store

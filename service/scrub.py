@@ -3,10 +3,10 @@
 import logging
 import threading
 
+from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import check_catalogue, verify
 
 PAUSE_SECONDS = 0.5
 """Between two blocks: reading one takes milliseconds, so that nobody notices."""

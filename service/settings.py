@@ -257,7 +257,7 @@ class Settings(BaseSettings):
         StoreFault
             If it cannot be used.
         """
-        from damperlab.studies.store.quota import Quota
+        from damperlab.studies.store.catalogue.quota import Quota
         from damperlab.studies.store.store import Store
 
         each = Quota(

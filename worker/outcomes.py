@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.shelf import ShelfAway
+from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.worker.provenance import WrongCode
 
 if TYPE_CHECKING:

@@ -33,8 +33,8 @@ def export(
 ) -> None:
     """Write a study's results to a file."""
     file_format = file_format or _format_of(output)
-    from damperlab.studies.store.export import csv_lines, write_netcdf
-    from damperlab.studies.store.parquet import parquet_pieces
+    from damperlab.studies.store.export.export import csv_lines, write_netcdf
+    from damperlab.studies.store.export.parquet import parquet_pieces
 
     store = open_store(data_dir)
     record = store.find(study)

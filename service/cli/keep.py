@@ -49,7 +49,7 @@ def restore(
 
 def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJson = False) -> None:
     """Rebuild the catalogue from the cubes, or add missing studies to it; it is safe to interrupt and to repeat."""
-    from damperlab.studies.store.rebuild import rebuild as from_cubes
+    from damperlab.studies.store.care.rebuild import rebuild as from_cubes
 
     settings = settings_of(data_dir, store=place)
     with working("Reading every cube"):
@@ -82,7 +82,7 @@ def gc(
     as_json: AsJson = False,
 ) -> None:
     """Remove superseded files; cubes of deleted studies go to a trash first. Unknown files stay, and are listed."""
-    from damperlab.studies.store.sweep import collect_garbage
+    from damperlab.studies.store.care.sweep import collect_garbage
 
     seconds = lasting(older_than, "--older-than")
     trash_seconds = lasting(trash_after, "--trash-after")
@@ -108,7 +108,7 @@ def gc(
 
 
 def _copy(source: "Store", target: "Store", as_json: bool, done: str, for_good: bool = False) -> None:
-    from damperlab.studies.store.backup import copy_store
+    from damperlab.studies.store.care.backup import copy_store
 
     try:
         with working("Copying"):

@@ -13,7 +13,7 @@ from damperlab.service.cli.store import open_store
 from damperlab.studies.vocabulary import Scope
 
 if TYPE_CHECKING:
-    from damperlab.studies.store.access_keys import AccessKey
+    from damperlab.studies.store.catalogue.access_keys import AccessKey
 
 keys = typer.Typer(
     help="Create, list and revoke the keys that give access to a service.", no_args_is_help=True, name="keys"
@@ -40,7 +40,7 @@ def create(
     as_json: AsJson = False,
 ) -> None:
     """Create a key and print it once; only its hash is stored."""
-    from damperlab.studies.store.access_keys import AccessKeys
+    from damperlab.studies.store.catalogue.access_keys import AccessKeys
 
     lasts = None if expires is None else lasting(expires, "--expires")
     os.umask(0o077)  # as the service's: a folder that this makes no other user can read
@@ -61,7 +61,7 @@ def create(
 @keys.command("list")
 def list_(data_dir: DataDir = None, as_json: AsJson = False) -> None:
     """List the keys, without their secrets."""
-    from damperlab.studies.store.access_keys import AccessKeys
+    from damperlab.studies.store.catalogue.access_keys import AccessKeys
 
     store = open_store(data_dir)
     try:
@@ -94,7 +94,7 @@ def revoke(
     as_json: AsJson = False,
 ) -> None:
     """Revoke a key; a running service refuses it within seconds."""
-    from damperlab.studies.store.access_keys import AccessKeys
+    from damperlab.studies.store.catalogue.access_keys import AccessKeys
 
     store = open_store(data_dir)
     try:

@@ -164,7 +164,7 @@ def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None
     """Print what POST /studies?dry_run=true answers."""
     from damperlab.service.estimates import estimate_document
     from damperlab.studies.plan import make_plan
-    from damperlab.studies.store.catalogue import SQLITE_FILE
+    from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
     from damperlab.studies.store.faults import StoreFault
     from damperlab.worker.dispatch.cost import seconds_per_point
 

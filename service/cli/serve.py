@@ -88,7 +88,7 @@ def serve(
 def _check_access(settings: "Settings", store: "Store") -> None:
     """Refuse to be asked from elsewhere by anybody, unless that is wanted."""
     from damperlab.service.security.guard import needs_keys
-    from damperlab.studies.store.access_keys import AccessKeys
+    from damperlab.studies.store.catalogue.access_keys import AccessKeys
 
     if settings.access == "open" and not needs_keys(settings.model_copy(update={"access": "auto"})):
         return

@@ -62,7 +62,7 @@ def studies(
         )
         _list_named(as_json)
         return
-    from damperlab.studies.store.wanted import Wanted
+    from damperlab.studies.store.life_cycle.wanted import Wanted
 
     with in_options(LISTED_BY):
         wanted = Wanted(

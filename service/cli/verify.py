@@ -13,9 +13,9 @@ from damperlab.service.cli.store import label, open_store
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from damperlab.studies.store.care.verify import Damage
     from damperlab.studies.store.record import Record
     from damperlab.studies.store.store import Store
-    from damperlab.studies.store.verify import Damage
 
 
 @computes
@@ -33,7 +33,7 @@ def verify(
     """Read every stored file and compare it with its checksum; exit status 1 if anything is damaged."""
     store = open_store(data_dir)
     records = _every(store) if study is None else iter([store.find(study)])
-    from damperlab.studies.store.verify import check_catalogue
+    from damperlab.studies.store.care.verify import check_catalogue
 
     with working("Reading the catalogue"):
         catalogue = list(check_catalogue(store)) if study is None else []
@@ -50,8 +50,8 @@ def verify(
 
 
 def _verify(computer: Computer, record: "Record", repair: bool) -> dict[str, Any]:
-    from damperlab.studies.store.verify import repair as take_back
-    from damperlab.studies.store.verify import verify as damages_of
+    from damperlab.studies.store.care.verify import repair as take_back
+    from damperlab.studies.store.care.verify import verify as damages_of
 
     store = computer.store
     with working(f"Reading {label(record)}"):

@@ -12,7 +12,7 @@ from damperlab.service.cli.run import finish
 from damperlab.service.cli.store import label, open_store
 
 if TYPE_CHECKING:
-    from damperlab.studies.store.differences import Differences
+    from damperlab.studies.store.reuse.differences import Differences
 
 
 @computes
@@ -28,7 +28,7 @@ def recompute(
 ) -> None:
     """Recompute an outdated study with today's solver, keep both results, and show the differences."""
     from damperlab.studies.faults import counted
-    from damperlab.studies.store.differences import differences_of
+    from damperlab.studies.store.reuse.differences import differences_of
     from damperlab.worker.provenance import provenance
 
     store = open_store(data_dir)
@@ -85,7 +85,7 @@ def retry(
 
 
 def _show(found: "Differences") -> None:
-    from damperlab.studies.store.differences import words
+    from damperlab.studies.store.reuse.differences import words
 
     for sentence in words(found):
         say(sentence)

@@ -7,7 +7,7 @@ from damperlab.service.documents import Document
 from damperlab.service.problems import documented
 from damperlab.service.routes.queries import router as queries
 from damperlab.service.state import TheService, TheStudy
-from damperlab.studies.store.export import dimensions_of
+from damperlab.studies.store.export.export import dimensions_of
 
 router = APIRouter(prefix=queries.prefix, tags=["queries"])
 

@@ -16,8 +16,8 @@ from starlette.responses import Response, StreamingResponse
 from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import documented
 from damperlab.service.state import Service, TheService, TheStudy
-from damperlab.studies.store.export import csv_lines, write_netcdf
-from damperlab.studies.store.parquet import parquet_pieces
+from damperlab.studies.store.export.export import csv_lines, write_netcdf
+from damperlab.studies.store.export.parquet import parquet_pieces
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import ExportFormat
 from damperlab.worker.provenance import code_version

@@ -24,9 +24,9 @@ from damperlab.service.state import Service, TheExactStudy, TheService, TheStudy
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.plan import make_plan
-from damperlab.studies.store.differences import differences_of
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.wanted import Wanted
+from damperlab.studies.store.life_cycle.wanted import Wanted
+from damperlab.studies.store.reuse.differences import differences_of
 from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import PRIORITIES, State
 from damperlab.worker.dispatch.cost import seconds_per_point

@@ -19,20 +19,20 @@ from starlette.responses import Response
 from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import Problem, documented
 from damperlab.service.state import StudyId, TheService
-from damperlab.studies.store.chunks import Marks, chunk_place, damaged
-from damperlab.studies.store.coding import StoredCoordinate
-from damperlab.studies.store.cube import block_grid, read_chunk
-from damperlab.studies.store.description import (
+from damperlab.studies.store.cube.chunks import Marks, chunk_place, damaged
+from damperlab.studies.store.cube.coding import StoredCoordinate
+from damperlab.studies.store.cube.cube import block_grid, read_chunk
+from damperlab.studies.store.cube.description import (
     DESCRIPTION,
     Description,
     describe_cube,
     node_metadata,
     plain_metadata,
 )
+from damperlab.studies.store.export.grouped import Group, group_of, grouped_metadata
 from damperlab.studies.store.faults import StudyNotFound, cannot_use
-from damperlab.studies.store.grouped import Group, group_of, grouped_metadata
+from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.shelf import Shelf
 from damperlab.studies.store.store import Store
 
 CHUNK = "application/octet-stream"

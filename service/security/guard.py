@@ -16,7 +16,7 @@ from damperlab.service.security.proxy import Proxies
 from damperlab.service.security.rates import Rates
 from damperlab.service.security.sessions import COOKIE, Sessions
 from damperlab.service.settings import Settings
-from damperlab.studies.store.access_keys import AccessKey, AccessKeys
+from damperlab.studies.store.catalogue.access_keys import AccessKey, AccessKeys
 
 KEPT_SECONDS = 5.0
 """How long a key that was recognised is believed before the catalogue is asked again: after that a revoked one is nothing."""

@@ -6,7 +6,7 @@ import secrets
 import time
 from hashlib import sha256
 
-from damperlab.studies.store.access_keys import AccessKey
+from damperlab.studies.store.catalogue.access_keys import AccessKey
 
 COOKIE = "damperlab_session"
 LASTS_SECONDS = 8 * 3600

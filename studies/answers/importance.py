@@ -23,7 +23,7 @@ from damperlab.studies.answers.selection import (
 from damperlab.studies.faults import Fault, counted, describe
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import Judging, Varied
-from damperlab.studies.store.slabs import BUDGET, slabs
+from damperlab.studies.store.export.slabs import BUDGET, slabs
 from damperlab.studies.units import results_in_units
 from damperlab.studies.variables import Status
 

@@ -10,7 +10,7 @@ from damperlab.studies.answers.contenders import limits
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.portable import product
-from damperlab.studies.store.slabs import slabs
+from damperlab.studies.store.export.slabs import slabs
 from damperlab.studies.variables import DIMENSIONS, NONE_IS_ZERO, ResponseClass, Status
 
 REASONS: dict[str, str] = {

@@ -15,7 +15,7 @@ from damperlab.studies.answers.phrases import Phrases, said, together
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
 from damperlab.studies.faults import counted
 from damperlab.studies.questions import MOST_DESIGNS, Judging
-from damperlab.studies.store.slabs import BUDGET
+from damperlab.studies.store.export.slabs import BUDGET
 from damperlab.studies.variables import ResponseClass
 
 

@@ -13,7 +13,7 @@ from damperlab.studies.answers.phrases import FREQUENCY, Phrases, said
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.faults import Fault, counted, describe, listing, nearest
 from damperlab.studies.questions import MOST_DESIGNS, Judging
-from damperlab.studies.store.slabs import BUDGET
+from damperlab.studies.store.export.slabs import BUDGET
 from damperlab.studies.vocabulary import RESPECTS
 
 _SHARES_ERROR = "dissipation_error"

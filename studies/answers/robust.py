@@ -22,7 +22,7 @@ from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.answers.verdict import say_ties
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.questions import MOST_DESIGNS, Judging
-from damperlab.studies.store.slabs import BUDGET
+from damperlab.studies.store.export.slabs import BUDGET
 from damperlab.studies.variables import DIMENSIONS
 
 RAY = ("clearance_ratio", "friction_ratio")

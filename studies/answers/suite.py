@@ -26,7 +26,7 @@ from damperlab.studies.faults import Fault, counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
-from damperlab.studies.store.slabs import BUDGET, slabs
+from damperlab.studies.store.export.slabs import BUDGET, slabs
 from damperlab.studies.units import coordinates_in_units
 from damperlab.studies.variables import ResponseClass, Status
 

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.selection import completeness, require_stored
-from damperlab.studies.store.slabs import slabs
+from damperlab.studies.store.export.slabs import slabs
 from damperlab.studies.variables import Status
 
 TIME_BINS = 4

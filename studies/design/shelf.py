@@ -17,10 +17,10 @@ from damperlab.studies.design.kept import Kept, Round, now
 from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
-from damperlab.studies.store.folder import Folder
+from damperlab.studies.store.catalogue.rows import FIRST_DIGITS
+from damperlab.studies.store.files.folder import Folder
+from damperlab.studies.store.files.sealed import PLACEHOLDER, require_seal, seal
 from damperlab.studies.store.kept_quota import USUAL, KeptQuota
-from damperlab.studies.store.rows import FIRST_DIGITS
-from damperlab.studies.store.sealed import PLACEHOLDER, require_seal, seal
 from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 from damperlab.studies.vocabulary import State
 

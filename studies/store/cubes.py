@@ -4,13 +4,13 @@ import os
 from typing import TYPE_CHECKING
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.base import StoreBase
-from damperlab.studies.store.chunks import Marks
+from damperlab.studies.store.catalogue.base import StoreBase
+from damperlab.studies.store.catalogue.home import disk_gone
+from damperlab.studies.store.catalogue.quota import Taken, taken
+from damperlab.studies.store.catalogue.rows import lost_marks, marks_of, study_row
+from damperlab.studies.store.cube.chunks import Marks
 from damperlab.studies.store.faults import RevisionGone, cannot_use, catalogue_damaged
-from damperlab.studies.store.home import disk_gone
-from damperlab.studies.store.quota import Taken, taken
-from damperlab.studies.store.rows import lost_marks, marks_of, study_row
-from damperlab.studies.store.shelf import Shelf
+from damperlab.studies.store.files.shelf import Shelf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +43,7 @@ class Cubes(StoreBase):
             If its files are gone.
         """
         # xarray is half of what a command would load, and few ask
-        from damperlab.studies.store.opened import open_cube
+        from damperlab.studies.store.cube.opened import open_cube
 
         shelf, marks = self.snapshot(study_id)
         try:

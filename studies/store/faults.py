@@ -1,7 +1,7 @@
 """What the store tells its users when it cannot do what was asked."""
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.shelf import ShelfAway
+from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.user_error import UserError
 
 

@@ -48,7 +48,7 @@ class BlockOutcome:
     message : str, optional
         Why the block failed, where it did.
     generation, checksum : str
-        Which files are the block's, and what they hold; see `damperlab.studies.store.cube.write_region`.
+        Which files are the block's, and what they hold; see `damperlab.studies.store.cube.cube.write_region`.
     reused : int
         Points that were taken from earlier studies.
     identity : str

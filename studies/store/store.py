@@ -6,15 +6,15 @@ from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from damperlab.studies.store.catalogue import BUSY_SECONDS, SQLITE_FILE, open_catalogue
+from damperlab.studies.store.catalogue.catalogue import BUSY_SECONDS, SQLITE_FILE, open_catalogue
+from damperlab.studies.store.catalogue.home import CUBES, fact, require_catalogue, shelf_of
+from damperlab.studies.store.catalogue.quota import Quota
 from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import cannot_use
-from damperlab.studies.store.handfuls import Handfuls
-from damperlab.studies.store.home import CUBES, fact, require_catalogue, shelf_of
-from damperlab.studies.store.places import open_shelf
-from damperlab.studies.store.quota import Quota
-from damperlab.studies.store.remarking import Remarking
-from damperlab.studies.store.submissions import Submissions
+from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.store.life_cycle.remarking import Remarking
+from damperlab.studies.store.life_cycle.small_studies import Handfuls
+from damperlab.studies.store.life_cycle.submissions import Submissions
 
 _COPIES = 10
 """How often the catalogue of a folder that cannot be written is copied while somebody else writes it."""

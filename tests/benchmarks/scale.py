@@ -27,9 +27,9 @@ from tests.benchmarks.memory import peak_mib
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block, make_plan
+from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.tables import done_blocks
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.provenance import provenance

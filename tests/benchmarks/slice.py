@@ -18,7 +18,7 @@ import numpy as np
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block, make_plan
 from damperlab.studies.questions import Selection
-from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost import seconds_per_point

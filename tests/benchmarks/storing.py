@@ -18,7 +18,7 @@ from tests.benchmarks.slice import LARGE, build
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.store import Store
 
 BLOCK = (1, 1, 1, 200, 200, 1)

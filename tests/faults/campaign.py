@@ -33,10 +33,10 @@ from tests.ports import free_port
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block
+from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage
 from damperlab.worker.block import solve_block
 
 VICTIMS = {"worker": 5, "service": 3, "care": 3, "scheduler": 1, "all": 1, "database": 1, "store": 1}

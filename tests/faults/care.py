@@ -16,12 +16,12 @@ from tests.faults.report import Report
 from damperlab.service.scrub import Scrub
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.backup import copy_store
+from damperlab.studies.store.care.backup import copy_store
+from damperlab.studies.store.care.sweep import collect_garbage
+from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.faults import StoreFault, StudyBusy
+from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage
-from damperlab.studies.store.verify import verify
-from damperlab.studies.store.wanted import Wanted
 from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.provenance import provenance
 

@@ -11,11 +11,11 @@ from tests.faults.report import Report
 
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
-from damperlab.studies.store.home import MARKER
+from damperlab.studies.store.care.verify import verify
+from damperlab.studies.store.catalogue.home import MARKER
+from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.tables import done_blocks
-from damperlab.studies.store.verify import verify
 from damperlab.worker.block import solve_block
 
 

@@ -26,14 +26,14 @@ import numpy as np
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.checksum import checksum
-from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.care.sweep import collect_garbage
+from damperlab.studies.store.care.verify import check_catalogue, verify
+from damperlab.studies.store.cube.checksum import checksum
+from damperlab.studies.store.cube.cube import stored_variables, write_region
+from damperlab.studies.store.cube.opened import KEPT
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.opened import KEPT
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage
-from damperlab.studies.store.verify import check_catalogue, verify
 
 GOOD = ("refused", "found", "harmless")
 CHUNK = (1, 1, 1, 2, 2, 3)

@@ -13,11 +13,11 @@ from tests.other_solver import OtherSolver
 
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Plan, plan_with_chunk
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.care.verify import verify
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import verify
 from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.process.tasks import failed_values
 from damperlab.worker.provenance import provenance

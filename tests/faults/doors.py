@@ -29,7 +29,7 @@ from tests.faults.damage import GOOD, Report, flips, kind_of, make_store
 # loaded here, that each child need not
 import damperlab.service.app
 import damperlab.service.dispatch
-import damperlab.studies.store.opened  # noqa: F401
+import damperlab.studies.store.cube.opened  # noqa: F401
 from damperlab.service.cli.main import main as command_line
 from damperlab.studies.store.store import Store
 

@@ -32,9 +32,9 @@ from tests.worker.dispatch.test_workers_judged import altered
 
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
+from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.certificates import make_certificates
 

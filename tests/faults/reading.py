@@ -25,9 +25,9 @@ from tests.faults.readers import READERS
 from tests.faults.tokens import PLAN, STUDY
 from tests.ports import free_port
 
+from damperlab.studies.store.care.verify import repair, verify
 from damperlab.studies.store.faults import StudyBusy
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import repair, verify
 from damperlab.worker.block import solve_block
 from damperlab.worker.provenance import provenance
 

@@ -9,8 +9,8 @@ import httpx
 import psutil
 import pytest
 
-from damperlab.studies.store.bucket import open_bucket
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.files.bucket import open_bucket
 
 
 @pytest.fixture

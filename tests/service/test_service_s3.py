@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 from tests.object_store import BUCKET, SECRET, ObjectServer, environment, proxy_before
 
+from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import verify
 
 STUDIES = "/api/v1/studies"
 

@@ -14,8 +14,8 @@ import httpx
 import numpy as np
 import pytest
 
+from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import verify
 
 STUDIES = "/api/v1/studies"
 LOCK_SECONDS = float(os.environ.get("FAULTS_LOCK_SECONDS", "8"))

@@ -11,7 +11,7 @@ import xarray as xr
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Plan, plan_with_chunk
-from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 

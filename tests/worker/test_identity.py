@@ -16,10 +16,10 @@ from tests.other_solver import ROOT, SCALE, OtherSolver
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.solver import SOURCES, is_outdated, solver
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.tables import done_blocks
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.provenance import computing, provenance
@@ -31,8 +31,10 @@ NEUTRAL = {
     "user_error",
     # the samples of a record are in the digest
     "studies.ground": "builtin files generated kanai_tajimi paper question response_spectrum shelf sweep sweep_reading",
-    "studies.store": "checksum coding cube chunks decoded definition durable faults kept_quota record reuse sealed shelf "
-    "solver submitter",
+    "studies.store": "faults kept_quota record solver submitter",
+    "studies.store.cube": "checksum coding cube chunks decoded definition",
+    "studies.store.files": "durable sealed shelf",
+    "studies.store.reuse": "reuse",
     "studies.tmd": "absorber minimax stationary transfer tunings",  # tuned mass dampers are compared with, not stored
     "worker": "cores kernel_cache niceness provenance scenes warm",
 }

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
-from damperlab.studies.store.shelf import ShelfAway
+from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.worker.dispatch.attempt import Attempt
 from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.patience import Patience

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.plan import Plan, plan_with_chunk
-from damperlab.studies.store.definition import DefinitionDamaged, parse_stored
-from damperlab.studies.store.measured import Measured
+from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
+from damperlab.studies.store.reuse.measured import Measured
 from damperlab.worker.dispatch.cost import seconds_per_point
 
 NEIGHBOURS = 6
@@ -142,7 +142,7 @@ def known_of(earlier: Iterable[Measured]) -> Known | None:
     Parameters
     ----------
     earlier : iterable of Measured
-        Of `damperlab.studies.store.measured`.
+        Of `damperlab.studies.store.reuse.measured`.
     """
     centres: list[Mapping[str, NDArray[Any]]] = []
     ratios: list[NDArray[np.float64]] = []

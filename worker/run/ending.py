@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
+from damperlab.studies.store.care.sweep import sweep
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import sweep
 from damperlab.worker.run.lease import Lease
 
 

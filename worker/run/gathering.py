@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.plan import Block, Plan
-from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.variables import Status
 from damperlab.worker.process.part import PartOutcome

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.plan import Plan
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.cube.cube import write_region
+from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.studies.store.shelf import ShelfAway
 from damperlab.studies.store.store import Store
 from damperlab.worker.outcomes import Failure, Interrupted, Outage, is_full
 from damperlab.worker.process.part import PartOutcome

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.plan import Block, Plan
-from damperlab.studies.store.cube import stored_variables
+from damperlab.studies.store.cube.cube import stored_variables
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.reuse import Overlaps
+from damperlab.studies.store.reuse.reuse import Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.process.examination import canary_of, stored_bits
 from damperlab.worker.process.part import run_part

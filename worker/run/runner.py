@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube import description_of
-from damperlab.studies.store.definition import parse_stored
+from damperlab.studies.store.care.sweep import sweep
+from damperlab.studies.store.cube.cube import description_of
+from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
-from damperlab.studies.store.measured import measured_blocks
-from damperlab.studies.store.places import open_shelf
+from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome, Record
-from damperlab.studies.store.shelf import ShelfAway
+from damperlab.studies.store.reuse.measured import measured_blocks
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import sweep
 from damperlab.studies.vocabulary import STATES
 from damperlab.worker.cores import core_count
 from damperlab.worker.dispatch.cost import seconds_per_point

@@ -10,10 +10,10 @@ from typing import Any
 from distributed import Client, Future
 
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.definition import parse_stored
+from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import BlockOutcome, Record
-from damperlab.studies.store.reuse import Boxes, Overlaps
+from damperlab.studies.store.reuse.reuse import Boxes, Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.outcomes import Outage, asking_the_cluster

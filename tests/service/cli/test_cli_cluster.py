@@ -17,7 +17,7 @@ from tests.service.cli.test_cli_design import SPECIFICATION
 from damperlab import Client
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status

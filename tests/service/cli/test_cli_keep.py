@@ -10,8 +10,8 @@ import pytest
 from tests.faults.damage import make_store
 from tests.service.cli.commands import run
 
+from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import verify
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 from damperlab import Client
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 

@@ -22,11 +22,11 @@ from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.questions import Judging, Ranking, Selection, Tuning
-from damperlab.studies.store.cube import stored_variables, write_region
-from damperlab.studies.store.export import csv_lines, write_netcdf
+from damperlab.studies.store.care.verify import verify
+from damperlab.studies.store.cube.cube import stored_variables, write_region
+from damperlab.studies.store.export.export import csv_lines, write_netcdf
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import verify
 from damperlab.studies.units import with_units
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 

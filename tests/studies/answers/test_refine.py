@@ -14,7 +14,7 @@ from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import make_plan
 from damperlab.studies.questions import Judging, Search
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.units import with_units

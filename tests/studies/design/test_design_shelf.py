@@ -10,11 +10,11 @@ from damperlab.studies.design.kept import Kept, Round
 from damperlab.studies.design.shelf import Shelf
 from damperlab.studies.specification.reading import parse_specification, read_specification
 from damperlab.studies.specification.specification import Specification
-from damperlab.studies.store.backup import copy_store
+from damperlab.studies.store.care.backup import copy_store
+from damperlab.studies.store.care.verify import check_catalogue
 from damperlab.studies.store.kept_quota import KeptQuota
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import submitter
-from damperlab.studies.store.verify import check_catalogue
 
 AT = Round(
     "a first look", 1, 0, 80, ("0123456789ab",), {"worst": {"value": None}}, "2026-01-01T00:00:00+00:00"

@@ -9,7 +9,7 @@ import pytest
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, Plan, plan_with_chunk
-from damperlab.studies.store.cube import stored_variables
+from damperlab.studies.store.cube.cube import stored_variables
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 

@@ -5,11 +5,11 @@ from contextlib import closing
 
 import pytest
 
-from damperlab.studies.store.access_keys import AccessKeys
-from damperlab.studies.store.catalogue import SQLITE_FILE
-from damperlab.studies.store.rebuild import rebuild
+from damperlab.studies.store.care.rebuild import rebuild
+from damperlab.studies.store.care.verify import check_catalogue
+from damperlab.studies.store.catalogue.access_keys import AccessKeys
+from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import check_catalogue
 
 
 @pytest.mark.parametrize(

@@ -8,14 +8,14 @@ import pytest
 
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi
 from damperlab.studies.ground.shelf import Shelf as Records
-from damperlab.studies.store.backup import copy_store
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.care.backup import copy_store
+from damperlab.studies.store.care.rebuild import rebuild
+from damperlab.studies.store.care.sweep import collect_garbage
+from damperlab.studies.store.care.verify import verify
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage
-from damperlab.studies.store.verify import verify
 
 METRICS = ["amplitude_ratio", "period"]
 

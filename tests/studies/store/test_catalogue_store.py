@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from damperlab.studies.store.faults import RevisionGone, StoreFault, StudyBusy, StudyNotFound
+from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.wanted import Wanted
 
 
 def test_a_submitted_study_is_found_by_id_prefix_and_name(store, make_study, make_plan_of):

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-import damperlab.studies.store.claims
-from damperlab.studies.store.cube import write_region
+import damperlab.studies.store.life_cycle.claims
+from damperlab.studies.store.care.sweep import collect_garbage
+from damperlab.studies.store.care.verify import verify
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage
-from damperlab.studies.store.verify import verify
 
 _OTHER_CLOCK = """
 import sys, time
@@ -43,7 +43,7 @@ def study_id(store: Store, make_study, make_plan_of) -> str:
 def test_a_clock_that_was_set_back_keeps_no_dead_owner_alive(
     store: Store, study_id: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(damperlab.studies.store.claims, "CLAIM_SECONDS", 4.0)
+    monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "CLAIM_SECONDS", 4.0)
     # an owner elsewhere died; then the clock was set back by a day, so that its claim ends tomorrow
     assert claim_by_another_clock(store, study_id, "elsewhere:1:0123abcd", 86400.0)
     assert store.find(study_id).owner == "elsewhere:1:0123abcd"
@@ -58,7 +58,7 @@ def test_a_clock_that_was_set_back_keeps_no_dead_owner_alive(
 def test_a_living_owner_keeps_its_claim_whatever_the_clock_says(
     store: Store, study_id: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(damperlab.studies.store.claims, "CLAIM_SECONDS", 1.0)
+    monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "CLAIM_SECONDS", 1.0)
     assert claim_by_another_clock(store, study_id, "living", 86400.0)
     for _ in range(4):
         time.sleep(0.4)
@@ -116,7 +116,7 @@ def test_garbage_is_not_collected_from_under_an_owner_whose_claim_seems_over(
 def test_studies_that_wait_are_told_by_their_priority_over_several_pages(
     store: Store, make_study, make_plan_of, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(damperlab.studies.store.claims, "_PAGE", 2)
+    monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "_PAGE", 2)
     priorities = (0, -3, 7, 0, 7, -3, 10)
     ids = []
     for place, priority in enumerate(priorities):

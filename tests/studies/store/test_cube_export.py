@@ -12,13 +12,13 @@ import pyarrow.parquet
 import pytest
 import xarray as xr
 
-import damperlab.studies.store.export
+import damperlab.studies.store.export.export
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.questions import Selection
-from damperlab.studies.store.cube import write_region
-from damperlab.studies.store.export import csv_lines, write_netcdf
-from damperlab.studies.store.parquet import parquet_pieces
-from damperlab.studies.store.slabs import rows, slabs
+from damperlab.studies.store.cube.cube import write_region
+from damperlab.studies.store.export.export import csv_lines, write_netcdf
+from damperlab.studies.store.export.parquet import parquet_pieces
+from damperlab.studies.store.export.slabs import rows, slabs
 from damperlab.studies.units import coordinates_in_units, with_units
 from damperlab.studies.variables import DIMENSIONS
 
@@ -60,7 +60,7 @@ def test_slabs_and_rows_hold_every_point_once(shape, budget):
 
 @pytest.mark.parametrize("budget", [1, 16, 2**18])
 def test_csv_has_a_row_a_point_and_every_digit(cube, monkeypatch, budget):
-    monkeypatch.setattr(damperlab.studies.store.export, "BUDGET", budget)
+    monkeypatch.setattr(damperlab.studies.store.export.export, "BUDGET", budget)
     table = list(csv.reader("".join(csv_lines(cube)).splitlines()))
     names = [*DIMENSIONS, *cube.data_vars]
     assert table[0] == names
@@ -75,7 +75,7 @@ def test_csv_has_a_row_a_point_and_every_digit(cube, monkeypatch, budget):
 
 @pytest.mark.parametrize("budget", [1, 2**18])
 def test_netcdf_brings_the_cube_back(cube, tmp_path, monkeypatch, budget):
-    monkeypatch.setattr(damperlab.studies.store.export, "BUDGET", budget)
+    monkeypatch.setattr(damperlab.studies.store.export.export, "BUDGET", budget)
     path = tmp_path / "cube.nc"
     write_netcdf(cube, path)
     with xr.open_dataset(path, engine="h5netcdf") as back:
@@ -182,8 +182,8 @@ def test_a_netcdf_that_fails_leaves_the_old_file(cube, tmp_path, monkeypatch):
 
 
 def test_exports_hold_a_piece_of_the_cube_at_a_time(store, make_study, make_plan_of, tmp_path, monkeypatch):
-    monkeypatch.setattr(damperlab.studies.store.export, "BUDGET", 4000)
-    monkeypatch.setattr(damperlab.studies.store.export, "ROWS_AT_ONCE", 500)
+    monkeypatch.setattr(damperlab.studies.store.export.export, "BUDGET", 4000)
+    monkeypatch.setattr(damperlab.studies.store.export.export, "ROWS_AT_ONCE", 500)
     axes = {
         "clearance_ratio": {"start": 1, "stop": 25, "num": 40},
         "friction_ratio": {"start": 0, "stop": 1, "num": 20},
@@ -207,7 +207,7 @@ def test_exports_hold_a_piece_of_the_cube_at_a_time(store, make_study, make_plan
 
 
 def test_parquet_brings_every_bit_back_in_many_pieces(cube, monkeypatch):
-    monkeypatch.setattr(damperlab.studies.store.export, "BUDGET", 7)
+    monkeypatch.setattr(damperlab.studies.store.export.export, "BUDGET", 7)
     pieces = list(parquet_pieces(cube))
     assert len(pieces) > 5
     file = pyarrow.parquet.ParquetFile(io.BytesIO(b"".join(pieces)))

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import damperlab.studies.store.durable
-from damperlab.studies.store.cube import write_region
+import damperlab.studies.store.files.durable
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.variables import DIMENSIONS, STANDARD, VARIABLES, Status
 
@@ -213,7 +213,7 @@ def test_a_region_is_on_the_disk_before_it_is_reported(
         synced.add(os.fstat(descriptor).st_ino)
         real(descriptor)
 
-    monkeypatch.setattr(damperlab.studies.store.durable.os, "fsync", record)
+    monkeypatch.setattr(damperlab.studies.store.files.durable.os, "fsync", record)
     before = set(path.rglob("*"))
     values = values_of(study, plan.block(2)) | {"floquet_multiplier": np.full(plan.block(2).shape, np.nan)}
     write_region(str(path), plan.block(2), values)
@@ -231,7 +231,7 @@ def test_a_new_cube_is_on_the_disk_before_its_record(store, make_study, make_pla
         synced.add(os.fstat(descriptor).st_ino)
         real(descriptor)
 
-    monkeypatch.setattr(damperlab.studies.store.durable.os, "fsync", record)
+    monkeypatch.setattr(damperlab.studies.store.files.durable.os, "fsync", record)
     study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
     path = Path(store.cube_path(study_id))
     assert {made.stat().st_ino for made in (path, path.parent, *path.rglob("*"))} <= synced

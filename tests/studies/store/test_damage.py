@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from damperlab.studies.store.checksum import checksum
-from damperlab.studies.store.chunks import BlockDamaged
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.care.sweep import collect_garbage, sweep
+from damperlab.studies.store.care.verify import repair, verify
+from damperlab.studies.store.cube.checksum import checksum
+from damperlab.studies.store.cube.chunks import BlockDamaged
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import CatalogueDamaged, StudyBusy
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage, sweep
-from damperlab.studies.store.verify import repair, verify
 
 METRICS = ["amplitude_ratio", "cycles", "run_time"]
 

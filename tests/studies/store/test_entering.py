@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from damperlab.studies.store.entering import Submission
+from damperlab.studies.store.care.verify import check_catalogue, verify
+from damperlab.studies.store.catalogue.quota import Quota
+from damperlab.studies.store.catalogue.turns import Turns
 from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, QuotaReached
-from damperlab.studies.store.quota import Quota
+from damperlab.studies.store.life_cycle.entering import Submission
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.turns import Turns
-from damperlab.studies.store.verify import check_catalogue, verify
 
 THREADS = 12
 

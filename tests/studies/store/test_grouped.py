@@ -9,10 +9,10 @@ import zarr
 from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
 
-from damperlab.studies.store.chunks import BlockDamaged
-from damperlab.studies.store.cube import write_region
-from damperlab.studies.store.description import describe_cube, plain_metadata
-from damperlab.studies.store.grouped import POINTS, group_of, grouped_chunks, grouped_metadata
+from damperlab.studies.store.cube.chunks import BlockDamaged
+from damperlab.studies.store.cube.cube import write_region
+from damperlab.studies.store.cube.description import describe_cube, plain_metadata
+from damperlab.studies.store.export.grouped import POINTS, group_of, grouped_chunks, grouped_metadata
 from damperlab.studies.store.record import BlockOutcome
 
 
@@ -37,7 +37,7 @@ def test_groups_are_whole_blocks_within_a_bound(shape, chunk):
 
 def test_zarr_reads_the_groups_as_the_cube_is(store, make_study, make_plan_of, values_of, monkeypatch):
     monkeypatch.setattr(
-        "damperlab.studies.store.grouped.POINTS", 24
+        "damperlab.studies.store.export.grouped.POINTS", 24
     )  # some groups in this small cube, cut off at its ends
     study = make_study(metrics=["amplitude_ratio", "period"])
     plan = make_plan_of(study)

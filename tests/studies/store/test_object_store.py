@@ -11,17 +11,17 @@ import pytest
 import xarray as xr
 from tests.object_store import BUCKET, SECRET, ObjectServer, environment, proxy_before
 
-from damperlab.studies.store.backup import copy_store
-from damperlab.studies.store.bucket import Bucket, open_bucket
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.care.backup import copy_store
+from damperlab.studies.store.care.rebuild import rebuild
+from damperlab.studies.store.care.sweep import collect_garbage, sweep
+from damperlab.studies.store.care.verify import repair, verify
+from damperlab.studies.store.cube.cube import write_region
+from damperlab.studies.store.cube.packed import parse_header
 from damperlab.studies.store.faults import StoreAway, StoreFault
-from damperlab.studies.store.packed import parse_header
-from damperlab.studies.store.rebuild import rebuild
+from damperlab.studies.store.files.bucket import Bucket, open_bucket
+from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome, Record
-from damperlab.studies.store.shelf import ShelfAway
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage, sweep
-from damperlab.studies.store.verify import repair, verify
 
 METRICS = ["amplitude_ratio", "response_class", "period"]
 _prefixes = itertools.count()
@@ -265,7 +265,7 @@ def test_a_server_that_does_not_serve_is_told_and_forgotten_when_it_does(
     server, opened, filled, monkeypatch, mode
 ):
     # as few tries as still tell a short trouble from a long one
-    monkeypatch.setattr("damperlab.studies.store.bucket.RETRIES", 2)
+    monkeypatch.setattr("damperlab.studies.store.files.bucket.RETRIES", 2)
     record = filled(opened())
     with proxy_before(server.address) as proxy:
         monkeypatch.setenv("AWS_ENDPOINT_URL", environment(proxy.address)["AWS_ENDPOINT_URL"])

@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 from sqlalchemy import delete
 
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.care.rebuild import rebuild
+from damperlab.studies.store.care.sweep import collect_garbage
+from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.folder import Folder
-from damperlab.studies.store.rebuild import rebuild
+from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage
-from damperlab.studies.store.tables import done_blocks, studies
 
 METRICS = ["amplitude_ratio"]
 

@@ -15,15 +15,15 @@ from alembic import command
 from alembic.config import Config
 from sqlalchemy import URL, create_engine, inspect, text
 
-import damperlab.studies.store.migrations
+import damperlab.studies.store.catalogue.migrations
 from damperlab.studies.remarks import Remarks
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.care.rebuild import rebuild
+from damperlab.studies.store.catalogue.tables import metadata
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
-from damperlab.studies.store.rebuild import rebuild
+from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.tables import metadata
-from damperlab.studies.store.wanted import Wanted
 
 SECONDS = 900
 
@@ -154,7 +154,7 @@ from pathlib import Path
 import numpy as np
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.rebuild import rebuild
+from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 axes = dict(friction_ratio={"start": 0, "stop": 0.8, "num": 20}, frequency_ratio=[0.9, 1.0, 1.1])
@@ -228,7 +228,9 @@ def _older(url: str | URL, stamped: bool) -> None:
     """Make a catalogue as the first version left it, with one finished study in it."""
     engine = create_engine(url)
     config = Config()
-    config.set_main_option("script_location", str(Path(damperlab.studies.store.migrations.__file__).parent))
+    config.set_main_option(
+        "script_location", str(Path(damperlab.studies.store.catalogue.migrations.__file__).parent)
+    )
     with engine.begin() as connection:
         config.attributes["connection"] = connection
         command.upgrade(config, "0001")

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from damperlab.studies.store.cube import bytes_per_point
+from damperlab.studies.store.catalogue.quota import Quota, Taken
+from damperlab.studies.store.cube.cube import bytes_per_point
 from damperlab.studies.store.faults import QuotaReached, TooManyUnfinished
-from damperlab.studies.store.quota import Quota, Taken
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import submitter
 

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from damperlab.studies.store.catalogue import SQLITE_FILE
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.care.verify import verify
+from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
+from damperlab.studies.store.catalogue.quota import Quota
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.quota import Quota
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import verify
 
 
 @pytest.fixture

@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 
 from damperlab.studies.remarks import Remarks
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.care.rebuild import rebuild
+from damperlab.studies.store.care.sweep import collect_garbage
+from damperlab.studies.store.care.verify import check_catalogue, verify
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
-from damperlab.studies.store.rebuild import rebuild
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage
-from damperlab.studies.store.verify import check_catalogue, verify
 
 METRICS = ["amplitude_ratio", "period"]
 VOLATILE = {"revision"}
@@ -123,7 +123,7 @@ def test_an_older_copy_gets_what_it_lacks(filled, make_study, make_plan_of, valu
 def test_a_rebuild_that_is_killed_and_run_again_ends_the_same(filled):
     data, before = filled.data_dir, told(filled)
     filled.close()
-    program = f"from pathlib import Path\nfrom damperlab.studies.store.rebuild import rebuild\nrebuild(Path({str(data)!r}))"
+    program = f"from pathlib import Path\nfrom damperlab.studies.store.care.rebuild import rebuild\nrebuild(Path({str(data)!r}))"
     for tenth in (6, 9, 12, 15, 18):
         for file in data.glob("catalogue.sqlite*"):
             file.unlink()

@@ -15,14 +15,14 @@ from tests.oracles.transmissibility import absolute_amplitude
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.backup import copy_store
-from damperlab.studies.store.cube import write_region
-from damperlab.studies.store.rebuild import rebuild
+from damperlab.studies.store.care.backup import copy_store
+from damperlab.studies.store.care.rebuild import rebuild
+from damperlab.studies.store.care.sweep import collect_garbage
+from damperlab.studies.store.care.verify import check_catalogue, verify
+from damperlab.studies.store.catalogue.tables import done_blocks
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage
-from damperlab.studies.store.tables import done_blocks
-from damperlab.studies.store.verify import check_catalogue, verify
 
 FREQUENCIES = np.array([0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4])
 

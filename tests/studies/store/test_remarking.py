@@ -3,11 +3,11 @@
 import pytest
 
 from damperlab.studies.remarks import Remarks
-from damperlab.studies.store.catalogue import SQLITE_FILE
+from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
+from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.tables import studies
-from damperlab.studies.store.wanted import Wanted
 
 
 def names(store, **wanted):
@@ -113,8 +113,8 @@ def test_studies_in_units_are_found_by_what_they_say_in_units(store, make_study,
 
 
 def test_a_page_looks_at_no_more_than_it_may(store, make_study, make_plan_of, monkeypatch):
-    monkeypatch.setattr("damperlab.studies.store.lookup.MOST_LOOKED_AT", 2)
-    monkeypatch.setattr("damperlab.studies.store.lookup._AT_ONCE", 2)
+    monkeypatch.setattr("damperlab.studies.store.life_cycle.lookup.MOST_LOOKED_AT", 2)
+    monkeypatch.setattr("damperlab.studies.store.life_cycle.lookup._AT_ONCE", 2)
     for place in range(5):
         enter(store, make_study(f"study {place}", damping_ratio=0.01 * (place + 1)), make_plan_of)
     seen, cursor, pages = [], None, 0

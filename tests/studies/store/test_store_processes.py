@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube import stored_variables, write_region
+from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from damperlab.studies.definition import parse_study
-from damperlab.studies.store.definition import DefinitionDamaged, parse_stored
+from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
 
 DOCUMENT: dict[str, Any] = {
     "damping_ratio": 0.05,

@@ -14,9 +14,9 @@ from tests.benchmarks import model
 from damperlab.service.estimates import estimate_document
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Plan, plan_with_chunk
-from damperlab.studies.store.measured import measured_blocks, measured_family
+from damperlab.studies.store.catalogue.tables import done_blocks
+from damperlab.studies.store.reuse.measured import measured_blocks, measured_family
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.tables import done_blocks
 from damperlab.worker.dispatch.backlog import HANDING_SECONDS, RESERVE, Backlog
 from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.dispatch.forecast import Forecast, known_of

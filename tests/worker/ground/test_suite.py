@@ -17,10 +17,10 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.plan import Block, plan_with_chunk
-from damperlab.studies.store.backup import copy_store
+from damperlab.studies.store.care.backup import copy_store
+from damperlab.studies.store.care.verify import repair, verify
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import repair, verify
 from damperlab.studies.variables import Status
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost import seconds_per_point

@@ -14,11 +14,11 @@ from distributed import Client
 import damperlab.studies.store.cubes
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.care.verify import verify
+from damperlab.studies.store.catalogue.home import MARKER
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.home import MARKER
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.verify import verify
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.provenance import provenance

@@ -13,8 +13,8 @@ from distributed import Client
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.studies.store.shelf import ShelfAway
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost import seconds_per_point

@@ -13,11 +13,11 @@ from damperlab.studies.coarse import coarse
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import make_plan
 from damperlab.studies.remarks import read_remarks
+from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import SUBMITTED_BY, submitter
-from damperlab.studies.store.wanted import Wanted
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost import seconds_per_point
 from damperlab.worker.provenance import provenance

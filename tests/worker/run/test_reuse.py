@@ -13,9 +13,9 @@ from distributed import Client
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube import write_region
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.record import BlockOutcome, Record
-from damperlab.studies.store.reuse import Overlaps
+from damperlab.studies.store.reuse.reuse import Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost import seconds_per_point

@@ -14,13 +14,13 @@ import numpy as np
 import psutil
 import pytest
 
-import damperlab.studies.store.claims
+import damperlab.studies.store.life_cycle.claims
 import damperlab.worker.run.lease
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block, plan_with_chunk
+from damperlab.studies.store.care.sweep import collect_garbage
+from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.sweep import collect_garbage
-from damperlab.studies.store.verify import verify
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost import seconds_per_point
@@ -43,8 +43,8 @@ STUDY = parse_study(
 _RUN = """
 import sys, threading
 from pathlib import Path
-import damperlab.studies.store.claims, damperlab.worker.run.lease
-damperlab.studies.store.claims.CLAIM_SECONDS = 2.0
+import damperlab.studies.store.life_cycle.claims, damperlab.worker.run.lease
+damperlab.studies.store.life_cycle.claims.CLAIM_SECONDS = 2.0
 damperlab.worker.run.lease.RENEW_SECONDS = 0.3
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
@@ -83,7 +83,7 @@ def stop_between_transactions(pid: int, catalogue: Path) -> None:
 def test_a_runner_that_wakes_up_after_its_claim_was_taken_spoils_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(damperlab.studies.store.claims, "CLAIM_SECONDS", 2.0)
+    monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "CLAIM_SECONDS", 2.0)
     monkeypatch.setattr(damperlab.worker.run.lease, "RENEW_SECONDS", 0.3)
     store = Store.open(tmp_path / "data")
     plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 2), seconds_per_point)

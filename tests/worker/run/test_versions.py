@@ -15,10 +15,10 @@ from tests.other_solver import SCALE, OtherSolver
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube import write_region
-from damperlab.studies.store.differences import differences_of
+from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import NothingToDo, StudyNotFound
 from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.reuse.differences import differences_of
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.cluster.cluster import connect

@@ -1,0 +1,1 @@
+"""A store kept whole: verified, swept, copied, made again."""

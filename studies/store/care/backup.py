@@ -1,0 +1,335 @@
+"""A copy of a store that is consistent while studies run: what the catalogue says at one moment, and its files.
+
+A backup is a data directory like any other. Files are copied before the catalogue's rows are written, and those
+in one transaction: a backup that was cut short holds no study, and never a study without its files.
+"""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Row, delete, insert, select
+
+from damperlab.studies.design.shelf import DESIGNS, REQUEST
+from damperlab.studies.design.shelf import Shelf as Designs
+from damperlab.studies.faults import Fault
+from damperlab.studies.ground.shelf import Shelf as Records
+from damperlab.studies.store.catalogue.home import (
+    BACKUP_OF,
+    catalogue_id,
+    cube_name,
+    fact,
+    forget,
+    parse_cube_name,
+    remember,
+)
+from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, record_of
+from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
+from damperlab.studies.store.cube.chunks import BlockDamaged, chunk_file, chunk_key, damaged
+from damperlab.studies.store.cube.definition import parse_stored
+from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
+from damperlab.studies.store.cube.packed import BLOCKS, block_key, require_whole
+from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.files.folder import Folder
+from damperlab.studies.store.files.shelf import Shelf
+from damperlab.studies.store.life_cycle.manifest import keep_marks
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+
+RECORDS = "records"
+"""The folder of the uploaded ground-motion records, in the data directory."""
+
+_AT_ONCE = 1000  # rows in one statement
+_TRIES = 5  # at a study whose blocks are taken back while it is copied
+
+_Copy = tuple[Row[Any], Sequence[Row[Any]], int]
+"""A study's row, its marks, and the bytes of it that were copied now."""
+
+
+@dataclass(frozen=True)
+class Copied:
+    """What a backup holds.
+
+    Parameters
+    ----------
+    studies, blocks, bytes : int
+        Counts.
+    damaged : tuple of str
+        What could not be copied because it is damaged, a sentence each: of those studies, records and designs the backup holds
+        what an earlier one held, or nothing.
+    """
+
+    studies: int
+    blocks: int
+    bytes: int
+    damaged: tuple[str, ...] = ()
+
+
+def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copied:
+    """Copy every study with its done blocks, the keys, the events, the uploaded records and the designs.
+
+    Studies that run are queued in the copy, with the blocks that they have; nobody holds a claim there. Into an earlier
+    backup of the same store only what is new is copied. Every file is compared with its checksums as it is copied; a
+    study that is damaged is told, and stays as the earlier backup has it, while all others are copied. The copy's
+    catalogue changes last, in one transaction: one that is cut short is as it was, and can be gone on with.
+
+    Parameters
+    ----------
+    source : Store
+        May be in use.
+    target : Store
+        Holds no study yet, or is an earlier backup of `source`, to which nothing was submitted.
+    for_good : bool
+        Whether the copy lives on its own and is no backup to be brought up to date.
+
+    Returns
+    -------
+    Copied
+        What the backup holds, and the bytes that were copied now.
+
+    Raises
+    ------
+    StoreFault
+        If the target holds other studies, or ones that the source has lost, or a file cannot be written.
+    """
+    mine = catalogue_id(source.catalogue)
+    _require_target(target, mine)
+    _require_nothing_lost(source, target)
+    with target.catalogue.writing() as connection:
+        remember(connection, BACKUP_OF, mine)
+    records, damaged_records = _copy_records(source, target)
+    designs, damaged_designs = _copy_designs(source, target)
+    with source.catalogue.reading() as connection:
+        ids = connection.execute(select(studies.c.id).where(ALIVE).order_by(studies.c.number)).scalars().all()
+    copies: list[_Copy] = []
+    damages = [*damaged_records, *damaged_designs]
+    for study_id in ids:
+        try:
+            copy = _copy_study(source, target, study_id)
+        except (BlockDamaged, CatalogueDamaged) as error:
+            damages.append(str(error))
+            copy = _earlier(source, target, study_id)
+        if copy is not None:
+            copies.append(copy)
+    with source.catalogue.reading() as connection:
+        kept = {
+            table: [row._asdict() for row in connection.execute(select(table))] for table in (keys, events)
+        }
+    with target.catalogue.writing() as connection:
+        for table in (done_blocks, studies, keys, events):
+            connection.execute(delete(table))
+        for row, marks, _ in copies:
+            state = "queued" if row.state == "running" else row.state
+            free = {"state": state, "claim_owner": None, "claim_expires": None}
+            connection.execute(insert(studies).values({**row._asdict(), **free, "crc": None}))
+            for start in range(0, len(marks), _AT_ONCE):
+                connection.execute(
+                    insert(done_blocks), [mark._asdict() for mark in marks[start : start + _AT_ONCE]]
+                )
+        for table, rows in kept.items():
+            for start in range(0, len(rows), _AT_ONCE):
+                connection.execute(insert(table), rows[start : start + _AT_ONCE])
+        advance_counters(connection)
+        if for_good and not damages:
+            forget(connection, BACKUP_OF)
+    try:
+        for row, _, _ in copies:
+            if row.state in ("done", "cancelled", "failed"):
+                keep_marks(target, row.id, {})
+        # what the source has deleted since
+        names = {cube_name(row.id, row.number) for row, _, _ in copies}
+        for name in list(target.shelf.shelves()):
+            if parse_cube_name(name) and name not in names:
+                target.shelf.at(name).clear()
+    except OSError as error:
+        raise cannot_use(target.shelf.address, error) from error
+    size = records + designs + sum(size for _, _, size in copies)
+    return Copied(len(copies), sum(len(marks) for _, marks, _ in copies), size, tuple(damages))
+
+
+def _require_target(target: Store, mine: str) -> None:
+    with target.catalogue.reading() as connection:
+        other = fact(connection, BACKUP_OF)
+        used = connection.execute(select(studies.c.number).limit(1)).first() is not None
+    if other != mine and (used or other is not None):
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"{target.data_dir}, which holds other studies",
+                "a data directory without studies, or an earlier backup of the same one",
+                "name another folder",
+                f"{target.data_dir} holds other studies; a backup goes into a folder without studies, or into an earlier "
+                "backup of the same data directory.",
+            )
+        )
+
+
+def _require_nothing_lost(source: Store, target: Store) -> None:
+    """Refuse to forget what an earlier backup holds and the source has lost, neither known to it nor deleted."""
+    with source.catalogue.reading() as connection:
+        rows = connection.execute(select(studies.c.id, studies.c.number)).all()
+    known = {cube_name(row.id, row.number) for row in rows}
+    try:
+        held = sorted(target.shelf.shelves())
+    except OSError as error:
+        raise cannot_use(target.shelf.address, error) from error
+    lost = [name for name in held if parse_cube_name(name) and name not in known]
+    if lost:
+        place = f"{target.shelf.address}/{lost[0]}"
+        more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"{place}{more}, which {source.data_dir} has lost: it has no such study, and none that was deleted",
+                "a backup of studies that are there, or were deleted",
+                f"copy the folder into {source.shelf.address} and run `damperlab rebuild` to have the study again; else "
+                "back up into a new folder",
+                f"The backup holds {place}{more}, which {source.data_dir} has lost; it would be removed from the backup.",
+            )
+        )
+
+
+def _copy_records(source: Store, target: Store) -> tuple[int, list[str]]:
+    """Copy the uploaded ground-motion records, which studies to come may name; the bytes that were new, and what is damaged."""
+    here, there = source.data_dir / RECORDS, target.data_dir / RECORDS
+    damaged_records = dict(Records(source.data_dir).damaged())
+    size = 0
+    try:
+        for file in sorted(here.iterdir()) if here.is_dir() else ():
+            if not file.is_file() or file.stem in damaged_records:
+                continue
+            content = file.read_bytes()
+            copy = there / file.name
+            if copy.is_file() and copy.read_bytes() == content:
+                continue
+            there.mkdir(parents=True, exist_ok=True)
+            Folder(there).put(file.name, content)
+            size += len(content)
+    except OSError as error:
+        raise cannot_use(str(there), error) from error
+    return size, list(damaged_records.values())
+
+
+def _copy_designs(source: Store, target: Store) -> tuple[int, list[str]]:
+    """Copy the designs with their answers and reports; the bytes that were new, and what is damaged."""
+    here, there = Designs(source.data_dir), Designs(target.data_dir)
+    damaged_designs = dict(here.damaged())
+    size = 0
+    try:
+        for design_id in sorted(here.ids() - damaged_designs.keys()):
+            pieces = here.pieces(design_id)
+            if REQUEST in pieces:  # else it was deleted meanwhile
+                size += there.take_over(design_id, pieces)
+    except OSError as error:
+        raise cannot_use(str(target.data_dir / DESIGNS), error) from error
+    return size, list(damaged_designs.values())
+
+
+def _earlier(source: Store, target: Store, study_id: str) -> _Copy | None:
+    """Give what an earlier backup says of a study that cannot be copied now; None where it has none of that number."""
+    with source.catalogue.reading() as connection:
+        number = connection.execute(select(studies.c.number).where(studies.c.id == study_id, ALIVE)).scalar()
+    with target.catalogue.reading() as connection:
+        row = connection.execute(
+            select(studies).where(studies.c.id == study_id, studies.c.number == number, ALIVE)
+        ).one_or_none()
+        if row is None:
+            return None
+        marks = connection.execute(select(done_blocks).where(done_blocks.c.study == row.number)).all()
+    return row, marks, 0
+
+
+def _copy_study(source: Store, target: Store, study_id: str) -> _Copy | None:
+    for last in range(1, _TRIES + 1):
+        with source.catalogue.reading() as connection:
+            row = connection.execute(select(studies).where(studies.c.id == study_id, ALIVE)).one_or_none()
+            if row is None:
+                return None  # deleted meanwhile
+            marks = connection.execute(select(done_blocks).where(done_blocks.c.study == row.number)).all()
+        try:
+            return row, marks, _copy_files(source, target, row, marks)
+        except StoreFault:
+            try:
+                same = source.find(study_id).revision == row.revision
+            except StudyNotFound:
+                return None
+            if same or last == _TRIES:
+                raise
+    raise AssertionError("unreachable")
+
+
+def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row[Any]]) -> int:
+    record = record_of(row)
+    here, there = source.cube_shelf(row.id, row.number), target.cube_shelf(row.id, row.number)
+    described, found = _description(here, record)
+    size = 0
+    try:
+        sizes = {entry.key: entry.size for entry in here.entries()}
+        # what an earlier backup holds is not read again; a file that was cut short since is told by its size
+        have = {entry.key for entry in there.entries() if entry.size == sizes.get(entry.key)}
+        there.fill(found, (BLOCKS,) if described.packed else ())
+        for mark in marks:
+            files = {
+                key: _piece(here, described, key, mark)
+                for key in block_files(described, mark)
+                if key not in have
+            }
+            if files:
+                there.put_all(files)
+            size += sum(map(len, files.values()))
+    except OSError as error:
+        raise cannot_use(there.address, error) from error
+    return size
+
+
+def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, bytes]]:
+    """Read the files that are no block's, and make sure that they are as they were written."""
+    what = "the cube's description"
+    try:
+        metadata = shelf.get(DESCRIPTION)
+        described = describe_cube(metadata)
+        if described.digest != record.digest:
+            raise ValueError(f"it is that of study {described.digest[:12]}")
+        found = {DESCRIPTION: metadata} | {key: shelf.get(key) for key in described.pieces[1:]}
+        for one in described.coordinates.values() if described.packed else ():
+            if one.key in found:
+                what = f"the coordinates along {one.name}"
+                one.decode(found[one.key])
+        for key, sha256 in parse_stored(record.definition, record.digest).attached.items():
+            what, found[key] = key, shelf.get(key)
+            if hashlib.sha256(found[key]).hexdigest() != sha256:
+                raise ValueError("it is not as it was written")
+    except FileNotFoundError as error:
+        raise damaged(shelf, None, what, "a file of it is lost") from error
+    except OSError as error:
+        raise cannot_use(shelf.address, error) from error
+    except ValueError as error:
+        raise damaged(shelf, None, what, str(error)) from error
+    return described, found
+
+
+def block_files(described: Description, mark: Row[Any]) -> list[str]:
+    """Give the keys of a block's files."""
+    if described.packed:
+        return [block_key(mark.block, mark.generation)]
+    place = [int(at) for at in np.unravel_index(mark.block, described.grid)]
+    return [chunk_file(chunk_key(variable, place), mark.generation) for variable in described.arrays]
+
+
+def _piece(shelf: Shelf, described: Description, key: str, mark: Row[Any]) -> bytes:
+    """Read one file of a block, and make sure that it is as it was written."""
+    try:
+        content = shelf.get(key)
+        if described.packed:
+            require_whole(content, described.arrays, described.digest, mark.block, mark.generation)
+        elif not described.arrays[key.partition("/")[0]].intact(content):
+            raise ValueError("the checksum of the file is not that of its contents")
+    except FileNotFoundError as error:
+        raise damaged(shelf, mark.block, key, "its file is lost") from error
+    except OSError as error:
+        raise cannot_use(shelf.address, error) from error
+    except ValueError as error:
+        raise damaged(shelf, mark.block, key, str(error)) from error
+    return content

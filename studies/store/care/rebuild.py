@@ -1,0 +1,360 @@
+"""The catalogue made again from the cubes: from their descriptions, their marks, and the headers of their blocks.
+
+Nothing is taken away: what the catalogue knows stays, and what it lacks is added, study by study, each in one
+transaction. So it may be killed at any moment and run again, and ends the same.
+"""
+
+import json
+import math
+import sqlite3
+import time
+import uuid
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Connection, delete, func, insert, or_, select, update
+
+from damperlab.studies.digest import family_digest
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.catalogue.box import box_of
+from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE, Catalogue, open_catalogue
+from damperlab.studies.store.catalogue.home import (
+    CUBES,
+    fact,
+    mark_owner,
+    no_cubes,
+    owner_of,
+    parse_cube_name,
+    remember,
+)
+from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters
+from damperlab.studies.store.catalogue.rowsum import is_sound
+from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, studies
+from damperlab.studies.store.cube.cube import bytes_per_point
+from damperlab.studies.store.cube.definition import parse_stored
+from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
+from damperlab.studies.store.cube.packed import BLOCKS, parse_block_key, read_header
+from damperlab.studies.store.cube.unpacked import marks_of_files
+from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_use
+from damperlab.studies.store.files.folder import Folder
+from damperlab.studies.store.files.shelf import Shelf
+from damperlab.studies.store.life_cycle.manifest import read_marks, read_tombstone, study_columns
+
+_AT_ONCE = 1000  # rows in one statement
+_UNTOLD = {
+    "reused": 0,
+    "seconds": 0.0,
+    "kernel_seconds": 0.0,
+    "message": None,
+    "revision": 0,
+    "at": 0.0,
+    "identity": "",
+}
+
+
+@dataclass
+class Rebuilt:
+    """What was found.
+
+    Parameters
+    ----------
+    studies, blocks : int
+        Added to the catalogue.
+    known : int
+        Studies that it knew already.
+    deleted : int
+        Studies that were deleted and whose files are still there: they stay deleted.
+    trouble : list of str
+        Cubes that could not be read, each with why.
+    set_aside : str, optional
+        Where a catalogue that could not be read is now.
+    """
+
+    studies: int = 0
+    blocks: int = 0
+    known: int = 0
+    deleted: int = 0
+    trouble: list[str] = field(default_factory=list)
+    set_aside: str | None = None
+
+
+def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None) -> Rebuilt:
+    """Add to a catalogue what its cubes hold, making it where it is missing.
+
+    Parameters
+    ----------
+    data_dir : Path
+        The data directory.
+    address : str, optional
+        Of a PostgreSQL database for the catalogue; by default it is a SQLite file in the folder.
+    cubes : str, optional
+        Where the cubes are, `s3://bucket/prefix`; by default where the catalogue says, or in the folder.
+
+    Raises
+    ------
+    StoreFault
+        If the catalogue is another's and has studies of its own, or the place cannot be read.
+    """
+    data_dir = Path(data_dir).expanduser().absolute()
+    found = Rebuilt()
+    if address is None:
+        found.set_aside = _set_damaged_aside(data_dir)
+    try:
+        catalogue = open_catalogue(data_dir, address)
+    except CatalogueDamaged:
+        if address is not None:
+            raise
+        found.set_aside = _set_aside(data_dir / SQLITE_FILE)
+        catalogue = open_catalogue(data_dir)
+    try:
+        shelf = _own(catalogue, data_dir, cubes)
+        cubes_there = [(parsed, name) for name in shelf.shelves() if (parsed := parse_cube_name(name))]
+        # the newest first: of two cubes of one study it is the one whose study was not deleted
+        for (study_id, number), name in sorted(cubes_there, key=lambda cube: cube[0][1], reverse=True):
+            try:
+                _add(catalogue, shelf.at(name), study_id, number, found)
+            except (StoreFault, ValueError, FileNotFoundError) as error:
+                found.trouble.append(f"{name}: {error}")
+        _drop_damaged(catalogue)
+    except OSError as error:
+        raise cannot_use(str(data_dir), error) from error
+    finally:
+        catalogue.close()
+    return found
+
+
+def _set_damaged_aside(data_dir: Path) -> str | None:
+    """Rename a SQLite catalogue whose file is damaged, with what belongs to it; None where it is not."""
+    file = data_dir / SQLITE_FILE
+    if not file.is_file():
+        return None
+    with suppress(sqlite3.DatabaseError):
+        connection = sqlite3.connect(file, timeout=60.0)
+        try:
+            if connection.execute("PRAGMA integrity_check(1)").fetchall() == [("ok",)]:
+                return None
+        finally:
+            connection.close()
+    return _set_aside(file)
+
+
+def _set_aside(file: Path) -> str:
+    aside = file.with_name(f"{SQLITE_FILE}.damaged-{time.strftime('%Y%m%dT%H%M%S')}")
+    for suffix in ("-wal", "-shm", ""):
+        with suppress(FileNotFoundError):
+            file.with_name(file.name + suffix).rename(aside.with_name(aside.name + suffix))
+    return str(aside)
+
+
+def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
+    """Let the catalogue be that of the cubes, and give their shelf."""
+    with catalogue.reading() as connection:
+        address = address or fact(connection, "cubes")
+        mine = fact(connection, "id")
+        marked = fact(connection, "marked") is not None
+        used = connection.execute(select(studies.c.number).limit(1)).first() is not None
+        alive = connection.execute(select(studies.c.number).where(ALIVE).limit(1)).first() is not None
+    if address is None:
+        folder = Folder(data_dir / CUBES)
+        if marked and alive and owner_of(folder) is None and not any(map(parse_cube_name, folder.shelves())):
+            # a marker there would pass for that of the disk which is to be mounted
+            raise no_cubes(catalogue, folder)
+        place: Shelf = folder
+        shelf = place
+    else:
+        from damperlab.studies.store.files.bucket import open_bucket
+
+        place = open_bucket(address)
+        shelf = place.at(CUBES)
+    owner = owner_of(place)
+    if owner is not None and used and mine is not None and owner != mine:
+        raise StoreFault(
+            Fault(
+                "catalogue",
+                f"{catalogue.name}, which holds studies whose cubes are not those in {place.address}",
+                "the catalogue of these cubes, an empty one, or none",
+                "move it away, or name an empty database, and run `damperlab rebuild` again",
+                f"{catalogue.name} holds studies whose cubes are not those in {place.address}.",
+            )
+        )
+    with catalogue.writing() as connection:
+        if owner is not None:
+            remember(connection, "id", owner)
+        elif mine is None:
+            mine = remember(connection, "id", uuid.uuid4().hex)
+        if address is not None:
+            remember(connection, "cubes", place.address)
+        else:
+            remember(connection, "marked", "yes")
+    if owner is None:
+        assert mine is not None
+        mark_owner(place, mine)
+    return shelf
+
+
+def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: Rebuilt) -> None:
+    deleted = read_tombstone(shelf)
+    try:
+        described = describe_cube(shelf.get(DESCRIPTION))
+    except FileNotFoundError:
+        if deleted is None:
+            raise
+        shelf.clear()  # whose removal was cut short
+        found.deleted += 1
+        return
+    study = parse_stored(json.loads(str(described.attributes["study"])), described.digest)
+    digits, _, version = study_id.partition("-")
+    if study.digest[:12] != digits:
+        raise ValueError(f"its description is that of study {study.digest[:12]}")
+    kept, marks = read_marks(shelf) or ({}, [])
+    known = {int(mark["block"]) for mark in marks}
+    provenance = json.loads(str(described.attributes["provenance"]))
+    solver = provenance.get("identity", "")
+    marks += [mark for mark in _headers(shelf, described, solver, found) if mark["block"] not in known]
+    total = math.prod(described.grid)
+    with catalogue.writing() as connection:
+        row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
+        for one in connection.execute(
+            select(studies).where(or_(studies.c.number == number, studies.c.id == study_id))
+        ).all():
+            if not is_sound(studies, one):
+                # what it says is not what was written: the cube says it again
+                connection.execute(delete(done_blocks).where(done_blocks.c.study == one.number))
+                connection.execute(delete(studies).where(studies.c.number == one.number))
+                row = None if one.number == number else row
+        other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
+        if deleted is None and row is None and connection.execute(other).first() is not None:
+            raise ValueError(f"study {study_id} has another cube")
+        if row is not None and row.id != study_id:
+            if deleted is None and marks:
+                raise ValueError(_taken(study_id, number, str(row.id)))
+            return  # left by a submission that was cut short, or by a study that was deleted
+        if row is not None and row.deleted is not None:
+            return
+        if row is None:
+            values = {
+                "number": number,
+                "id": study_id,
+                "digest": study.digest,
+                "version": int(version or 1),
+                "name": study.name,
+                "state": "queued",
+                "definition": json.dumps(study.document()),
+                "provenance": json.dumps(provenance),
+                "shape": json.dumps(study.shape),
+                "chunk": json.dumps(next(iter(described.arrays.values())).chunks),
+                "points_total": study.points,
+                "bytes_total": study.points * bytes_per_point(study),
+                "blocks_total": total,
+                "family": family_digest(study, provenance),
+                "box": json.dumps(box_of(study)),
+                "reuse": described.reuse,
+                "created": datetime.fromisoformat(str(described.attributes["created"])).timestamp(),
+            }
+            values |= {name: value for name, value in kept.items() if name in study_columns()}
+            connection.execute(insert(studies).values({**values, "deleted": deleted}))
+            advance_counters(connection)
+            if deleted is not None:
+                found.deleted += 1
+                return  # whoever removes files of deleted studies finds it
+            found.studies += 1
+        else:
+            found.known += 1
+        have = set()
+        lost = 0
+        for mark in connection.execute(select(done_blocks).where(done_blocks.c.study == number)).all():
+            if is_sound(done_blocks, mark):
+                have.add(mark.block)
+            else:
+                place = done_blocks.c.study == number, done_blocks.c.block == mark.block
+                connection.execute(delete(done_blocks).where(*place))
+                lost += 1
+        fresh = [mark for mark in marks if 0 <= mark["block"] < total and mark["block"] not in have]
+        if row is not None and not fresh and not lost:
+            return
+        _insert_marks(connection, number, fresh)
+        found.blocks += len(fresh)
+        _sum_up(connection, number, total, kept)
+
+
+def _drop_damaged(catalogue: Catalogue) -> None:
+    """Remove what no cube can say again: events and keys, of submissions and of access, that are not what was written."""
+    with catalogue.writing() as connection:
+        for table in (keys, events, access_keys):
+            own = next(iter(table.primary_key.columns))
+            for row in connection.execute(select(table)).all():
+                if not is_sound(table, row):
+                    connection.execute(delete(table).where(own == row._mapping[own.name]))
+
+
+def _headers(shelf: Shelf, described: Description, solver: str, found: Rebuilt) -> Iterator[dict[str, Any]]:
+    """Give the marks that whole blocks carry themselves, or their files tell; of several files of one block the first by name.
+
+    An attempt of another solver than the cube's is none of them: the catalogue refused it its mark.
+    """
+    if not described.packed:
+        yield from marks_of_files(shelf, described, lambda why: found.trouble.append(f"{shelf.name}: {why}"))
+        return
+    seen: set[int] = set()
+    for entry in sorted(shelf.at(BLOCKS).entries(), key=lambda entry: entry.key):
+        key = f"{BLOCKS}/{entry.key}"
+        parsed = parse_block_key(key)
+        if parsed is None or key.endswith(".partial") or parsed[0] in seen:
+            continue
+        try:
+            header, _ = read_header(shelf, key)
+            header.require(described.digest, *parsed)
+        except (ValueError, FileNotFoundError) as error:
+            found.trouble.append(f"{shelf.name}/{key}: {error}")
+            continue
+        if header.mark.get("message") is None and header.mark.get("identity", "") in ("", solver):
+            seen.add(parsed[0])
+            yield dict(header.mark)
+
+
+def _taken(study_id: str, number: int, other: str) -> str:
+    return (
+        f"its number, {number}, is study {other}'s; rename its folder to {study_id}-N.zarr, N being a number that no cube "
+        "has, and run `damperlab rebuild` again"
+    )
+
+
+def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any]]) -> None:
+    names = [column.name for column in done_blocks.c if column.name != "study"]
+    rows = [
+        {"study": number, **{name: mark[name] for name in names if name in mark}}
+        for mark in ({**_UNTOLD, **mark} for mark in marks)
+    ]
+    for start in range(0, len(rows), _AT_ONCE):
+        connection.execute(insert(done_blocks), rows[start : start + _AT_ONCE])
+
+
+def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any]) -> None:
+    b = done_blocks.c
+    names = ("points", "failed", "reused", "seconds", "kernel_seconds")
+    sums = connection.execute(
+        select(func.count(), *(func.coalesce(func.sum(b[name]), 0) for name in names)).where(
+            b.study == number
+        )
+    ).one()
+    change = dict(
+        zip(
+            ("blocks_done", "points_done", "points_failed", "points_reused", "seconds", "kernel_seconds"),
+            sums,
+            strict=True,
+        )
+    )
+    # what was seen of an earlier catalogue's revisions must not be taken for what is there now
+    revision = max(int(kept.get("revision", 0)), 0) + total + 1
+    change |= {"revision": revision, "taken_back": revision}
+    if sums[0] == total:
+        last = connection.execute(select(func.max(b.at)).where(b.study == number)).scalar()
+        change |= {"state": kept.get("state", "done") if kept.get("state") in ("done", "failed") else "done"}
+        change |= {"finished": kept.get("finished") or last}
+    elif kept.get("state") not in ("cancelled", "failed"):
+        change |= {"state": "queued", "finished": None}
+    connection.execute(update(studies).where(studies.c.number == number).values(change))

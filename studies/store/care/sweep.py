@@ -1,0 +1,317 @@
+"""Files that nobody needs: left by killed attempts, interrupted deletes and exports.
+
+Nothing goes that cannot be proved to be this catalogue's own and superseded. A file of a block goes when the block's
+mark names another one. A cube goes when its study was deleted, or when a submission that was cut short left it: the
+catalogue gave its number to another study, and it holds no result. It is moved to the trash first, and removed when it
+has been there for long. Whatever else lies about is told, and left alone.
+"""
+
+import math
+import re
+import socket
+import time
+import uuid
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from sqlalchemy import func, select
+
+from damperlab.studies.kinds import EVERY_VARIABLE
+from damperlab.studies.store.catalogue.home import holds_results, parse_cube_name
+from damperlab.studies.store.catalogue.rows import ALIVE, study_row
+from damperlab.studies.store.catalogue.rowsum import is_sound
+from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.cube.chunks import Marks, chunk_file, chunk_place
+from damperlab.studies.store.cube.cube import block_grid
+from damperlab.studies.store.cube.packed import BLOCKS, block_key, parse_block_key
+from damperlab.studies.store.faults import StudyNotFound, cannot_use
+from damperlab.studies.store.files.folder import Folder
+from damperlab.studies.store.files.shelf import Entry, Shelf
+from damperlab.studies.store.store import Store
+
+LEFT_ALONE_SECONDS = 3600.0
+"""A file younger than this may belong to an attempt or an export that is under way."""
+
+TRASH = "trash"
+"""The shelf, among the cubes, of those that are about to be removed."""
+
+TRASH_SECONDS = 7 * 86_400.0
+"""How long a cube stays in the trash."""
+
+_AT_ONCE = 500  # values in one statement
+_TRASH_TIME = "%Y%m%dT%H%M%SZ"
+
+
+@dataclass(frozen=True)
+class Swept:
+    """What was removed or moved to the trash, or would be.
+
+    Parameters
+    ----------
+    paths : int
+        Files and folders.
+    bytes : int
+        Their size.
+    what : tuple of str
+        Each of them, with what becomes of it and why.
+    unknown : tuple of str
+        What was left alone, because the catalogue does not know whose it is.
+    """
+
+    paths: int = 0
+    bytes: int = 0
+    what: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
+
+    def __add__(self, other: "Swept") -> "Swept":
+        """Add up."""
+        return Swept(
+            self.paths + other.paths,
+            self.bytes + other.bytes,
+            self.what + other.what,
+            self.unknown + other.unknown,
+        )
+
+
+def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool = False) -> Swept:
+    """Remove the files of a study's blocks that are superseded: the done-mark names another file.
+
+    Only for who holds the study's claim, or where nobody does.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    study_id : str
+        Its whole id.
+    older_than : float
+        Younger files stay [s].
+    dry_run : bool
+        Count alone.
+
+    Raises
+    ------
+    StudyNotFound
+        If there is no such study.
+    StoreFault
+        If its files cannot be listed or removed.
+    """
+    record = store.find(study_id)
+    shelf, marks = store.snapshot(record.id)
+    grid = block_grid(record.shape, record.chunk)
+    swept = Swept()
+    try:
+        strays = list(_strays(shelf, grid, marks, _limit(older_than)))
+        # a mark that is damaged may name a file that never was: that of its block stays
+        doubted = _damaged_marks(store, record.id, {block for _, block in strays if block is not None})
+        for stray in (entry for entry, block in strays if block not in doubted):
+            if not dry_run:
+                shelf.remove(stray.key)
+            what = f"remove {shelf.name}/{stray.key}: superseded, or half written"
+            swept += Swept(1, stray.size, (what,))
+    except OSError as error:
+        raise cannot_use(shelf.address, error) from error
+    return swept
+
+
+def collect_garbage(
+    store: Store,
+    older_than: float = LEFT_ALONE_SECONDS,
+    *,
+    trash_seconds: float = TRASH_SECONDS,
+    dry_run: bool = False,
+) -> Swept:
+    """Remove what is under a data directory and certainly needed by nobody.
+
+    That are superseded files of studies that nobody works on, cubes whose studies were deleted, exports that were cut
+    short, and what has been in the trash for long. A study that is not deleted loses nothing.
+
+    Parameters
+    ----------
+    store : Store
+        The store.
+    older_than : float
+        What changed later than this many seconds ago stays.
+    trash_seconds : float
+        How long a cube stays in the trash before it is removed [s].
+    dry_run : bool
+        Say what would be done, and do nothing.
+
+    Returns
+    -------
+    Swept
+        What went, and what was left because nobody knows whose it is.
+    """
+    limit = _limit(older_than)
+    try:
+        swept = _unowned_cubes(store, limit, dry_run) + _exports(store.data_dir, limit, dry_run)
+        swept += _empty_trash(store.shelf.at(TRASH), _limit(trash_seconds), dry_run)
+    except OSError as error:
+        raise cannot_use(store.shelf.address, error) from error
+    if not dry_run:
+        store.bury(limit)
+    with store.catalogue.reading() as connection:
+        ids = connection.execute(select(studies.c.id).where(ALIVE)).scalars().all()
+    for study_id in ids:
+        try:
+            swept += _sweep_idle(store, study_id, older_than, dry_run)
+        except StudyNotFound:
+            continue  # deleted meanwhile
+    return swept
+
+
+def _sweep_idle(store: Store, study_id: str, older_than: float, dry_run: bool) -> Swept:
+    if not store.abandoned(study_id):
+        return Swept()
+    found = sweep(store, study_id, older_than, dry_run=True)
+    if dry_run or not found.paths:
+        return found
+    # claimed for as long as it is swept: whoever is at work all the same may mark nothing that goes
+    owner = f"gc on {socket.gethostname()}, {uuid.uuid4().hex[:8]}"
+    if not store.claim(study_id, owner):
+        return Swept()
+    try:
+        return sweep(store, study_id, older_than)
+    finally:
+        store.release(study_id, owner)
+
+
+def _limit(older_than: float) -> float:
+    # without an age to compare, no clock counts: a server has its own
+    return time.time() - older_than if older_than > 0.0 else math.inf
+
+
+def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
+    # a cube is made before its study is committed: listed first, and then the catalogue asked in a turn at writing,
+    # which waits for who is about to commit
+    names = sorted(name for name in store.shelf.shelves() if name != TRASH)
+    with store.catalogue.writing() as connection:
+        rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
+        last = connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one()
+    known = {row.number: row for row in rows}
+    swept = Swept()
+    for name in names:
+        parsed = parse_cube_name(name)
+        row = known.get(parsed[1]) if parsed else None
+        if parsed is None or row is None:
+            why = (
+                "a number that the catalogue never gave" if parsed and parsed[1] > last else "no known number"
+            )
+            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            continue
+        deleted = row.id == parsed[0]
+        if deleted and (row.deleted is None or row.deleted >= limit):
+            continue
+        if not _row_is_sound(store, row.number):
+            why = "its row in the catalogue is damaged; `damperlab rebuild` makes it anew"
+            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            continue
+        shelf = store.shelf.at(name)
+        entries = list(shelf.entries())
+        if not entries and not shelf.made():
+            continue  # a prefix that a server remembers, and nothing in it
+        if not deleted and holds_results(shelf):
+            why = f"it holds results, and its number is study {row.id}'s"
+            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            continue
+        if max((shelf.made(), *(entry.changed for entry in entries))) >= limit:
+            continue
+        if not dry_run:
+            now = datetime.now(UTC).strftime(_TRASH_TIME)
+            store.shelf.move(name, f"{TRASH}/{now}-{uuid.uuid4().hex[:8]}-{name}")
+        why = (
+            "its study was deleted" if deleted else f"its number is study {row.id}'s, and it holds no result"
+        )
+        swept += Swept(1, sum(entry.size for entry in entries), (f"move {name} to the trash: {why}",))
+    return swept
+
+
+def _row_is_sound(store: Store, number: int) -> bool:
+    with store.catalogue.reading() as connection:
+        row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
+    return row is not None and is_sound(studies, row)
+
+
+def _empty_trash(trash: Shelf, limit: float, dry_run: bool) -> Swept:
+    swept = Swept()
+    for name in sorted(trash.shelves()):
+        found = re.match(r"([0-9]{8}T[0-9]{6}Z)-[0-9a-f]{8}-", name)
+        # told by the name: a folder keeps its time when it is moved, and objects get a new one
+        if not found or datetime.strptime(found[1], _TRASH_TIME).replace(tzinfo=UTC).timestamp() >= limit:
+            continue
+        shelf = trash.at(name)
+        size = sum(entry.size for entry in shelf.entries())
+        if not dry_run:
+            shelf.clear()
+        swept += Swept(1, size, (f"remove {name} from the trash",))
+    return swept
+
+
+def _exports(data_dir: Path, limit: float, dry_run: bool) -> Swept:
+    swept = Swept()
+    for path in data_dir.glob("export-*"):
+        folder = Folder(path)
+        try:
+            if path.stat().st_mtime < limit:
+                size = sum(entry.size for entry in folder.entries())
+                if not dry_run:
+                    folder.clear()
+                swept += Swept(1, size, (f"remove {path.name}: an export that was cut short",))
+        except FileNotFoundError:
+            continue  # ended meanwhile
+    return swept
+
+
+def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
+    """Give those of some blocks whose rows in the catalogue are not what was written."""
+    found: set[int] = set()
+    some = sorted(blocks)
+    with store.catalogue.reading() as connection:
+        number = study_row(connection, study_id).number
+        for start in range(0, len(some), _AT_ONCE):
+            place = done_blocks.c.block.in_(some[start : start + _AT_ONCE])
+            rows = connection.execute(select(done_blocks).where(done_blocks.c.study == number, place)).all()
+            found |= {row.block for row in rows if not is_sound(done_blocks, row)}
+    return found
+
+
+def _strays(
+    shelf: Shelf, grid: tuple[int, ...], marks: Marks, limit: float
+) -> Iterator[tuple[Entry, int | None]]:
+    """Give the files that nobody needs, each with its block where a mark says so.
+
+    A file is superseded by the one that the block's mark names, which must be there: an older copy of the catalogue may
+    name one that went when this one took its place.
+    """
+    entries = list(shelf.entries())
+    there = {entry.key for entry in entries}
+    for entry in entries:
+        variable, slash, name = entry.key.partition("/")
+        if variable == BLOCKS:
+            block = parse_block_key(entry.key)
+            partial = entry.key.endswith(".partial")
+            named = marks.get(block[0]) if block else None
+            superseded = (
+                block is not None
+                and named is not None
+                and named != block[1]
+                and block_key(block[0], named) in there
+            )
+            if (partial or superseded) and entry.changed < limit:
+                yield entry, block[0] if superseded and block else None
+            continue
+        if slash and (variable not in EVERY_VARIABLE or name == "zarr.json"):
+            continue
+        if not slash and not variable.endswith(".partial"):
+            continue
+        file, _, generation = name.partition("~")
+        place = chunk_place(f"{variable}/{file}", grid)
+        partial = entry.key.endswith(".partial")
+        named = marks.get(place[1]) if place else None
+        superseded = (
+            named is not None and named != generation and chunk_file(f"{variable}/{file}", named) in there
+        )
+        if (partial or superseded) and entry.changed < limit:
+            yield entry, place[1] if superseded and place else None

@@ -1,0 +1,337 @@
+"""Whether what a study has stored is what was written: descriptions, coordinates, blocks, marks, and the catalogue.
+
+Two accounts are kept of every study, by the catalogue and by the cube itself, and each has checksums. So what was
+damaged can be told, and is made again from the other account; where both have lost a block, it is computed again.
+"""
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from sqlalchemy import Row, select
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.design.shelf import Shelf as Designs
+from damperlab.studies.ground.shelf import Shelf as Records
+from damperlab.studies.ground.suite import Suite
+from damperlab.studies.kinds import kind_of
+from damperlab.studies.plan import Block, plan_with_chunk
+from damperlab.studies.store.catalogue.home import cube_name, holds_results, parse_cube_name
+from damperlab.studies.store.catalogue.rows import study_row
+from damperlab.studies.store.catalogue.rowsum import SUMMED, damaged_row, is_sound
+from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, studies
+from damperlab.studies.store.cube.checksum import checksum
+from damperlab.studies.store.cube.chunks import BlockDamaged
+from damperlab.studies.store.cube.cube import lost_attachments, restore_metadata
+from damperlab.studies.store.cube.decoded import DecodedChunks
+from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
+from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
+from damperlab.studies.store.cube.opened import open_cube
+from damperlab.studies.store.cube.packed import block_key, read_header
+from damperlab.studies.store.faults import StoreAway, StoreFault, cannot_use
+from damperlab.studies.store.files.shelf import Shelf, ShelfAway
+from damperlab.studies.store.life_cycle.manifest import keep_marks, read_marks
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+
+_HEADER_COLUMNS = ("points", "failed", "reused", "checksum")
+_ENDED = ("done", "cancelled", "failed")
+
+
+@dataclass(frozen=True)
+class Damage:
+    """One thing that is not as it was written.
+
+    Parameters
+    ----------
+    block : int or None
+        The block; None where it is the study as a whole.
+    found : str
+        In one sentence.
+    part : str
+        What it is of: `block`, the cube's `description`, its list of `marks`, or the study's row in the `catalogue`.
+    """
+
+    block: int | None
+    found: str
+    part: str = "block"
+
+
+def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: None) -> Iterator[Damage]:
+    """Read everything that a study has stored and compare it with its marks.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    record : Record
+        The study.
+    pause : callable
+        Called before each block, by who is in no hurry.
+
+    Yields
+    ------
+    Damage
+        Of the study as a whole, then block by block in the order of their numbers. Of a description that is damaged
+        nothing more can be read.
+
+    Raises
+    ------
+    StudyNotFound
+        If the study is gone.
+    StoreAway
+        If the place of the cubes does not answer.
+    """
+    with store.catalogue.reading() as connection:
+        row = study_row(connection, record.id)
+        shelf = store.cube_shelf(record.id, row.number)
+        marks = connection.execute(
+            select(done_blocks).where(done_blocks.c.study == row.number).order_by(done_blocks.c.block)
+        ).all()
+    for mark in marks:
+        if not is_sound(done_blocks, mark):
+            yield Damage(mark.block, "its done-mark in the catalogue is not what was written")
+    found = _row(row, marks)
+    if found is not None:
+        yield Damage(None, found, "catalogue")
+    try:
+        study = parse_stored(record.definition, record.digest)
+    except DefinitionDamaged as error:
+        yield Damage(None, f"its definition in the catalogue is damaged: {error.fault.found}", "catalogue")
+        return
+    described, found = _description(shelf, record, study)
+    if described is None:
+        yield Damage(None, found, "description")
+        return
+    for key in lost_attachments(shelf, study):
+        lost = f"{key}, which the study brought along, is lost or not as it was written"
+        yield Damage(None, lost, "description")
+    if described.packed:
+        yield from _marks(shelf, row, marks)
+    plan = plan_with_chunk(study, record.chunk, lambda _, at: np.ones(len(next(iter(at.values())))))
+    cube = open_cube(shelf, {mark.block: mark.generation for mark in marks}, DecodedChunks(0))
+    for mark in marks:
+        pause()
+        if not 0 <= mark.block < plan.count:
+            yield Damage(mark.block, "the study has no such block")
+            continue
+        trouble = _header(shelf, described, mark) if described.packed else None
+        trouble = trouble or _trouble(cube, plan.block(mark.block), mark.checksum)
+        if trouble is not None:
+            yield Damage(mark.block, trouble)
+
+
+def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> Iterator[str]:
+    """Compare the catalogue with itself and with the cubes that are there, and read the uploaded records: what is found.
+
+    Parameters
+    ----------
+    store : Store
+        What is read.
+    pause : callable
+        Called before each record, by who is in no hurry.
+
+    Yields
+    ------
+    str
+        One sentence for each finding.
+
+    Raises
+    ------
+    StoreFault
+        If it cannot be read, or the place of the cubes cannot.
+    """
+    for line in store.catalogue.integrity():
+        yield f"{store.catalogue.name}: {line}; make it again with `damperlab rebuild`"
+    try:
+        names = sorted(store.shelf.shelves())
+    except OSError as error:
+        raise cannot_use(store.shelf.address, error) from error
+    with store.catalogue.reading() as connection:
+        rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
+        for table in SUMMED:
+            for row in connection.execute(select(table)):
+                if not is_sound(table, row):
+                    name = str(row._mapping.get("id", row[0]))
+                    fault = damaged_row(table, name).fault
+                    key = "remove the key with `damperlab rebuild`, and make another with `damperlab keys create`"
+                    advice = key if table is access_keys else fault.advice
+                    yield f"{store.catalogue.name}: {name}: {fault.found}; {advice}"
+    for _, damaged_record in Records(store.data_dir).damaged(pause):
+        yield damaged_record
+    for _, damaged_design in Designs(store.data_dir).damaged(pause):
+        yield damaged_design
+    known = {cube_name(row.id, row.number) for row in rows}
+    alive = {cube_name(row.id, row.number) for row in rows if row.deleted is None}
+    for name in names:
+        # one without results may be a submission that is under way, or was cut short
+        if parse_cube_name(name) and name not in known and holds_results(store.shelf.at(name)):
+            yield f"cube {name} belongs to no study of the catalogue; `damperlab rebuild` adds it"
+    for name in sorted(alive.difference(names)):
+        yield f"the cube {name} is lost; restore it from a backup, or delete its study"
+
+
+def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
+    """Make what is damaged whole again or computable: written anew from the other account, or its marks taken back.
+
+    Parameters
+    ----------
+    store : Store
+        Where the study is.
+    record : Record
+        The study.
+    damages : list of Damage
+        Of `verify`.
+
+    Returns
+    -------
+    Record
+        As it is then. It is queued if blocks are to be computed, and running it computes those alone.
+
+    Raises
+    ------
+    StudyBusy
+        If somebody works on it.
+    StudyFaults
+        If a ground-motion record is lost here, and not among the records of the data directory either.
+    """
+    parts = {damage.part for damage in damages}
+    shelf, _ = store.snapshot(record.id, checked=False)
+    if "description" in parts:
+        study = parse_stored(record.definition, record.digest)
+        lost = lost_attachments(shelf, study)
+        if lost:
+            whole = parse_study(record.definition, Records(store.data_dir)).attachments()
+            shelf.fill({key: whole[key] for key in lost})
+        restore_metadata(
+            shelf,
+            study,
+            record.chunk,
+            record.provenance,
+            reuse=record.reuse,
+            created=record.created.timestamp(),
+        )
+    blocks = [damage.block for damage in damages if damage.block is not None]
+    if blocks or "catalogue" in parts:
+        record = store.forget(record.id, blocks, "damaged")
+    if record.state in _ENDED and parts & {"description", "marks"}:
+        keep_marks(store, record.id, {})
+    return store.find(record.id)
+
+
+def _row(row: Row[Any], marks: Sequence[Row[Any]]) -> str | None:
+    """Compare a study's row with its marks."""
+    sums = {
+        "blocks_done": len(marks),
+        "points_done": sum(mark.points or 0 for mark in marks),
+        "points_failed": sum(mark.failed or 0 for mark in marks),
+        "points_reused": sum(mark.reused or 0 for mark in marks),
+    }
+    wrong = [
+        f"{name} is {getattr(row, name)}, its marks say {value}"
+        for name, value in sums.items()
+        if getattr(row, name) != value
+    ]
+    if row.state == "done" and len(marks) < row.blocks_total:
+        wrong.append(
+            f"it is done, and {row.blocks_total - len(marks)} of {row.blocks_total} done-marks are missing"
+        )
+    return "; ".join(wrong) or None
+
+
+def _description(shelf: Shelf, record: Record, study: Study | Suite) -> tuple[Description | None, str]:
+    """Read the cube's description; None, and why, where it is not what the study's must be."""
+    try:
+        described = describe_cube(shelf.get(DESCRIPTION))
+        cube = open_cube(shelf, {}, DecodedChunks(0))
+    except StoreAway:
+        raise
+    except (ShelfAway, PermissionError) as error:
+        raise cannot_use(shelf.address, error) from error  # which says nothing of what is stored
+    except BlockDamaged as error:
+        return None, error.fault.found
+    except Exception as error:  # whatever bytes raise that are no metadata
+        return None, f"the cube's description cannot be read ({type(error).__name__}: {error})"
+    told = {
+        "digest": (described.digest, record.digest),
+        "definition": (_parse_json(described.attributes.get("study")), record.definition),
+        "provenance": (_parse_json(described.attributes.get("provenance")), record.provenance),
+        "blocks": (next(iter(described.arrays.values())).chunks, record.chunk),
+        "shape": (next(iter(described.arrays.values())).shape, record.shape),
+    }
+    for name, (theirs, ours) in told.items():
+        if theirs != ours:
+            return None, f"the {name} in the cube's description and in the catalogue differ"
+    for name, values in study.coordinates.items():
+        if name not in cube.coords or not np.array_equal(cube[name].values, values):
+            return None, f"the coordinates along {name} are not the study's"
+    for key in described.pieces:
+        try:
+            shelf.read(key, 0, 1)
+        except FileNotFoundError:
+            return None, f"{key} is lost"
+    return described, ""
+
+
+def _parse_json(text: Any) -> Any:
+    try:
+        return json.loads(text)
+    except (TypeError, ValueError):
+        return None
+
+
+def _marks(shelf: Shelf, row: Row[Any], marks: Sequence[Row[Any]]) -> Iterator[Damage]:
+    """Compare the marks that the cube keeps with those of the catalogue."""
+    try:
+        kept = read_marks(shelf)
+    except ValueError as error:
+        yield Damage(None, f"the cube's list of marks cannot be read: {error}", "marks")
+        return
+    if kept is None:
+        if row.state in _ENDED:
+            yield Damage(None, "the cube's list of marks is lost", "marks")
+        return
+    ours = {mark.block: (mark.generation, mark.checksum) for mark in marks}
+    theirs = {mark["block"]: (mark["generation"], mark["checksum"]) for mark in kept[1]}
+    # blocks that were under way when a study was cancelled are marked after its list was kept
+    unknown = theirs.items() - ours.items()
+    if unknown or (row.state == "done" and ours != theirs):
+        yield Damage(None, "the marks in the cube and in the catalogue differ", "marks")
+
+
+def _header(shelf: Shelf, described: Description, mark: Row[Any]) -> str | None:
+    """Compare what a block's file says of itself with its mark."""
+    key = block_key(mark.block, mark.generation)
+    try:
+        header, _ = read_header(shelf, key)
+        header.require(described.digest, mark.block, mark.generation)
+    except FileNotFoundError:
+        return "its file is lost"
+    except (ShelfAway, PermissionError) as error:
+        raise cannot_use(shelf.address, error) from error
+    except (OSError, ValueError) as error:
+        return f"its file cannot be read ({error})"
+    expected: Mapping[str, Any] = header.mark
+    for name in _HEADER_COLUMNS:
+        if name in expected and expected[name] != getattr(mark, name) and getattr(mark, name) is not None:
+            return f"its done-mark says {name} {getattr(mark, name)}, its file {expected[name]}"
+    return None
+
+
+def _trouble(cube: xr.Dataset, block: Block, expected: str | None) -> str | None:
+    place = dict(zip(cube["status"].dims, block.slices, strict=True))
+    try:
+        stored = [name for name in kind_of(cube.sizes).variables if name in cube]
+        values = {name: cube[name].isel(place).values for name in stored}
+    except StoreAway:
+        raise  # which says nothing of what is stored
+    except BlockDamaged as error:
+        return f"{error.fault.found}"
+    except (StoreFault, OSError) as error:
+        return f"it cannot be read ({error})"
+    if expected is not None and checksum(values) != expected:
+        return "its values are not those that were written"
+    return None

@@ -1,0 +1,208 @@
+"""Keys of those who may ask a service: made, listed, revoked, recognised. The catalogue keeps their hashes alone."""
+
+import hmac
+import re
+import secrets
+import time
+from dataclasses import dataclass
+from datetime import datetime
+from hashlib import sha256
+from typing import Any
+
+from sqlalchemy import Row, insert, select, update
+
+from damperlab.studies.faults import NOTHING, Fault, describe, listing, printable
+from damperlab.studies.store.catalogue.catalogue import Catalogue
+from damperlab.studies.store.catalogue.rowsum import is_sound
+from damperlab.studies.store.catalogue.tables import access_keys
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.record import utc
+from damperlab.studies.vocabulary import SCOPES, Scope
+
+_KEY = re.compile(r"dlk_([0-9a-f]{12})_([A-Za-z0-9_-]{43})")
+_OWNER = re.compile(r"[^\s\x00-\x1f\x7f](?:[^\x00-\x1f\x7f]{0,98}[^\s\x00-\x1f\x7f])?")
+
+
+class KeyFault(StoreFault):
+    """A key that cannot be made, or that is not there."""
+
+
+@dataclass(frozen=True)
+class AccessKey:
+    """A key as the catalogue knows it: everything but the secret.
+
+    Parameters
+    ----------
+    id : str
+        The part of the key that is no secret.
+    owner : str
+        Whose studies are submitted with it.
+    scopes : tuple of str
+        Of `SCOPES`.
+    created, expires, revoked : datetime
+        In UTC; None for what does not happen or has not.
+    hash : str
+        SHA-256 of the secret, 64 hex digits: what a session is bound to.
+    sound : bool
+        Whether it is what was written; one that is not opens nothing.
+    """
+
+    id: str
+    owner: str
+    scopes: tuple[str, ...]
+    created: datetime | None
+    expires: datetime | None
+    revoked: datetime | None
+    hash: str
+    sound: bool = True
+
+    @property
+    def valid(self) -> bool:
+        """Whether it opens anything now."""
+        lasts = self.expires is None or self.expires.timestamp() > time.time()
+        return self.sound and self.revoked is None and lasts
+
+    def document(self) -> dict[str, Any]:
+        """Give what may be shown, as JSON-able values."""
+        times = {
+            name: None if (at := getattr(self, name)) is None else at.isoformat()
+            for name in ("created", "expires", "revoked")
+        }
+        return {
+            "id": self.id,
+            "owner": self.owner,
+            "scopes": list(self.scopes),
+            **times,
+            "valid": self.valid,
+        }
+
+
+class AccessKeys:
+    """The keys of one catalogue.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+        Where they are kept.
+    """
+
+    def __init__(self, catalogue: Catalogue) -> None:
+        self._catalogue = catalogue
+
+    def create(
+        self, owner: str, scopes: tuple[Scope, ...], lasts_seconds: float | None = None
+    ) -> tuple[AccessKey, str]:
+        """Make a key.
+
+        Parameters
+        ----------
+        owner : str
+            Whose it is: one line of at most 100 characters.
+        scopes : tuple of str
+            Of `SCOPES`; a higher one brings along the lower ones.
+        lasts_seconds : float, optional
+            After how long it expires; never if not given.
+
+        Returns
+        -------
+        key : AccessKey
+            As it is kept.
+        secret : str
+            The key itself, which nothing keeps and nobody can show again.
+
+        Raises
+        ------
+        KeyFault
+            If the owner or a scope is none.
+        """
+        if not _OWNER.fullmatch(owner):
+            raise KeyFault(
+                Fault("owner", describe(owner), "a line of 1 to 100 characters", "name a person or a program")
+            )
+        strange = [scope for scope in scopes if scope not in SCOPES]
+        if strange or not scopes:
+            found = describe(strange[0]) if strange else NOTHING
+            raise KeyFault(Fault("scope", found, f"one of {listing(SCOPES)}", "choose one of these"))
+        highest = max(SCOPES.index(scope) for scope in scopes)
+        key_id, secret = secrets.token_hex(6), secrets.token_urlsafe(32)
+        now = time.time()
+        with self._catalogue.writing() as connection:
+            connection.execute(
+                insert(access_keys).values(
+                    id=key_id,
+                    hash=_hashed(secret),
+                    owner=owner,
+                    scopes=",".join(SCOPES[: highest + 1]),
+                    created=now,
+                    expires=None if lasts_seconds is None else now + lasts_seconds,
+                )
+            )
+        made = self.find(key_id)
+        assert made is not None
+        return made, f"dlk_{key_id}_{secret}"
+
+    def all(self) -> list[AccessKey]:
+        """Give every key, the oldest first."""
+        with self._catalogue.reading() as connection:
+            rows = connection.execute(select(access_keys).order_by(access_keys.c.created)).all()
+        return [_key(row) for row in rows]
+
+    def find(self, key_id: str) -> AccessKey | None:
+        """Give a key by its id; None where there is none."""
+        with self._catalogue.reading() as connection:
+            row = connection.execute(select(access_keys).where(access_keys.c.id == key_id)).one_or_none()
+        return None if row is None else _key(row)
+
+    def revoke(self, key_id: str) -> AccessKey:
+        """Let a key open nothing any more; one that was revoked before stays so.
+
+        Raises
+        ------
+        KeyFault
+            If there is no such key.
+        """
+        c = access_keys.c
+        with self._catalogue.writing() as connection:
+            live = update(access_keys).where(c.id == key_id, c.revoked.is_(None))
+            connection.execute(live.values(revoked=time.time()))
+        found = self.find(key_id)
+        if found is None:
+            raise KeyFault(
+                Fault(
+                    "key",
+                    describe(key_id),
+                    "the id of a key",
+                    "`damperlab keys list` shows the keys and their ids",
+                    f"There is no key with the id {printable(key_id)}.",
+                )
+            )
+        return found
+
+    def recognise(self, secret: str) -> AccessKey | None:
+        """Give the valid key that a secret is; None for anything else."""
+        parts = _KEY.fullmatch(secret)
+        found = None if parts is None else self.find(parts[1])
+        # a key that is not there is compared too, so that the time taken does not tell which ids there are
+        known = found.hash if found else "0" * 64
+        same = hmac.compare_digest(known, _hashed(parts[2] if parts else ""))
+        return found if found is not None and same and found.valid else None
+
+
+def _hashed(secret: str) -> str:
+    # 256 random bits need no slow hash: there is nothing to guess
+    return sha256(secret.encode()).hexdigest()
+
+
+def _key(row: Row[Any]) -> AccessKey:
+    if not is_sound(access_keys, row):
+        # nothing of it is believed: a time may be none, and an owner another
+        return AccessKey(row.id, "damaged", (), None, None, None, "0" * 64, sound=False)
+    return AccessKey(
+        row.id,
+        row.owner,
+        tuple(row.scopes.split(",")),
+        utc(row.created),
+        utc(row.expires),
+        utc(row.revoked),
+        row.hash,
+    )

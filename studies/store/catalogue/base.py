@@ -1,0 +1,49 @@
+"""What every part of the store stands on: the data directory, the catalogue, where the cubes lie."""
+
+from pathlib import Path
+
+from sqlalchemy import Connection
+
+from damperlab.studies.store.catalogue.catalogue import Catalogue
+from damperlab.studies.store.catalogue.home import cube_name
+from damperlab.studies.store.catalogue.quota import Quota
+from damperlab.studies.store.catalogue.rows import study_row
+from damperlab.studies.store.cube.chunks import Marks
+from damperlab.studies.store.files.shelf import Shelf
+
+
+class StoreBase:
+    """The catalogue and the shelf of the cubes.
+
+    Parameters
+    ----------
+    data_dir : Path
+        The data directory; see `Store.open`.
+    catalogue : Catalogue
+        Its catalogue.
+    shelf : Shelf
+        Of the cubes.
+    quota : Quota
+        How much studies may take.
+    """
+
+    def __init__(self, data_dir: Path, catalogue: Catalogue, shelf: Shelf, quota: Quota) -> None:
+        self.data_dir = data_dir
+        self.catalogue = catalogue
+        self.shelf = shelf
+        self.quota = quota
+        self._marks: dict[int, tuple[int, Marks]] = {}
+        # of every claimed study the renewal that was seen last, and when, by the clock that nobody sets
+        self._renewals: dict[int, tuple[tuple[str, float], float]] = {}
+
+    def close(self) -> None:
+        """Close the catalogue's connections."""
+        self.catalogue.close()
+
+    def cube_shelf(self, study_id: str, number: int) -> Shelf:
+        """Give the shelf of a cube by its study's id and number."""
+        return self.shelf.at(cube_name(study_id, number))
+
+    def number(self, connection: Connection, study_id: str) -> int:
+        """Give the number by which the other tables know a study; raise `StudyNotFound` if there is none."""
+        return int(study_row(connection, study_id).number)

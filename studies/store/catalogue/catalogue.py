@@ -1,0 +1,392 @@
+"""The catalogue: one row per study and one per done block, in SQLite or PostgreSQL.
+
+SQLite: WAL lets readers go on while one writes, synchronous=FULL makes a committed done-mark survive a power
+cut, and every writing transaction begins IMMEDIATE, so that it waits for its turn instead of failing half-way.
+PostgreSQL: an advisory lock gives writers the same turns, and readers see one snapshot.
+"""
+
+import os
+import re
+import socket
+import sqlite3
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import URL, Connection, Engine, create_engine, event, inspect, make_url, text
+from sqlalchemy.exc import ArgumentError, DatabaseError, InterfaceError, NoSuchModuleError
+
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.catalogue.migrations import HEAD
+from damperlab.studies.store.catalogue.rowsum import SUMMED, forget_touched, seal_rows, watch
+from damperlab.studies.store.faults import CatalogueDamaged, StoreFault
+from damperlab.studies.store.files.durable import sync_path
+
+BUSY_SECONDS = 60.0
+"""How long a transaction waits for its turn before it gives up, unless told otherwise [s]."""
+
+SQLITE_FILE = "catalogue.sqlite"
+"""The catalogue in the data directory, where no database is named."""
+
+REVISIONS = ("", *(f"{number:04}" for number in range(1, int(HEAD) + 1)))
+"""Of the catalogue, the oldest first; none in a new one."""
+
+_WRITER = "-writer"
+"""Ends the name of the file, beside SQLite's own, that says which process writes."""
+
+_IDLE_SECONDS = 60
+"""PostgreSQL ends a writer that stood still for so long in a transaction, and with it its turn."""
+
+_STATEMENT_SECONDS = 30
+"""PostgreSQL ends a statement that takes longer."""
+
+_POOL_SECONDS = 10
+"""How long a thread waits for one of the connections."""
+
+_PATIENCE = {
+    "connect_timeout": 5,
+    # a server that a cut link hides is given up within seconds, also in the middle of an answer
+    "keepalives": 1,
+    "keepalives_idle": 5,
+    "keepalives_interval": 3,
+    "keepalives_count": 3,
+    "tcp_user_timeout": 10_000,
+}
+"""How long a connection to PostgreSQL may take to be made, and to show that it lives [s; the last one ms]."""
+
+_NOT_ITS_REVISION = (
+    "already exists",
+    "duplicate column",
+    "no such table",
+    "no such column",
+    "does not exist",
+)
+"""What a database says of a migration that begins elsewhere than the catalogue is."""
+
+_DAMAGED_FILE = ("not a database", "malformed")
+"""What SQLite says of a file that is not what it wrote."""
+
+_TROUBLES = {"OperationalError", "InterfaceError", "LockNotAvailable", "UnicodeDecodeError"}
+"""Classes of what goes wrong outside the program, and so do those made from them."""
+_WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
+
+
+class Catalogue:
+    """The catalogue of one data directory; usable from several threads, beside other processes.
+
+    Parameters
+    ----------
+    url : URL
+        Of the database, `sqlite:///path` or `postgresql://…`; its tables are made or brought up to date.
+    wait_seconds : float
+        How long a transaction waits for its turn before it gives up [s].
+
+    Raises
+    ------
+    StoreFault
+        If it cannot be reached, opened or written, is no catalogue, or was made by a newer version.
+    """
+
+    def __init__(self, url: URL, wait_seconds: float = BUSY_SECONDS) -> None:
+        self._url = url
+        self.read_only = False
+        """Whether every change is refused."""
+        self._wait_seconds = wait_seconds
+        self.name = url.render_as_string(hide_password=True) if url.host or not url.database else url.database
+        """The file, or the address without its password."""
+        self._sqlite = url.get_backend_name() == "sqlite"
+        with self._faults():
+            self._engine = (_sqlite_engine if self._sqlite else _postgresql_engine)(url, wait_seconds)
+            self._writer = self._engine.execution_options(writes=True)
+
+            @event.listens_for(self._engine, "before_execute", retval=True)
+            def _watch(
+                connection: Connection, statement: Any, many: Any, one: Any, options: Any
+            ) -> tuple[Any, Any, Any]:
+                return watch(statement, connection), many, one
+
+            try:
+                self._prepare()
+            except BaseException:
+                self._engine.dispose()
+                raise
+
+    @contextmanager
+    def reading(self) -> Iterator[Connection]:
+        """Open one snapshot of the catalogue."""
+        with self._faults(), self._engine.begin() as connection:
+            yield connection
+
+    @contextmanager
+    def writing(self) -> Iterator[Connection]:
+        """Open one transaction that no other writer shares; it commits at the end, or not at all."""
+        if self.read_only:
+            raise StoreFault(
+                Fault(
+                    self.name,
+                    "a data folder that is not writable, opened for reading only",
+                    "a writable data folder, where anything is to be changed",
+                    "copy it elsewhere, or change its permissions or how its disk is mounted",
+                    f"{self.name} was opened for reading only, because its folder is not writable; nothing can be changed.",
+                )
+            )
+        with self._faults(), self._writer.begin() as connection:
+            forget_touched(connection)
+            self._sign()
+            yield connection
+            seal_rows(connection)
+
+    def _sign(self) -> None:
+        """Leave word of who writes now, for those who wait in vain; it is no lock and needs no care."""
+        if self._sqlite and self._url.database:
+            with suppress(OSError):
+                Path(f"{self._url.database}{_WRITER}").write_text(
+                    f"{os.getpid()} {socket.gethostname()} {time.time():.0f}"
+                )
+
+    def _writer_told(self) -> str:
+        """Say which process wrote last and, as it seems, still does."""
+        try:
+            pid, host, since = Path(f"{self._url.database}{_WRITER}").read_text().split()
+            seconds = max(0.0, time.time() - float(since))
+        except (OSError, ValueError):
+            return "another process holds the lock"
+        return f"process {pid} on {host} has held it for {seconds:.0f} s; if it stands still, end it (kill -9 {pid})"
+
+    def integrity(self) -> list[str]:
+        """Let SQLite check its own file; what it finds, nothing where all is well. PostgreSQL is left to its server."""
+        if not self._sqlite:
+            return []
+        with self.reading() as connection:
+            found = [str(row[0]) for row in connection.exec_driver_sql("PRAGMA integrity_check(10)")]
+            found += [
+                f"a row of {row[0]} refers to none"
+                for row in connection.exec_driver_sql("PRAGMA foreign_key_check")
+            ]
+        return [line for line in found if line != "ok"]
+
+    def close(self) -> None:
+        """Close every connection."""
+        self._engine.dispose()
+
+    def _prepare(self) -> None:
+        # most opens find the catalogue ready and need neither a turn at writing nor alembic
+        with self._engine.begin() as connection:
+            found = _revision(connection)
+        if found == HEAD:
+            return
+        if found > HEAD and re.fullmatch("[0-9]{4}", found):
+            raise StoreFault(
+                Fault(
+                    self.name,
+                    f"catalogue revision {found}",
+                    f"revision {HEAD} or older",
+                    "upgrade damperlab, or choose another data directory; if no newer version has opened it, it is damaged: "
+                    "move it away and make it again with `damperlab rebuild`",
+                    f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this version "
+                    f"knows {HEAD} and older ones.",
+                )
+            )
+        if found not in REVISIONS:
+            raise self._damaged(f"catalogue revision {found!r}, which no version has written")
+        if self._sqlite:
+            self._switch_to_wal()
+        with self._writer.begin() as connection:
+            found = _revision(connection)
+            if found != HEAD:  # else another process was faster
+                try:
+                    _migrate(connection, found)
+                except DatabaseError as error:
+                    if not any(each in str(error.orig) for each in _NOT_ITS_REVISION):
+                        raise
+                    raise self._damaged(
+                        f"tables that are not those of revision {found!r} ({error.orig})"
+                    ) from error
+                seal_rows(connection, SUMMED)
+        if self._sqlite and self._url.database:
+            sync_path(Path(self._url.database).parent)
+
+    def _damaged(self, found: str) -> CatalogueDamaged:
+        advice = "make it again from the cubes with `damperlab rebuild`"
+        told = f"{self.name} is damaged: {found}."
+        return CatalogueDamaged(Fault(self.name, found, f"revision {HEAD} or older", advice, told))
+
+    def _switch_to_wal(self) -> None:
+        # several processes may open a new folder at once, and the switch ignores the busy timeout
+        give_up = time.monotonic() + BUSY_SECONDS
+        while True:
+            connection = self._engine.raw_connection()
+            try:
+                connection.cursor().execute("PRAGMA journal_mode = WAL")
+                return
+            except sqlite3.OperationalError as error:
+                if "locked" not in str(error) or time.monotonic() > give_up:
+                    raise
+                time.sleep(0.02)
+            finally:
+                connection.close()
+
+    @contextmanager
+    def _faults(self) -> Iterator[None]:
+        try:
+            yield
+        except (DatabaseError, InterfaceError, sqlite3.DatabaseError, UnicodeDecodeError) as error:
+            cause = error.orig if isinstance(error, DatabaseError | InterfaceError) else error
+            # a driver has classes of its own for many of them, as for a time-out or a server that shuts down
+            kinds = {kind.__name__ for kind in type(cause).__mro__}
+            trouble = bool(kinds & _TROUBLES)
+            found = str(cause).strip()
+            told = (*_DAMAGED_FILE, "invalid connection option")
+            if not trouble and not any(each in found for each in told):
+                raise
+            if "database is locked" in found or "lock timeout" in found:
+                raise StoreFault(
+                    Fault(
+                        self.name,
+                        found,
+                        f"the write lock of the catalogue within {self._wait_seconds:g} s",
+                        f"{self._writer_told()}. Try again in a moment; nothing was lost",
+                        f"The write lock of {self.name} could not be acquired within {self._wait_seconds:g} s ({found}).",
+                    )
+                ) from error
+            raise StoreFault(
+                Fault(
+                    self.name,
+                    found,
+                    "a catalogue that can be reached, read and written",
+                    "check that its server runs and its address and password are right"
+                    if not self._sqlite
+                    else "make the catalogue again from the cubes with `damperlab rebuild`"
+                    if any(each in found for each in _DAMAGED_FILE)
+                    else "check the folder's permissions and free space, and that the catalogue is damperlab's",
+                    f"{self.name} cannot be read or written: {found.splitlines()[0].rstrip('.')}.",
+                )
+            ) from error
+
+
+def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
+    engine = create_engine(url, connect_args={"timeout": wait_seconds})
+
+    @event.listens_for(engine, "connect")
+    def _connect(connection: Any, _: Any) -> None:
+        # transactions begin where `_begin` says, not where the driver guesses
+        connection.isolation_level = None
+        connection.execute("PRAGMA synchronous = FULL")
+        connection.execute("PRAGMA foreign_keys = ON")
+
+    @event.listens_for(engine, "begin")
+    def _begin(connection: Connection) -> None:
+        writes = connection.get_execution_options().get("writes", False)
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+    return engine
+
+
+def _postgresql_engine(url: URL, wait_seconds: float) -> Engine:
+    # what the address itself says wins
+    patience = {name: value for name, value in _PATIENCE.items() if name not in url.query}
+    # a connection that died while it lay in the pool is replaced before it is used
+    engine = create_engine(url, pool_pre_ping=True, pool_timeout=_POOL_SECONDS, connect_args=patience)
+
+    @event.listens_for(engine, "begin")
+    def _begin(connection: Connection) -> None:
+        if connection.get_execution_options().get("writes", False):
+            connection.exec_driver_sql(f"SET LOCAL lock_timeout = {int(1000 * wait_seconds)}")
+            # a turn at writing is waited for within one statement
+            longest = int(1000 * (wait_seconds + _STATEMENT_SECONDS))
+            connection.exec_driver_sql(f"SET LOCAL statement_timeout = {longest}")
+            connection.exec_driver_sql(
+                f"SET LOCAL idle_in_transaction_session_timeout = {1000 * _IDLE_SECONDS}"
+            )
+            connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({_WRITERS_LOCK})")
+        else:
+            connection.exec_driver_sql("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY")
+            connection.exec_driver_sql(f"SET LOCAL statement_timeout = {1000 * _STATEMENT_SECONDS}")
+
+    return engine
+
+
+def _revision(connection: Connection) -> str:
+    if inspect(connection).has_table("alembic_version"):
+        return str(connection.execute(text("SELECT version_num FROM alembic_version")).scalar() or "lost")
+    # the first catalogues were SQLite's and kept their version where it keeps such a number
+    first = connection.dialect.name == "sqlite" and connection.exec_driver_sql("PRAGMA user_version").scalar()
+    return "0001" if first else ""
+
+
+def _migrate(connection: Connection, found: str) -> None:
+    from alembic import command
+    from alembic.config import Config
+
+    config = Config()
+    config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
+    config.attributes["connection"] = connection
+    if found and not inspect(connection).has_table("alembic_version"):
+        command.stamp(config, found)
+    command.upgrade(config, HEAD)
+
+
+def open_catalogue(
+    data_dir: Path, address: str | None = None, wait_seconds: float = BUSY_SECONDS
+) -> Catalogue:
+    """Open the catalogue of a data directory, making both where they are missing.
+
+    Parameters
+    ----------
+    data_dir : Path
+        The data directory.
+    address : str, optional
+        URL of the database; by default a SQLite file in the data directory.
+    wait_seconds : float
+        See `Catalogue`.
+
+    Raises
+    ------
+    StoreFault
+        If the folder cannot be made or written, or its catalogue is not ours to read.
+    """
+    fault = Fault(
+        "data_dir",
+        str(data_dir),
+        "a folder that can be made and written",
+        "name another folder with --data-dir, or change its permissions",
+        f"The data directory {data_dir} cannot be made or written.",
+    )
+    try:
+        data_dir.parent.mkdir(parents=True, exist_ok=True)
+        # nobody else's to read; whoever wants to share a folder makes it with the permissions it should have
+        data_dir.mkdir(mode=0o700, exist_ok=True)
+        (data_dir / "cubes").mkdir(mode=0o700, exist_ok=True)
+        if address is None and not (data_dir / SQLITE_FILE).exists():
+            # SQLite gives its other files the permissions of this one
+            for name in (SQLITE_FILE, f"{SQLITE_FILE}{_WRITER}"):
+                (data_dir / name).touch(mode=0o600)
+    except OSError as error:
+        raise StoreFault(fault) from error
+    if not os.access(data_dir, os.W_OK | os.X_OK):
+        raise StoreFault(fault)
+    if address is None:
+        return Catalogue(URL.create("sqlite", database=str(data_dir / SQLITE_FILE)), wait_seconds)
+    return Catalogue(_postgresql_url(address), wait_seconds)
+
+
+def _postgresql_url(address: str) -> URL:
+    try:
+        url = make_url(address)
+        if url.get_backend_name() == "postgresql":
+            # the one driver that is supported, however the address was spelled
+            url = url.set(drivername="postgresql+psycopg")
+            url.get_dialect().import_dbapi()
+            return url
+        found = f"a database of kind {url.get_backend_name()}"
+        advice = "leave it out for a SQLite file in the data directory"
+    except (ArgumentError, NoSuchModuleError, ValueError):  # ValueError of a port that is no number
+        found, advice = "no address of a database", "write postgresql://user:password@host/database"
+    except ImportError:
+        found = "an address of PostgreSQL, for which the driver is not installed"
+        advice = "install damperlab[postgresql]"
+    # the address itself may hold a password and is not repeated
+    told = f"The catalogue's address must be of the form postgresql://…, and this is {found}."
+    raise StoreFault(Fault("catalogue", found, "postgresql://…", advice, told))

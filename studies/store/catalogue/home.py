@@ -1,0 +1,335 @@
+"""Where the cubes of a catalogue are, and whose they are: the two remember each other.
+
+A catalogue that met the cubes of another one would take them for garbage. So a catalogue has an id, and the place of
+its cubes, a folder or a bucket, holds an owner marker with that id, put once and never replaced. What does not fit is
+refused before anything is read or removed: another catalogue, an empty one, an older copy, a disk that is not mounted.
+"""
+
+import json
+import re
+import uuid
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from sqlalchemy import Connection, delete, func, insert, select
+
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE, Catalogue
+from damperlab.studies.store.catalogue.rows import ALIVE
+from damperlab.studies.store.catalogue.tables import facts, studies
+from damperlab.studies.store.faults import StoreFault, cannot_use
+from damperlab.studies.store.files.folder import Folder
+from damperlab.studies.store.files.shelf import Entry, Shelf
+
+MARKER = "damperlab.json"
+"""The piece that says whose cubes a place holds."""
+
+CUBES = "cubes"
+"""The shelf of the cubes, in the data directory or under the bucket's prefix."""
+
+BACKUP_OF = "backup_of"
+"""The fact, in the catalogue of a copy, that names the catalogue whose studies are copied there."""
+
+_REBUILD = "make the catalogue again from the cubes with `damperlab rebuild`"
+_NAME_IT = "name the catalogue that belongs to them (--data-dir, or DAMPERLAB_CATALOGUE for PostgreSQL)"
+
+
+def cube_name(study_id: str, number: int) -> str:
+    """Give the name of a cube's shelf."""
+    return f"{study_id}-{number}.zarr"
+
+
+def parse_cube_name(name: str) -> tuple[str, int] | None:
+    """Read the study's id and number from the name of a cube's shelf; None for any other name."""
+    found = re.fullmatch(r"([0-9a-f]{12}(?:-[0-9]{1,9})?)-([0-9]{1,18})\.zarr", name)
+    return (found[1], int(found[2])) if found else None
+
+
+def require_catalogue(data_dir: Path) -> None:
+    """Refuse to make a new SQLite catalogue beside cubes that some catalogue owns already.
+
+    Raises
+    ------
+    StoreFault
+        If there are cubes in the folder, and no catalogue.
+    """
+    cubes, catalogue = data_dir / CUBES, data_dir / SQLITE_FILE
+    try:
+        # the catalogue is looked for again after the cubes: who opens a new folder meanwhile makes it before its first cube
+        if catalogue.exists() or not _holds_cubes(Folder(cubes).shelves()) or catalogue.exists():
+            return
+    except OSError:
+        return  # which opening it tells better
+    raise StoreFault(
+        Fault(
+            "data_dir",
+            f"cubes in {cubes} without their catalogue",
+            f"the catalogue that the cubes belong to, {data_dir / SQLITE_FILE} or a PostgreSQL database",
+            f"{_NAME_IT}; if it is lost, {_REBUILD}",
+            f"There are cubes in {cubes} without their catalogue, which is {data_dir / SQLITE_FILE} or a PostgreSQL database.",
+        )
+    )
+
+
+def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
+    """Give the shelf of a catalogue's cubes.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+        Asked, and told where it is the first time.
+    data_dir : Path
+        Where the cubes are unless another place is named or remembered.
+    address : str, optional
+        `s3://bucket/prefix`.
+
+    Raises
+    ------
+    StoreFault
+        If the place cannot be used, belongs to another catalogue, is not the one where the cubes are, or holds
+        results that the catalogue does not know.
+    """
+    with catalogue.reading() as connection:
+        known = fact(connection, "cubes")
+        used = connection.execute(select(studies.c.number).where(ALIVE).limit(1)).first() is not None
+    if address is None and known is None:
+        folder = Folder(data_dir / CUBES)
+        _own_folder(catalogue, folder, used)
+        return folder
+    # here, for it needs a library that not every installation has
+    from damperlab.studies.store.files.bucket import Bucket, open_bucket
+
+    bucket: Bucket = open_bucket(address or known or "")
+    if bucket.address == known:
+        return bucket.at(CUBES)
+    if known is None and used:
+        raise StoreFault(
+            Fault(
+                "store",
+                bucket.address,
+                f"the data directory {data_dir}, where the studies of this catalogue are",
+                "leave it out; or copy them: `damperlab backup FOLDER`, and `damperlab restore FOLDER` with "
+                "a new data directory and this store",
+                f"The studies of this catalogue are in the data directory {data_dir}, not in {bucket.address}.",
+            )
+        )
+    _own_bucket(bucket, catalogue_id(catalogue), known if used else None)
+    with catalogue.writing() as connection:
+        remember(connection, "cubes", bucket.address)
+    return bucket.at(CUBES)
+
+
+def catalogue_id(catalogue: Catalogue) -> str:
+    """Give a catalogue's id, which it gets when it is asked for the first time."""
+    with catalogue.reading() as connection:
+        known = fact(connection, "id")
+    if known is not None:
+        return known
+    with catalogue.writing() as connection:
+        return fact(connection, "id") or remember(connection, "id", uuid.uuid4().hex)
+
+
+def owner_of(place: Shelf) -> str | None:
+    """Give the id of the catalogue that a place belongs to; None where it says nothing.
+
+    Raises
+    ------
+    StoreFault
+        If the marker cannot be read.
+    """
+    try:
+        content = place.get(MARKER)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise cannot_use(place.address, error) from error
+    try:
+        found = json.loads(content)["catalogue"]
+        if isinstance(found, str) and re.fullmatch("[0-9a-f]{32}", found) and content == _marker(found):
+            return found
+    except (ValueError, KeyError, TypeError):
+        pass
+    raise StoreFault(
+        Fault(
+            f"{place.address}/{MARKER}",
+            "an owner marker that is damaged",
+            "the id of the catalogue that the cubes belong to",
+            f"if the catalogue of this data directory is theirs, remove the file and {_REBUILD}",
+            f"The owner marker {place.address}/{MARKER}, which says what catalogue the cubes belong to, is damaged.",
+        )
+    )
+
+
+def mark_owner(place: Shelf, owner: str) -> bool:
+    """Put the owner marker where there is none; say whether the place is this owner's now."""
+    return place.put_new(MARKER, _marker(owner))
+
+
+def _marker(owner: str) -> bytes:
+    return json.dumps({"catalogue": owner}).encode()
+
+
+def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
+    # what is in the folder first, then what the catalogue says: it is told before the folder is
+    found = owner_of(folder)
+    names = list(folder.shelves())
+    holds = _holds_cubes(names)
+    if found is None and holds:
+        # who opens a new folder meanwhile marks it before its first cube
+        found = owner_of(folder)
+    with catalogue.reading() as connection:
+        mine = fact(connection, "id")
+        marked = fact(connection, "marked") is not None
+        copied = fact(connection, BACKUP_OF) is not None
+        last = int(connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one())
+    if found is None:
+        _require_own_cubes(catalogue, folder, holds, used, marked)
+        mine = catalogue_id(catalogue)
+        try:
+            if not mark_owner(folder, mine):
+                found = owner_of(folder)
+        except OSError as error:
+            raise cannot_use(folder.address, error) from error
+    if found is not None and found != mine:
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"cubes in {folder.address} that belong to a catalogue other than {catalogue.name}",
+                "the catalogue that they belong to",
+                f"{_NAME_IT}; if it is lost, {_REBUILD}",
+                f"The cubes in {folder.address} belong to a catalogue other than {catalogue.name}.",
+            )
+        )
+    # a copy's files come before its rows: one that was cut short is gone on with
+    newer = None if copied else next(_unknown_results(folder, names, last), None)
+    if newer is not None:
+        raise older_copy(f"{folder.address}/{newer}", catalogue.name)
+    if not marked:
+        with catalogue.writing() as connection:
+            remember(connection, "marked", "yes")
+
+
+def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: bool, marked: bool) -> None:
+    """Refuse a folder without a marker where it cannot be this catalogue's."""
+    if holds and not used and not marked:
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"cubes in {folder.address}, and {catalogue.name}, which knows no study",
+                "the catalogue that the cubes belong to",
+                f"{_NAME_IT}; if it is lost, {_REBUILD}",
+                f"There are cubes in {folder.address}, but {catalogue.name} knows no study.",
+            )
+        )
+    if marked and used and not holds:
+        raise no_cubes(catalogue, folder)
+
+
+def no_cubes(catalogue: Catalogue, folder: Folder) -> StoreFault:
+    """Make the fault for a folder in which a catalogue had cubes, and that has lost its marker and all of them."""
+    return StoreFault(
+        Fault(
+            "data_dir",
+            f"none of the cubes of {catalogue.name} in {folder.address}",
+            "the folder that holds them",
+            "check that its disk is mounted; if the cubes are lost for good, restore a backup",
+            f"{folder.address} holds none of the cubes of {catalogue.name}.",
+        )
+    )
+
+
+def _holds_cubes(shelves: Iterable[str]) -> bool:
+    return any(name.endswith(".zarr") for name in shelves)
+
+
+def _unknown_results(folder: Folder, names: list[str], last: int) -> Iterator[str]:
+    """Give the cubes that were made after the catalogue's last study and hold results.
+
+    A submission that was cut short leaves a cube that its catalogue does not know, but no result in it.
+    """
+    for name in names:
+        parsed = parse_cube_name(name)
+        if parsed and parsed[1] > last and holds_results(folder.at(name)):
+            yield name
+
+
+def disk_gone(shelf: Shelf) -> str | None:
+    """Say that the folder of the cubes is not the one that was opened, as when its disk was unmounted; None for a bucket."""
+    if not isinstance(shelf, Folder):
+        return None
+    try:
+        shelf.stamp(MARKER)
+    except OSError as error:
+        return f"{shelf.address} is not the folder that was opened ({error}): check that its disk is mounted"
+    return None
+
+
+def older_copy(cube: str, catalogue: str) -> StoreFault:
+    """Make the fault for a cube with results that the catalogue should know and does not."""
+    return StoreFault(
+        Fault(
+            "catalogue",
+            f"results in {cube} that {catalogue} does not know: it is an older copy",
+            "the newest state of the catalogue",
+            "put the newest one back, or add to this one what it lacks with `damperlab rebuild`",
+            f"{cube} holds results that {catalogue} does not know: the catalogue is an older copy.",
+        )
+    )
+
+
+def holds_results(cube: Shelf) -> bool:
+    """Whether a cube holds the file of any block, done or not."""
+    return any(map(is_of_block, cube.entries()))
+
+
+def is_of_block(entry: Entry) -> bool:
+    """Whether a piece of a cube is of a block, whose name holds its generation."""
+    return "~" in entry.key
+
+
+def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
+    """Make sure that a bucket holds this catalogue's cubes; `elsewhere` is where they were when last seen."""
+    found = owner_of(bucket)
+    if found is None and elsewhere is not None:
+        raise StoreFault(
+            Fault(
+                "store",
+                f"{bucket.address}, which holds none of this catalogue's cubes",
+                elsewhere,
+                "leave `store` out, or copy everything there first",
+                f"{bucket.address} holds none of this catalogue's cubes; they are in {elsewhere}.",
+            )
+        )
+    try:
+        if found is None and not mark_owner(bucket, mine):
+            found = owner_of(bucket)
+    except OSError as error:
+        raise cannot_use(bucket.address, error) from error
+    if found is not None and found != mine:
+        raise StoreFault(
+            Fault(
+                "store",
+                f"{bucket.address}, which holds the cubes of another catalogue",
+                "a bucket, or a prefix in one, of this catalogue's own",
+                f"{_NAME_IT}, or another prefix; if the catalogue is lost, {_REBUILD}",
+                f"{bucket.address} holds the cubes of another catalogue.",
+            )
+        )
+
+
+def fact(connection: Connection, key: str) -> str | None:
+    """Give what the catalogue remembers about itself under a key."""
+    found = connection.execute(select(facts.c.value).where(facts.c.key == key)).scalar()
+    return None if found is None else str(found)
+
+
+def forget(connection: Connection, key: str) -> None:
+    """Let the catalogue know nothing under a key."""
+    connection.execute(delete(facts).where(facts.c.key == key))
+
+
+def remember(connection: Connection, key: str, value: str) -> str:
+    """Let the catalogue remember something about itself, in place of what it knew under that key."""
+    forget(connection, key)
+    connection.execute(insert(facts).values(key=key, value=value))
+    return value

@@ -1,0 +1,151 @@
+"""How much the studies of a store may take, counted when one is submitted: before compression, as if it were done."""
+
+import json
+from dataclasses import dataclass
+from typing import Optional
+
+from sqlalchemy import Connection, func, select
+
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.catalogue.tables import WAITING, studies
+from damperlab.studies.store.faults import QuotaReached, TooManyUnfinished
+from damperlab.studies.store.submitter import SUBMITTED_BY
+
+_ADVICE = "delete studies that are not needed (`damperlab delete`), ask for fewer points or metrics, or raise the quota"
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What the studies of a store take, those included that are deleted and whose files are still there.
+
+    Parameters
+    ----------
+    points, bytes : int
+        When every study is done, before compression.
+    unfinished : int
+        Studies that wait or run; 0 where that was not asked.
+    """
+
+    points: int
+    bytes: int
+    unfinished: int = 0
+
+    def plus(self, points: int, size: int, count: int = 1) -> "Taken":
+        """Give what is taken with so many more points, bytes and studies."""
+        return Taken(self.points + points, self.bytes + size, self.unfinished + count)
+
+
+@dataclass(frozen=True)
+class Quota:
+    """The most that studies may take together; None for as much as there is room for.
+
+    Parameters
+    ----------
+    points, bytes : int, optional
+        Bytes before compression, so that it can be known before a point is computed.
+    unfinished : int, optional
+        Studies that wait or run.
+    of_owner : Quota, optional
+        The same for the studies of each owner of keys.
+    setting : str
+        What the settings that say so begin with.
+    """
+
+    points: int | None = None
+    bytes: int | None = None
+    unfinished: int | None = None
+    of_owner: Optional["Quota"] = None
+    setting: str = "quota"
+
+    @property
+    def limited(self) -> bool:
+        """Whether there is a limit to all studies together."""
+        return not self.points is self.bytes is self.unfinished is None
+
+    def require(self, before: Taken, after: Taken) -> None:
+        """Refuse studies for which too little is left.
+
+        Parameters
+        ----------
+        before, after : Taken
+            Without them and with them.
+
+        Raises
+        ------
+        QuotaReached
+            Saying how much they would take and how much is left; `TooManyUnfinished` where waiting makes room.
+        """
+        for unit, limit, used, wanted in (
+            ("points", self.points, before.points, after.points - before.points),
+            ("bytes", self.bytes, before.bytes, after.bytes - before.bytes),
+        ):
+            if limit is not None and wanted and used + wanted > limit:
+                raise QuotaReached(
+                    Fault(
+                        f"{self.setting}_{unit}",
+                        f"a study of {wanted:,} {unit}",
+                        f"{max(0, limit - used):,} {unit}: the quota is {limit:,}, of which other "
+                        f"studies use {used:,}",
+                        _ADVICE,
+                        f"{{field}} does not suffice: the study would take {wanted:,} {unit}, and {max(0, limit - used):,} "
+                        f"{unit} of {limit:,} are left.",
+                    )
+                )
+        if self.unfinished is not None and self.unfinished < after.unfinished > before.unfinished:
+            found = f"{after.unfinished:,} studies that wait or run"
+            allowed = f"at most {self.unfinished:,} at a time"
+            advice = "wait until some have ended, or cancel some"
+            told = f"{{field}} allows {allowed}, and there would be {found}."
+            raise TooManyUnfinished(Fault(f"{self.setting}_unfinished", found, allowed, advice, told))
+
+
+class Ledger:
+    """What is taken while studies are entered in one transaction: by all together, and by each owner.
+
+    Parameters
+    ----------
+    connection : Connection
+        At the beginning of the transaction's writing.
+    quota : Quota
+        What may be taken.
+    """
+
+    def __init__(self, connection: Connection, quota: Quota) -> None:
+        self._connection = connection
+        self._quota = quota
+        self._sums: dict[str | None, Taken] = {}
+
+    def enter(self, owner: str | None, points: int, size: int, count: int) -> None:
+        """Count studies of one owner that are about to be entered; where they are too many, none is counted.
+
+        Raises
+        ------
+        QuotaReached
+            As `Quota.require`.
+        """
+        each = self._quota.of_owner if owner is not None else None
+        after: dict[str | None, Taken] = {}
+        for whose, quota in ((None, self._quota), (owner, each)):
+            if quota is not None and quota.limited:
+                before = self._sums.get(whose) or taken(
+                    self._connection, whose, unfinished=quota.unfinished is not None
+                )
+                after[whose] = before.plus(points, size, count)
+                quota.require(before, after[whose])
+        self._sums |= after
+
+
+def taken(connection: Connection, owner: str | None = None, *, unfinished: bool = False) -> Taken:
+    """Add up what the studies take; of one owner, if one is named."""
+    c = studies.c
+    sums = select(func.coalesce(func.sum(c.points_total), 0), func.coalesce(func.sum(c.bytes_total), 0))
+    # of a study whose files are gone an empty row stays
+    sums = sums.where(c.definition != "")
+    count = select(func.count()).select_from(studies).where(WAITING)
+    if owner is not None:
+        # as it stands in the document: a text inside another text has its quotation marks escaped
+        signature = c.provenance.contains(json.dumps({SUBMITTED_BY: owner})[1:-1], autoescape=True)
+        sums, count = sums.where(signature), count.where(signature)
+    points, size = connection.execute(sums).one()
+    waiting = connection.execute(count).scalar_one() if unfinished else 0
+    return Taken(int(points), int(size), int(waiting))

@@ -1,0 +1,211 @@
+"""Rows of the catalogue, as records, flags and faults."""
+
+import base64
+import binascii
+import json
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from sqlalchemy import ColumnElement, Connection, Row, func, insert, not_, select, text
+
+from damperlab.studies.faults import Fault, describe, nearest, printable
+from damperlab.studies.store.catalogue.rowsum import require_row
+from damperlab.studies.store.catalogue.tables import done_blocks, events, studies
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.provenance import COARSE_OF, DESIGNS
+from damperlab.studies.store.record import Record, utc
+from damperlab.studies.store.solver import is_outdated
+
+ALIVE = studies.c.deleted.is_(None)
+"""The studies that were not deleted."""
+
+
+def alive_row(connection: Connection, study_id: str) -> Row[Any] | None:
+    """Find a study by its whole id; None if there is none."""
+    row = connection.execute(select(studies).where(studies.c.id == study_id, ALIVE)).one_or_none()
+    if row is not None:
+        require_row(studies, row, study_id)
+    return row
+
+
+def study_row(connection: Connection, study_id: str) -> Row[Any]:
+    """Find a study by its whole id; raise `StudyNotFound` if there is none."""
+    row = alive_row(connection, study_id)
+    if row is None:
+        raise unknown_study(connection, study_id)
+    return row
+
+
+FIRST_DIGITS = 4
+"""Fewest digits of an id that stand for it: fewer are as likely a name that was mistyped."""
+NAMES_COMPARED = 1000
+"""Names of the newest studies among which one is looked for that was mistyped."""
+
+
+def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
+    """Find the newest version of what a definition asks for; None if there is none."""
+    query = select(studies).where(studies.c.digest == digest, ALIVE)
+    row = connection.execute(query.order_by(studies.c.version.desc()).limit(1)).one_or_none()
+    if row is not None:
+        require_row(studies, row, row.id)
+    return row
+
+
+def asked_for(purpose: str) -> ColumnElement[bool]:
+    """Tell of a row whether a program asked for the study for this purpose, a key of its provenance."""
+    return studies.c.provenance.contains(f'"{purpose}": "', autoescape=True)
+
+
+def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
+    """Make the fault for a study that is not there: when it was deleted, which one was probably meant, a few others."""
+    order = studies.c.number.desc()
+    there = select(studies.c.id, studies.c.name).where(ALIVE).order_by(order).limit(NAMES_COMPARED)
+    # studies that programs asked for are named where there are no others
+    own = there.where(not_(asked_for(DESIGNS)), not_(asked_for(COARSE_OF)))
+    newest = connection.execute(own).all() or connection.execute(there).all()
+    known = ", ".join(f"{row.id} ({row.name})" for row in newest[:3])
+    near = nearest(ref, dict.fromkeys(row.name for row in newest if row.name))
+    advice = f"did you mean {near}?" if near else "`damperlab studies` lists what there is"
+    allowed = (
+        f"an id, a name, or the first digits of an id; newest: {known}"
+        if known
+        else "nothing: there are no studies yet"
+    )
+    gone = connection.execute(
+        select(func.max(studies.c.deleted)).where(studies.c.id == ref, studies.c.deleted.is_not(None))
+    ).scalar()
+    when = f", deleted {utc(gone):%Y-%m-%d %H:%M:%S} UTC" if gone else ""
+    told = f"There is no study {printable(ref)}{when}. " + (
+        f"Studies go by an id, a name, or the first digits of an id; the newest are {known}."
+        if known
+        else "There are no studies yet."
+    )
+    return StudyNotFound(Fault("study", describe(ref) + when, allowed, advice, told))
+
+
+def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
+    """Make the fault for the first digits of an id that are too few, or fit several studies."""
+    known = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
+    if len(ref) < FIRST_DIGITS:
+        allowed = f"a name, or at least the first {FIRST_DIGITS} digits of an id; this begins {known}"
+        told = f"No study is named {printable(ref)}; of an id it takes {FIRST_DIGITS} digits. It begins that of {known}."
+    else:
+        allowed = f"one study; this fits {known}"
+        told = f"{printable(ref)} fits more than one study: {known}."
+    return StudyNotFound(Fault("study", describe(ref), allowed, "write more digits of the id", told))
+
+
+def marks_of(
+    connection: Connection, number: int, *, after: int | None = None, upto: int | None = None
+) -> dict[int, str]:
+    """Give the generation of every done block of a study by the block's index, or of those done between revisions."""
+    c = done_blocks.c
+    query = select(c.block, c.generation).where(c.study == number)
+    if after is not None:
+        query = query.where(c.revision > after)
+    if upto is not None:
+        query = query.where(c.revision <= upto)
+    return {int(row.block): str(row.generation) for row in connection.execute(query)}
+
+
+def lost_marks(row: Row[Any], found: int) -> str | None:
+    """Say that a study has not as many done-marks as its row counts, or is done without them all; None where it is well."""
+    if found != row.blocks_done:
+        return f"{found} done-marks where {row.blocks_done} blocks are done"
+    if row.state == "done" and found < row.blocks_total:
+        return f"a study that is done, of which {row.blocks_total - found} of {row.blocks_total} done-marks are missing"
+    return None
+
+
+def claim_owner(row: Row[Any]) -> str | None:
+    """Say whose claim on the study holds now."""
+    held = row.claim_owner is not None and row.claim_expires >= time.time()
+    return str(row.claim_owner) if held else None
+
+
+def _seconds_left(row: Row[Any]) -> float | None:
+    left = row.points_total - row.points_done
+    if left == 0:
+        return 0.0
+    if row.state != "running" or row.last_mark is None or row.points_done == row.run_points:
+        return None
+    # wall time, so that the pace holds for however many workers there are
+    pace = (row.last_mark - row.run_began) / (row.points_done - row.run_points)
+    return float(max(0.0, left * pace - (time.time() - row.last_mark)))
+
+
+def record_of(row: Row[Any]) -> Record:
+    """Give a study's row as a record."""
+    require_row(studies, row, row.id)
+    created = utc(row.created)
+    assert created is not None
+    prepares = row.state == "running" and row.phase is not None
+    return Record(
+        id=row.id,
+        name=row.name,
+        state=row.state,
+        phase=row.phase if prepares else row.state,
+        phase_done=row.phase_done if prepares else None,
+        phase_total=row.phase_total if prepares else None,
+        points_total=row.points_total,
+        points_done=row.points_done,
+        points_failed=row.points_failed,
+        blocks_total=row.blocks_total,
+        blocks_done=row.blocks_done,
+        created=created,
+        started=utc(row.started),
+        finished=utc(row.finished),
+        seconds_left=_seconds_left(row),
+        definition=json.loads(row.definition),
+        digest=row.digest,
+        chunk=tuple(json.loads(row.chunk)),
+        provenance=json.loads(row.provenance),
+        message=row.message,
+        seconds=row.seconds,
+        kernel_seconds=row.kernel_seconds,
+        owner=claim_owner(row),
+        points_reused=row.points_reused,
+        revision=row.revision,
+        reuse=row.reuse,
+        shape=tuple(json.loads(row.shape)),
+        version=row.version,
+        outdated=row.blocks_done > 0 and is_outdated(json.loads(row.provenance)),
+        priority=row.priority,
+        tags=tuple(json.loads(row.tags)),
+        note=row.note,
+    )
+
+
+def cursor_of(number: int) -> str:
+    """Give the cursor of the page that follows the study of this number."""
+    return base64.urlsafe_b64encode(f"before {number}".encode()).decode().rstrip("=")
+
+
+def number_before(cursor: str) -> int:
+    """Read a cursor back; raise `StoreFault` if it is none."""
+    try:
+        text = base64.urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode()
+        word, number = text.split(" ")
+        if word == "before" and number.isascii() and number.isdigit() and len(number) < 19:
+            return int(number)
+    except (binascii.Error, ValueError):
+        pass
+    raise StoreFault(
+        Fault("cursor", describe(cursor), "the cursor of a page", "leave it out for the first page")
+    )
+
+
+def log_event(connection: Connection, study_id: str, what: str) -> None:
+    """Note among a study's events what has happened to it now."""
+    connection.execute(insert(events).values(study=study_id, at=time.time(), what=what))
+
+
+def advance_counters(connection: Connection) -> None:
+    """Let the next number be a new one after rows came with theirs: PostgreSQL's counters do not learn from them."""
+    if connection.dialect.name != "postgresql":
+        return
+    for table in (studies, events):
+        last = select(func.max(table.c.number)).scalar_subquery()
+        counter = func.pg_get_serial_sequence(text(f"'{table.name}'"), text("'number'"))
+        connection.execute(select(func.setval(counter, func.coalesce(last, 1))))

@@ -1,0 +1,142 @@
+"""Checksums of the catalogue's rows: a bit that flips in the database is told, and never read as a result.
+
+A row that a transaction writes loses its checksum at once and gets the new one as the transaction ends, whoever wrote
+it (`Catalogue.writing`); so a row without one is one that is being written. Whoever changes a row reads it before,
+and with that compares it.
+"""
+
+from collections.abc import Iterable
+from functools import cache
+from typing import Any
+
+import google_crc32c
+from sqlalchemy import (
+    BigInteger,
+    Boolean,
+    Column,
+    Connection,
+    Float,
+    Insert,
+    Integer,
+    Row,
+    Table,
+    Update,
+    bindparam,
+    select,
+    update,
+)
+
+from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, studies
+from damperlab.studies.store.faults import CatalogueDamaged, catalogue_damaged
+
+SUMMED = (studies, done_blocks, keys, events, access_keys)
+"""The tables whose rows have a checksum."""
+
+_LEFT_OUT = {
+    # who works on a study is written every few seconds, and put right by the next claim
+    "studies": {"crc", "claim_owner", "claim_expires"},
+    "done_blocks": {"crc"},
+    "keys": {"crc"},
+    "events": {"crc"},
+    "access_keys": {"crc"},
+}
+_TOUCHED = "damperlab touched"
+_SEALS = {"seals": True}
+_AT_ONCE = 1000
+
+
+def row_sum(table: Table, row: Row[Any]) -> int:
+    """Give the checksum of a row: CRC-32C of its columns that are not as they are by default."""
+    told = [
+        (column.name, _plain(column, row._mapping[column.name]), default) for column, default in _told(table)
+    ]
+    # a column that is added later, with a default, changes no row's checksum
+    kept = [(name, value) for name, value, default in told if value is not None and value != default]
+    return int(google_crc32c.value(repr(kept).encode()))
+
+
+@cache
+def _told(table: Table) -> tuple[tuple[Column[Any], Any], ...]:
+    return tuple(
+        (column, getattr(column.default, "arg", None))
+        for column in table.c
+        if column.name not in _LEFT_OUT[table.name]
+    )
+
+
+def is_sound(table: Table, row: Row[Any]) -> bool:
+    """Whether a whole row of a table is what was written."""
+    return row.crc is None or row.crc == row_sum(table, row)
+
+
+def require_row(table: Table, row: Row[Any], study_id: str) -> None:
+    """Raise `CatalogueDamaged` unless a whole row of a table is what was written."""
+    if not is_sound(table, row):
+        raise damaged_row(table, study_id)
+
+
+def damaged_row(table: Table, study_id: str) -> CatalogueDamaged:
+    """Make the fault for a row that is not what was written."""
+    return catalogue_damaged(
+        study_id,
+        f"a row of {table.name} whose checksum is not that of its contents",
+        "make what is damaged again from the cubes with `damperlab rebuild`, which leaves all that is well as it is",
+    )
+
+
+def watch(statement: Any, connection: Connection) -> Any:
+    """Let a statement that writes rows take their checksums away, and remember which tables it touched."""
+    if not isinstance(statement, Insert | Update) or statement.table not in SUMMED:
+        return statement
+    if connection.get_execution_options().get("seals") or statement.get_execution_options().get("seals"):
+        return statement
+    connection.info.setdefault(_TOUCHED, set()).add(statement.table.name)
+    return statement.values(crc=None) if isinstance(statement, Update) else statement
+
+
+def seal_rows(connection: Connection, tables: Iterable[Table] | None = None) -> None:
+    """Give every row without a checksum its own, in the tables that were touched or in those named."""
+    touched = connection.info.pop(_TOUCHED, set())
+    for table in SUMMED if tables is None else tables:
+        if tables is not None or table.name in touched:
+            _seal(connection, table)
+
+
+def forget_touched(connection: Connection) -> None:
+    """Begin a transaction: nothing was touched."""
+    connection.info.pop(_TOUCHED, None)
+
+
+def _seal(connection: Connection, table: Table) -> None:
+    own = list(table.primary_key.columns)
+    change = (
+        update(table)
+        .where(*(column == bindparam(f"of_{column.name}") for column in own))
+        .values(crc=bindparam("sum"))
+        .execution_options(**_SEALS)
+    )
+    while True:
+        rows = connection.execute(select(table).where(table.c.crc.is_(None)).limit(_AT_ONCE)).all()
+        if not rows:
+            return
+        connection.execute(
+            change,
+            [
+                {
+                    **{f"of_{column.name}": row._mapping[column.name] for column in own},
+                    "sum": row_sum(table, row),
+                }
+                for row in rows
+            ],
+        )
+
+
+def _plain(column: Column[Any], value: Any) -> Any:
+    """Give a value as every database gives it back."""
+    if value is None:
+        return None
+    if isinstance(column.type, Float):
+        return float(value)
+    if isinstance(column.type, Boolean | BigInteger | Integer):
+        return int(value)
+    return str(value)

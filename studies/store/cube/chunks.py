@@ -1,0 +1,61 @@
+"""The files of a cube's blocks: what they are called, and what is said of one that cannot be read.
+
+Every attempt at a block writes files of its own, which carry the attempt's generation in their names. The
+block's done-mark names one generation, and by that one transaction all readers switch to it. No file is ever
+overwritten, so a reader never meets half of one attempt and half of another.
+"""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from damperlab.studies.faults import Fault, sentence
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.files.shelf import Shelf
+
+Marks = Mapping[int, str]
+"""The generation of every done block, by the block's index."""
+
+
+class BlockDamaged(StoreFault):
+    """What a study has stored is lost or is not what was written: a block with a done-mark, or a cube's description."""
+
+
+def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDamaged:
+    """Make the fault for a block that cannot be read; the index is None where `what` is no part of a block."""
+    study_id = shelf.name.removesuffix(".zarr").rpartition("-")[0]
+    where = f"{'' if index is None else f'block {index} of '}study {study_id}"
+    return BlockDamaged(
+        Fault(
+            where,
+            f"{what}: {found}",
+            "what was written",
+            f"find all that is damaged with `damperlab verify {study_id}`, and repair it with `damperlab verify "
+            f"--repair {study_id}`: descriptions are written again, lost blocks are computed again",
+            sentence(f"{where} cannot be read: {what}: {found}"),
+        )
+    )
+
+
+def chunk_key(variable: str, place: Iterable[int]) -> str:
+    """Give the key under which Zarr knows a chunk of a variable."""
+    return f"{variable}/c.{'.'.join(map(str, place))}"
+
+
+def chunk_file(key: str, generation: str) -> str:
+    """Give the name of a chunk's file, relative to the cube's folder; the first cubes had no generations."""
+    return f"{key}~{generation}" if generation else key
+
+
+def chunk_place(key: str, grid: tuple[int, ...]) -> tuple[str, int] | None:
+    """Read a chunk's key: the variable and the block's index; None for any other key, as of a coordinate."""
+    variable, slash, name = key.partition("/c.")
+    if not slash:
+        return None
+    parts = name.split(".")
+    if len(parts) != len(grid) or not all(part.isascii() and part.isdigit() for part in parts):
+        return None
+    place = tuple(map(int, parts))
+    if any(at >= count for at, count in zip(place, grid, strict=True)):
+        return None
+    return variable, int(np.ravel_multi_index(place, grid))

@@ -1,0 +1,235 @@
+"""The cube of one study: made once, and written a block at a time.
+
+A block's file is whole from the moment it can be seen, but only a done-mark makes it the block's: a reader is shown
+blocks with a mark alone (`damperlab.studies.store.cube.opened`). A file that is lost or damaged is an error for its reader
+and never a fill value.
+"""
+
+import hashlib
+import time
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.plan import Block
+from damperlab.studies.store.cube.checksum import checksum
+from damperlab.studies.store.cube.chunks import chunk_file, chunk_key
+from damperlab.studies.store.cube.description import (
+    DESCRIPTION,
+    Description,
+    describe_cube,
+    first_pieces,
+)
+from damperlab.studies.store.cube.description import stored_variables as stored_variables
+from damperlab.studies.store.cube.packed import BLOCKS, block_key, pack, read_part
+from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.store.files.shelf import Shelf
+from damperlab.studies.variables import Status
+
+
+def bytes_per_point(study: AnyStudy) -> int:
+    """Bytes that one point of the study takes before compression."""
+    return sum(np.dtype(v.dtype).itemsize for v in stored_variables(study))
+
+
+def block_grid(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...]:
+    """Count the blocks along each dimension; a block's index runs through them, last dimension fastest."""
+    return tuple(-(-extent // step) for extent, step in zip(shape, chunk, strict=True))
+
+
+def create_cube(
+    shelf: Shelf,
+    study: AnyStudy,
+    chunk: tuple[int, ...],
+    provenance: Mapping[str, str],
+    *,
+    reuse: bool = True,
+    created: float | None = None,
+) -> None:
+    """Make an empty cube and wait until it is safe; whatever lies on the shelf is removed.
+
+    Parameters
+    ----------
+    shelf : Shelf
+        Where it shall be.
+    study : AnyStudy
+        Coordinates and variables.
+    chunk : tuple of int
+        Extent of a block.
+    provenance : mapping of str
+        Kept with the cube; its `solver_version` becomes an attribute of its own.
+    reuse : bool
+        Whether the study may take points from others.
+    created : float, optional
+        When it was submitted, in seconds since 1970; now by default.
+
+    Raises
+    ------
+    OSError
+        If the shelf cannot be written.
+    """
+    shelf.clear()
+    shelf.fill(first_files(study, chunk, provenance, reuse=reuse, created=created), (BLOCKS,))
+
+
+def first_files(
+    study: AnyStudy,
+    chunk: tuple[int, ...],
+    provenance: Mapping[str, str],
+    *,
+    reuse: bool = True,
+    created: float | None = None,
+) -> dict[str, bytes]:
+    """Give the files of a cube without blocks, by their keys; see `create_cube`."""
+    return _pieces(study, chunk, provenance, reuse, created) | study.attachments()
+
+
+def restore_metadata(
+    shelf: Shelf,
+    study: AnyStudy,
+    chunk: tuple[int, ...],
+    provenance: Mapping[str, str],
+    *,
+    reuse: bool = True,
+    created: float | None = None,
+) -> None:
+    """Write a cube's description and coordinates anew; the files of its blocks stay, and those that the study brought.
+
+    Raises
+    ------
+    OSError
+        If the shelf cannot be written.
+    """
+    shelf.fill(_pieces(study, chunk, provenance, reuse, created))
+
+
+def _pieces(
+    study: AnyStudy,
+    chunk: tuple[int, ...],
+    provenance: Mapping[str, str],
+    reuse: bool,
+    created: float | None,
+) -> dict[str, bytes]:
+    at = datetime.fromtimestamp(time.time() if created is None else created, UTC)
+    return first_pieces(study, chunk, provenance, reuse=reuse, created=at)
+
+
+def lost_attachments(shelf: Shelf, study: AnyStudy) -> list[str]:
+    """Give the keys of the files that a study brought along and that are gone, or not as they were written.
+
+    Raises
+    ------
+    OSError
+        If the shelf cannot be read.
+    """
+    return [key for key, sha256 in study.attached.items() if _sha256(shelf, key) != sha256]
+
+
+def _sha256(shelf: Shelf, key: str) -> str:
+    try:
+        return hashlib.sha256(shelf.get(key)).hexdigest()
+    except FileNotFoundError:
+        return ""
+
+
+def write_region(
+    cube_path: str,
+    block: Block,
+    values: Mapping[str, np.ndarray],
+    generation: str = "",
+    told: Mapping[str, Any] | None = None,
+) -> str:
+    """Write the region of one block and wait until it is safe; its done-mark may be set afterwards.
+
+    Parameters
+    ----------
+    cube_path : str
+        Where the cube is, `Store.cube_path`.
+    block : Block
+        The block, aligned with the chunks of the cube.
+    values : mapping of array
+        Every stored variable by name, each of the block's shape.
+    generation : str
+        Tells this attempt's file from those of every other; the done-mark must name it.
+    told : mapping, optional
+        What else the block's file shall say of itself, by the names of the done-mark's columns.
+
+    Returns
+    -------
+    str
+        The block's checksum, for its done-mark.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the cube is gone (deleted meanwhile).
+    KeyError
+        If a stored variable is missing from `values`.
+    ValueError
+        If a variable has another shape than the block.
+    OSError
+        If the disk refuses, a full one for instance, or the cube's description is damaged.
+    """
+    shelf = open_shelf(cube_path)
+    described = description_of(shelf)
+    arrays = described.arrays
+    for name in arrays:
+        if values[name].shape != block.shape:
+            raise ValueError(f"{name} has shape {values[name].shape}, its block {block.shape}")
+    stored = {name: np.asarray(values[name], array.dtype) for name, array in arrays.items()}
+    encoded = {name: array.encode(stored[name]) for name, array in arrays.items()}
+    found = checksum(stored)
+    if described.packed:
+        mark = {
+            "digest": described.digest,
+            "block": block.index,
+            "generation": generation,
+            "checksum": found,
+            "points": block.points,
+            "failed": int(np.count_nonzero(stored["status"] >= Status.TOO_MANY_EVENTS)),
+            "at": time.time(),
+            **(told or {}),
+        }
+        shelf.put(block_key(block.index, generation), pack(mark, encoded))
+        return found
+    chunks = next(iter(arrays.values())).chunks
+    place = [start // step for start, step in zip(block.start, chunks, strict=True)]
+    shelf.put_all(
+        {chunk_file(chunk_key(name, place), generation): content for name, content in encoded.items()}
+    )
+    return found
+
+
+def description_of(shelf: Shelf) -> Description:
+    """Read a cube's description, as who computes does: damage is no fault of the points.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, or is not as it was written.
+    """
+    try:
+        return describe_cube(shelf.get(DESCRIPTION))
+    except ValueError as error:
+        raise OSError(
+            f"the description of {shelf.name} is damaged ({error}); `damperlab verify --repair` writes it anew"
+        ) from error
+
+
+def read_chunk(shelf: Shelf, described: Description, variable: str, index: int, generation: str) -> bytes:
+    """Read one variable of a block as it was encoded, a chunk of a Zarr array.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is not the block's.
+    """
+    if described.packed:
+        return read_part(shelf, block_key(index, generation), variable, described.digest)
+    place = map(int, np.unravel_index(index, described.grid))
+    return shelf.get(chunk_file(chunk_key(variable, place), generation))

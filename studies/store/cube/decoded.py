@@ -1,0 +1,161 @@
+"""Chunks read and decoded, the last ones kept, so that slices of a large cube are quick.
+
+A chunk is never overwritten and its name carries its generation, so what is kept does not grow stale; in a folder its
+size and time are looked at all the same, so that a file that was lost or damaged since is not overlooked.
+"""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import islice, product
+from typing import Any
+
+import numpy as np
+
+from damperlab.studies.store.cube.coding import StoredArray
+from damperlab.studies.store.files.shelf import Shelf
+
+KEPT_BYTES = 64 * 2**20
+"""Decoded chunks that a process keeps, whatever the size of its cubes."""
+
+
+class DecodedChunks:
+    """The chunks that were decoded last, up to a number of bytes; for any number of threads.
+
+    Parameters
+    ----------
+    limit : int
+        Most bytes that are kept.
+    """
+
+    def __init__(self, limit: int = KEPT_BYTES) -> None:
+        self._limit = limit
+        self._kept: OrderedDict[tuple[str, str, str, tuple[int, ...]], np.ndarray] = OrderedDict()
+        self._bytes = 0
+        self._lock = threading.Lock()
+
+    def __reduce__(self) -> tuple[type["DecodedChunks"], tuple[int]]:
+        """Copy without what is kept: each process and each copy fills its own."""
+        return DecodedChunks, (self._limit,)
+
+    def get(self, shelf: Shelf, key: str, load: Callable[[], np.ndarray], part: str = "") -> np.ndarray:
+        """Give what a file, or a part of it, holds, loading it where it is not kept.
+
+        Raises
+        ------
+        OSError
+            If it cannot be read.
+        ValueError, RuntimeError
+            If its bytes are not what was written.
+        """
+        kept_as = (shelf.address, key, part, shelf.stamp(key))
+        with self._lock:
+            found = self._kept.get(kept_as)
+            if found is not None:
+                self._kept.move_to_end(kept_as)
+                return found
+        found = load()
+        with self._lock:
+            if kept_as not in self._kept:
+                self._kept[kept_as] = found
+                self._bytes += found.nbytes
+            while self._bytes > self._limit:
+                _, oldest = self._kept.popitem(last=False)
+                self._bytes -= oldest.nbytes
+        return found
+
+    def clear(self) -> None:
+        """Keep nothing of what was read so far."""
+        with self._lock:
+            self._kept.clear()
+            self._bytes = 0
+
+
+KEPT = DecodedChunks()
+"""Of this process."""
+
+
+def read_outer(
+    array: StoredArray,
+    key: tuple[Any, ...],
+    chunk: Callable[[tuple[int, ...]], np.ndarray | None],
+    readers: int = 1,
+) -> np.ndarray:
+    """Index an array along each dimension on its own, chunk by chunk.
+
+    Parameters
+    ----------
+    array : StoredArray
+        For shape, chunks, type and fill value.
+    key : tuple
+        For each dimension an integer, a slice, or an array of integers.
+    chunk : callable
+        Gives the decoded chunk at a place of the grid of chunks, or None where everything is fill value.
+    readers : int
+        How many chunks are asked for side by side.
+
+    Returns
+    -------
+    ndarray
+        As `array.oindex[key]`.
+    """
+    points = [
+        np.arange(extent)[index] if isinstance(index, slice) else np.atleast_1d(np.asarray(index))
+        for index, extent in zip(key, array.shape, strict=True)
+    ]
+    values = np.full([p.size for p in points], array.fill, array.dtype)
+    # for each dimension: the chunks that are touched, where they land, and what of them is taken
+    touched: list[list[tuple[int, Any, Any]]] = []
+    for wanted, extent, step in zip(points, array.shape, array.chunks, strict=True):
+        wanted = np.where(wanted < 0, wanted + extent, wanted)
+        home, inside = wanted // step, wanted % step
+        parts: list[tuple[int, Any, Any]] = []
+        for place in np.unique(home).tolist():
+            to = np.flatnonzero(home == place)
+            parts.append((place, _compact(to), _compact(inside[to])))
+        touched.append(parts)
+    # numpy treats one array among slices as each dimension on its own, but two arrays as pairs
+    paired = (
+        sum(any(not isinstance(to, slice) or not isinstance(t, slice) for _, to, t in p) for p in touched) > 1
+    )
+    for into, taken, found in _found(product(*touched), chunk, readers):
+        if found is not None and paired:
+            values[_outer(into, values.shape)] = found[_outer(taken, found.shape)]
+        elif found is not None:
+            values[into] = found[taken]
+    kept = tuple(0 if isinstance(index, int | np.integer) else slice(None) for index in key)
+    return np.asarray(values[kept])
+
+
+def _found(
+    boxes: Iterable[tuple[tuple[int, Any, Any], ...]],
+    chunk: Callable[[tuple[int, ...]], np.ndarray | None],
+    readers: int,
+) -> Iterator[tuple[Any, Any, np.ndarray | None]]:
+    """Give for every chunk that is touched where it lands, what of it is taken, and what it holds."""
+    turned = (tuple(zip(*box, strict=True)) for box in boxes)
+    if readers == 1:
+        yield from ((into, taken, chunk(place)) for place, into, taken in turned)
+        return
+    with ThreadPoolExecutor(readers) as pool:
+        # no more at once than are read side by side: a slab of a large cube must not be held twice
+        while some := list(islice(turned, readers)):
+            found = pool.map(chunk, [place for place, _, _ in some])
+            yield from ((into, taken, values) for (_, into, taken), values in zip(some, found, strict=True))
+
+
+def _compact(index: np.ndarray) -> Any:
+    """Write a run of ascending neighbours as a slice, which numpy copies faster."""
+    if index[-1] - index[0] == index.size - 1 and (np.diff(index) == 1).all():
+        return slice(int(index[0]), int(index[-1]) + 1)
+    return index
+
+
+def _outer(parts: tuple[Any, ...], shape: tuple[int, ...]) -> tuple[Any, ...]:
+    """Make an index that treats each dimension on its own."""
+    spelled = [
+        np.arange(extent)[part] if isinstance(part, slice) else part
+        for part, extent in zip(parts, shape, strict=True)
+    ]
+    return tuple(np.ix_(*spelled))

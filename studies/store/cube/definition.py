@@ -1,0 +1,84 @@
+"""A study read back from what a store kept of it: the same coordinates to the last bit, or none at all."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.faults import Fault
+from damperlab.studies.ground.suite import Suite
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.files.shelf import Shelf
+
+
+class DefinitionDamaged(StoreFault):
+    """What a store kept of a study is not what was submitted."""
+
+
+def parse_stored(definition: Any, digest: str) -> Study | Suite:
+    """Read the definition of a stored study.
+
+    Ranges were expanded by sums of doubles once. A study from then keeps the coordinates that its results were computed
+    at: it is told by its digest, which counts every coordinate.
+
+    Parameters
+    ----------
+    definition : dict
+        As the catalogue or the cube holds it.
+    digest : str
+        Of the study when it was submitted.
+
+    Raises
+    ------
+    DefinitionDamaged
+        If the definition does not have this digest by either rule.
+    """
+    try:
+        study = parse_study(definition)
+        if study.digest == digest:
+            return study
+        study = parse_study(_summed(definition))
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise _damaged(digest, f"a definition that cannot be read ({error})") from error
+    if study.digest != digest:
+        raise _damaged(digest, f"the definition of study {study.digest[:12]}")
+    return study
+
+
+def with_attachments(study: Study | Suite, shelf: Shelf) -> Study | Suite:
+    """Give a study together with the files that it brought to its cube.
+
+    Raises
+    ------
+    OSError, ValueError
+        If one of them is lost or damaged.
+    """
+    if isinstance(study, Study):
+        return study
+    motions = {record.id: record.read(shelf.get(record.key)) for record in study.records}
+    return replace(study, motions=motions)
+
+
+def _summed(document: Any) -> Any:
+    """Write the values of every range as they were formed before ranges were exact."""
+    if isinstance(document, list):
+        return [_summed(entry) for entry in document]
+    if not isinstance(document, dict):
+        return document
+    if {"start", "stop", "num"} <= document.keys():
+        spaced = np.geomspace if document.get("spacing") == "log" else np.linspace
+        return spaced(document["start"], document["stop"], document["num"]).tolist()
+    return {key: _summed(entry) for key, entry in document.items()}
+
+
+def _damaged(digest: str, found: str) -> DefinitionDamaged:
+    return DefinitionDamaged(
+        Fault(
+            f"definition of study {digest[:12]}",
+            found,
+            f"a definition with digest {digest}",
+            "run `damperlab verify` to find what is damaged; the study is not computed meanwhile",
+            f"The stored definition of study {digest[:12]} is damaged: it is {found}, and not the one with digest {digest}.",
+        )
+    )

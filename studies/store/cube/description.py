@@ -1,0 +1,281 @@
+"""A cube's description of itself, its one `zarr.json`: written when the study is submitted, read by everything else.
+
+It is Zarr's metadata of a group with every array in it, so that one read opens a cube. The arrays' chunks are in the
+blocks' files (`packed.py`); their codec `damperlab.block` knows that, and names the codecs of a single variable.
+Cubes of the first layout had a file for each variable and block, their description no checksum, and files of
+coordinates as Zarr writes them by default; they are read as they are.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.kinds import kind_of
+from damperlab.studies.store.cube.coding import (
+    Compressor,
+    StoredArray,
+    StoredCoordinate,
+    encode_coordinate,
+)
+from damperlab.studies.store.files.sealed import PLACEHOLDER, is_sealed, require_seal, seal
+from damperlab.studies.variables import Variable
+
+DESCRIPTION = "zarr.json"
+"""The key of the description."""
+
+CODEC = "damperlab.block"
+"""The codec of arrays whose chunks lie in the blocks' files."""
+
+_OWN = "damperlab"  # the attribute that is ours alone
+_COMPLETE, _INCOMPLETE = b'"complete": "yes"', b'"complete": "no"'
+_CODEC_NAMES = ("bytes", "blosc", "crc32c")
+
+
+def stored_variables(study: AnyStudy) -> tuple[Variable, ...]:
+    """Give the variables that a study keeps: its metrics and always the status, in the registry's order."""
+    return tuple(v for v in study.variables.values() if v.name in study.metrics or v.name == "status")
+
+
+@dataclass(frozen=True)
+class Description:
+    """What a cube's metadata say.
+
+    Parameters
+    ----------
+    attributes : mapping
+        Of the cube.
+    dimensions : tuple of str
+        Of every array, in their order.
+    arrays : mapping
+        By name; coordinates are not among them.
+    coordinates : mapping
+        By name.
+    packed : bool
+        Whether a block is one file; the first cubes had one for each variable.
+    reuse : bool
+        Whether the study may take points from others.
+    """
+
+    attributes: Mapping[str, Any]
+    dimensions: tuple[str, ...]
+    arrays: Mapping[str, StoredArray]
+    coordinates: Mapping[str, StoredCoordinate]
+    packed: bool
+    reuse: bool = True
+
+    @property
+    def grid(self) -> tuple[int, ...]:
+        """Blocks along each dimension."""
+        first = next(iter(self.arrays.values()))
+        return tuple(-(-extent // step) for extent, step in zip(first.shape, first.chunks, strict=True))
+
+    @property
+    def digest(self) -> str:
+        """Of the study."""
+        return str(self.attributes["digest"])
+
+    @property
+    def pieces(self) -> tuple[str, ...]:
+        """The keys of the pieces that describe the cube: this one, and those of the coordinates."""
+        keys = [one.key for one in self.coordinates.values() if one.value is None]
+        if not self.packed:
+            keys += [f"{name}/{DESCRIPTION}" for name in (*self.arrays, *self.coordinates)]
+        return (DESCRIPTION, *keys)
+
+
+def first_pieces(
+    study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str], *, reuse: bool, created: datetime
+) -> dict[str, bytes]:
+    """Give the pieces of a cube without blocks: the description and the coordinates."""
+    coordinates = study.coordinates
+    members = {name: _coordinate(name, values, study) for name, values in coordinates.items()}
+    shape, dimensions = study.shape, tuple(coordinates)
+    members |= {v.name: _variable(v, shape, chunk, dimensions) for v in stored_variables(study)}
+    document = {
+        "zarr_format": 3,
+        "node_type": "group",
+        "attributes": {
+            "title": study.name,
+            "study": json.dumps(study.document()),
+            "digest": study.digest,
+            "solver_version": provenance.get("solver_version", "unknown"),
+            "created": created.astimezone(UTC).isoformat(timespec="microseconds"),
+            "provenance": json.dumps(dict(provenance)),
+            "complete": "no",
+            _OWN: {"crc32c": PLACEHOLDER, "layout": 2, "reuse": reuse},
+        },
+        "consolidated_metadata": {"kind": "inline", "must_understand": False, "metadata": members},
+    }
+    pieces = {DESCRIPTION: seal(json.dumps(document).encode())}
+    for name, values in coordinates.items():
+        if "value" not in _place_of(values):
+            pieces[f"{name}/c.0"] = encode_coordinate(values)
+    return pieces
+
+
+def as_complete(metadata: bytes, complete: bool) -> bytes:
+    """Rewrite a description to say whether every block of the cube is there; one of the first layout stays."""
+    if not is_sealed(metadata):
+        return metadata
+    require_seal(metadata)
+    old, new = (_INCOMPLETE, _COMPLETE) if complete else (_COMPLETE, _INCOMPLETE)
+    return seal(metadata.replace(old, new))
+
+
+@lru_cache(maxsize=64)
+def describe_cube(metadata: bytes) -> Description:
+    """Read a cube's description.
+
+    Raises
+    ------
+    ValueError
+        If it is not what was written.
+    """
+    packed = CODEC.encode() in metadata
+    if packed or is_sealed(metadata):
+        require_seal(metadata)
+    try:
+        return _parse(json.loads(metadata), packed)
+    except (KeyError, TypeError, AttributeError, IndexError, StopIteration) as error:
+        raise ValueError(f"they are no description of a cube ({type(error).__name__}: {error})") from error
+
+
+@lru_cache(maxsize=64)
+def plain_metadata(metadata: bytes) -> bytes:
+    """Rewrite a description for a reader that is handed one variable of a block as a chunk, as over HTTP."""
+    document = json.loads(metadata)
+    document.get("attributes", {}).pop(_OWN, None)
+    for node in document.get("consolidated_metadata", {}).get("metadata", {}).values():
+        codecs = node.get("codecs", [])
+        if codecs and codecs[0].get("name") == CODEC:
+            node["codecs"] = codecs[0]["configuration"]["codecs"]
+    return json.dumps(document).encode()
+
+
+def node_metadata(metadata: bytes, name: str) -> bytes:
+    """Give the metadata of one array, out of those of the group."""
+    return json.dumps(json.loads(metadata)["consolidated_metadata"]["metadata"][name]).encode()
+
+
+def _parse(document: Any, packed: bool) -> Description:
+    arrays: dict[str, StoredArray] = {}
+    coordinates: dict[str, StoredCoordinate] = {}
+    dimensions: tuple[str, ...] = ()
+    for name, node in document["consolidated_metadata"]["metadata"].items():
+        named = tuple(node["dimension_names"])
+        if named == (name,):
+            text = node["data_type"] == "string"
+            stored = any(codec["name"] == "crc32c" for codec in node["codecs"]) or not packed
+            value = None if stored else float(node["fill_value"])
+            key = f"{name}/c{node['chunk_key_encoding']['configuration']['separator']}0"
+            coordinates[name] = StoredCoordinate(
+                name, int(node["shape"][0]), text, value, key, node.get("attributes", {})
+            )
+        else:
+            arrays[name] = _array(name, node)
+            dimensions = named
+    attributes = dict(document["attributes"])
+    own = attributes.pop(_OWN, {})
+    if not arrays or set(dimensions) != set(coordinates):
+        raise ValueError("they are no description of a cube: arrays or coordinates are missing")
+    # JSON keeps the order in which they were written, and Zarr's own metadata that of their names
+    ordered = {name: coordinates[name] for name in dimensions}
+    known = [name for name in kind_of(dimensions).variables if name in arrays]
+    if len(known) != len(arrays):
+        raise ValueError("they are no description of a cube: unknown arrays")
+    return Description(
+        attributes,
+        dimensions,
+        {name: arrays[name] for name in known},
+        ordered,
+        packed,
+        bool(own.get("reuse", True)),
+    )
+
+
+def _array(name: str, node: Mapping[str, Any]) -> StoredArray:
+    codecs = node["codecs"]
+    if codecs[0]["name"] == CODEC:
+        codecs = codecs[0]["configuration"]["codecs"]
+    if tuple(codec["name"] for codec in codecs) not in (_CODEC_NAMES, _CODEC_NAMES[:2]):
+        raise ValueError(f"{name} is coded as no cube is: {codecs}")
+    dtype = np.dtype(node["data_type"]).newbyteorder("<")
+    fill = float("nan") if node["fill_value"] == "NaN" else node["fill_value"]
+    settings = codecs[1]["configuration"]
+    return StoredArray(
+        name,
+        tuple(map(int, node["shape"])),
+        tuple(map(int, node["chunk_grid"]["configuration"]["chunk_shape"])),
+        dtype,
+        dtype.type(fill),
+        Compressor(**{key: settings[key] for key in ("cname", "clevel", "shuffle", "blocksize", "typesize")}),
+        len(codecs) == 3,
+        dict(node.get("attributes", {})),
+    )
+
+
+@lru_cache(maxsize=1024)
+def _variable(
+    variable: Variable, shape: tuple[int, ...], chunk: tuple[int, ...], dimensions: tuple[str, ...]
+) -> dict[str, Any]:
+    dtype = np.dtype(variable.dtype)
+    blosc = {"cname": "zstd", "clevel": 1, "shuffle": "shuffle", "blocksize": 0, "typesize": dtype.itemsize}
+    codecs = [
+        {"name": "bytes", **({"configuration": {"endian": "little"}} if dtype.itemsize > 1 else {})},
+        {"name": "blosc", "configuration": blosc},
+        {"name": "crc32c"},
+    ]
+    fill = "NaN" if dtype.kind == "f" else int(variable.fill)
+    return {
+        "zarr_format": 3,
+        "node_type": "array",
+        "shape": list(shape),
+        "data_type": dtype.name,
+        "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(chunk)}},
+        "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
+        "fill_value": fill,
+        "codecs": [{"name": CODEC, "configuration": {"variable": variable.name, "codecs": codecs}}],
+        "dimension_names": list(dimensions),
+        "attributes": _attributes(variable),
+    }
+
+
+def _coordinate(name: str, values: np.ndarray, study: AnyStudy) -> dict[str, Any]:
+    text = values.dtype.kind == "U"
+    array_bytes = {"name": "vlen-utf8"} if text else {"name": "bytes", "configuration": {"endian": "little"}}
+    place = _place_of(values)
+    # the one value of a dimension is what stands where no chunk is: it needs no piece of its own
+    return {
+        "zarr_format": 3,
+        "node_type": "array",
+        "shape": [len(values)],
+        "data_type": "string" if text else "float64",
+        "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": [len(values)]}},
+        "chunk_key_encoding": {"name": "default", "configuration": {"separator": "."}},
+        "fill_value": place.get("value", "" if text else "NaN"),
+        "codecs": [array_bytes] if "value" in place else [array_bytes, {"name": "crc32c"}],
+        "dimension_names": [name],
+        "attributes": dict(study.labels[name]),
+    }
+
+
+def _place_of(values: np.ndarray) -> dict[str, float]:
+    return {"value": float(values[0])} if len(values) == 1 and values.dtype.kind != "U" else {}
+
+
+def _attributes(variable: Variable) -> dict[str, Any]:
+    attributes: dict[str, Any] = {
+        "units": variable.units,
+        "long_name": variable.long_name,
+        "description": variable.doc,
+    }
+    if variable.flags is not None:
+        attributes["flag_values"] = [flag.value for flag in variable.flags]
+        attributes["flag_meanings"] = " ".join(flag.name.lower() for flag in variable.flags)
+    return attributes

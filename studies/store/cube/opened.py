@@ -1,0 +1,205 @@
+"""A cube opened for reading: lazily, with the blocks that are done, and an error where a file is lost or damaged."""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from xarray.backends.common import BackendArray
+from xarray.core.indexing import (
+    ExplicitIndexer,
+    IndexingSupport,
+    LazilyIndexedArray,
+    explicit_indexing_adapter,
+)
+
+from damperlab.studies.store.cube.chunks import Marks, chunk_file, chunk_key, damaged
+from damperlab.studies.store.cube.coding import StoredArray, StoredCoordinate
+from damperlab.studies.store.cube.cube import block_grid, read_chunk
+from damperlab.studies.store.cube.decoded import KEPT, DecodedChunks, read_outer
+from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
+from damperlab.studies.store.cube.packed import block_key
+from damperlab.studies.store.faults import cannot_use
+from damperlab.studies.store.files.shelf import Shelf
+from damperlab.studies.units import base_of, ratios_beside, results_along
+
+
+def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Dataset:
+    """Open a cube lazily; points of blocks that are not done read as not computed.
+
+    Opening costs the same for a small and a large cube, and indexing reads the chunks that it touches.
+
+    Parameters
+    ----------
+    shelf : Shelf
+        Where the cube is.
+    marks : mapping
+        The generation of every block that is done.
+    kept : DecodedChunks
+        What was read before.
+
+    Returns
+    -------
+    Dataset
+        Of numpy arrays read on demand. The marks say what was done when they were taken: no file is written
+        twice, so what is read later agrees with them, and newer blocks stay hidden. Reading raises
+        `BlockDamaged` where a done block cannot be read, and `StoreFault` where nothing can.
+
+    Raises
+    ------
+    BlockDamaged
+        If the description or coordinates are lost or damaged.
+    OSError
+        If they cannot be read.
+    """
+    try:
+        metadata = shelf.get(DESCRIPTION)
+        described = describe_cube(metadata)
+        variables: dict[str, xr.Variable] = {}
+        for name, one in described.coordinates.items():
+            values = _coordinate(shelf, described, one, metadata, kept)
+            variables[name] = xr.Variable((name,), values, dict(one.attributes))
+    except FileNotFoundError as error:
+        raise damaged(shelf, None, "the cube's description", "a file of it is lost") from error
+    except ValueError as error:
+        raise damaged(shelf, None, "the cube's description", str(error)) from error
+    for name, array in described.arrays.items():
+        attributes = dict(array.attributes)
+        if "flag_values" in attributes:
+            # CF wants them of the variable's own type, which JSON does not keep
+            attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
+        lazy = LazilyIndexedArray(_CheckedArray(shelf, described, array, marks, kept))
+        variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})
+    variables |= _along_amplitudes(described, shelf, marks, kept, variables)
+    complete = "yes" if len(marks) == int(np.prod(described.grid)) else "no"
+    cube = xr.Dataset(variables, attrs={**described.attributes, "complete": complete})
+    return cube.assign_coords(ratios_beside(cube))
+
+
+def _along_amplitudes(
+    described: Description,
+    shelf: Shelf,
+    marks: Marks,
+    kept: DecodedChunks,
+    variables: Mapping[str, xr.Variable],
+) -> dict[str, xr.Variable]:
+    """Give the results in units of a study over base amplitudes, each read with its ratio."""
+    found = {}
+    cube = xr.Dataset(variables, attrs=described.attributes)
+    for each in results_along(cube):
+        array = described.arrays[each.source]
+        base = base_of(cube)
+        shape = [base.sizes.get(name, 1) for name in described.dimensions]
+        factors = each.factor * base.values.reshape(shape) ** each.power
+        lazy = LazilyIndexedArray(_Along(_CheckedArray(shelf, described, array, marks, kept), factors))
+        encoding = {"chunks": array.chunks}
+        found[each.name] = xr.Variable(described.dimensions, lazy, each.attributes, encoding)
+    return found
+
+
+class _Along(BackendArray):
+    """A stored array times factors that broadcast to its shape."""
+
+    def __init__(self, source: "_CheckedArray", factors: np.ndarray) -> None:
+        self._source = source
+        self._factors = factors
+        self.shape = source.shape
+        self.dtype = np.dtype(np.float64)
+
+    def __getitem__(self, key: ExplicitIndexer) -> Any:
+        return explicit_indexing_adapter(key, self.shape, IndexingSupport.OUTER, self._read)
+
+    def _read(self, key: tuple[Any, ...]) -> np.ndarray:
+        factors = self._factors
+        for axis in reversed(range(factors.ndim)):
+            one = key[axis]
+            if factors.shape[axis] == 1:
+                one = 0 if isinstance(one, int | np.integer) else slice(None)
+            factors = factors[(slice(None),) * axis + (one,)]
+        return np.asarray(self._source.read(key) * factors)
+
+
+def _coordinate(
+    shelf: Shelf, described: Description, one: StoredCoordinate, metadata: bytes, kept: DecodedChunks
+) -> np.ndarray:
+    if one.value is not None:
+        return np.array([one.value])
+    if described.packed:
+        return kept.get(shelf, one.key, lambda: one.decode(shelf.get(one.key)))
+    return kept.get(shelf, one.key, partial(_first_coordinate, shelf, one, metadata))
+
+
+def _first_coordinate(shelf: Shelf, one: StoredCoordinate, metadata: bytes) -> np.ndarray:
+    """Read a coordinate of a cube of the first layout, as Zarr wrote it by default."""
+    import zarr
+    from zarr.core.buffer import default_buffer_prototype
+    from zarr.storage import MemoryStore
+
+    buffer = default_buffer_prototype().buffer
+    memory = {
+        "zarr.json": buffer.from_bytes(metadata),
+        one.key: buffer.from_bytes(shelf.get(one.key)),
+    }
+    array = zarr.open_group(MemoryStore(memory), mode="r", use_consolidated=True)[one.name]
+    assert isinstance(array, zarr.Array)
+    values = np.asarray(array[:])
+    # texts of one length, as numpy has always had them
+    return values if values.dtype.kind == "f" else np.array([str(value) for value in values])
+
+
+def read_region(
+    shelf: Shelf, described: Description, array: StoredArray, marks: Marks, region: tuple[slice, ...]
+) -> np.ndarray:
+    """Read a part of one array; what is not done reads as not computed, and what cannot be read raises as in `open_cube`."""
+    return _CheckedArray(shelf, described, array, marks, KEPT).read(region)
+
+
+class _CheckedArray(BackendArray):
+    """A stored array whose damaged chunks are told by their block."""
+
+    def __init__(
+        self, shelf: Shelf, described: Description, array: StoredArray, marks: Marks, kept: DecodedChunks
+    ) -> None:
+        self._shelf = shelf
+        self._described = described
+        self._array = array
+        self._marks = marks
+        self._kept = kept
+        self._grid = block_grid(array.shape, array.chunks)
+        self.shape = array.shape
+        self.dtype = array.dtype
+
+    def __getitem__(self, key: ExplicitIndexer) -> Any:
+        return explicit_indexing_adapter(key, self.shape, IndexingSupport.OUTER, self.read)
+
+    def read(self, key: tuple[Any, ...]) -> np.ndarray:
+        """Read along each dimension on its own."""
+        return read_outer(self._array, key, self._chunk, self._shelf.readers)
+
+    def _chunk(self, place: tuple[int, ...]) -> np.ndarray | None:
+        """Give a decoded chunk; None where its block is not done."""
+        index = 0
+        for at, count in zip(place, self._grid, strict=True):
+            index = index * count + at
+        generation = self._marks.get(index)
+        if generation is None:
+            return None
+        name = self._array.name
+        try:
+            if self._described.packed:
+                file, part = block_key(index, generation), name
+            else:
+                file, part = chunk_file(chunk_key(name, place), generation), ""
+            return self._kept.get(self._shelf, file, partial(self._load, index, generation), part)
+        except FileNotFoundError as error:
+            found = "its file is lost, or replaced since the cube was opened"
+            raise damaged(self._shelf, index, name, found) from error
+        except OSError as error:
+            raise cannot_use(self._shelf.address, error) from error
+        except (ValueError, RuntimeError) as error:
+            raise damaged(self._shelf, index, name, str(error)) from error
+
+    def _load(self, index: int, generation: str) -> np.ndarray:
+        content = read_chunk(self._shelf, self._described, self._array.name, index, generation)
+        return self._array.decode(content)

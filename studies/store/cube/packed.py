@@ -1,0 +1,161 @@
+"""One file a block: a header that is the block's own done-mark, then every variable, each with its checksum.
+
+    8 bytes   DAMPBLK1
+    4 bytes   length of the header in bytes, little-endian
+    4 bytes   CRC-32C of the 12 bytes above and of the header
+    header    JSON: digest, block, generation, counts, times, checksum of the values, and where each variable begins
+    parts     the variables, each encoded as a chunk of a Zarr array is, the last four bytes its CRC-32C
+
+So a block is whole or not there, no byte of it is unchecked, and without any catalogue it says which study's it is.
+"""
+
+import json
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import google_crc32c
+
+from damperlab.studies.store.cube.coding import StoredArray
+from damperlab.studies.store.files.shelf import Shelf
+
+BLOCKS = "blocks"
+"""The shelf of the blocks' files, in the cube."""
+
+_MAGIC = b"DAMPBLK1"
+_FRAME = struct.Struct("<8sII")
+LONGEST_HEADER = _FRAME.size + (1 << 20)
+"""More than any header takes."""
+
+
+def block_key(index: int, generation: str) -> str:
+    """Give the name of a block's file, relative to the cube."""
+    return f"{BLOCKS}/{index}~{generation}"
+
+
+def parse_block_key(key: str) -> tuple[int, str] | None:
+    """Read the name of a block's file: index and generation; None for any other name."""
+    folder, _, name = key.partition("/")
+    index, tilde, generation = name.partition("~")
+    if folder != BLOCKS or not tilde or not (index.isascii() and index.isdigit() and len(index) < 10):
+        return None
+    return int(index), generation
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a block's file says of itself.
+
+    Parameters
+    ----------
+    mark : mapping
+        `digest`, `block`, `generation`, `checksum`, `points`, `failed`, and what else its writer knew.
+    parts : mapping
+        Of each variable the first byte in the file, and the number of bytes.
+    """
+
+    mark: Mapping[str, Any]
+    parts: Mapping[str, tuple[int, int]]
+
+    def require(self, digest: str, index: int, generation: str) -> None:
+        """Raise `ValueError` unless this is the file of that block."""
+        told = self.mark.get("digest"), self.mark.get("block"), self.mark.get("generation")
+        if told != (digest, index, generation):
+            raise ValueError(f"the file is of block {told[1]} of study {str(told[0])[:12]}")
+
+
+def pack(mark: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
+    """Make the content of a block's file."""
+    table: dict[str, tuple[int, int]] = {}
+    start = 0
+    for name, part in parts.items():
+        table[name] = start, len(part)
+        start += len(part)
+    header = json.dumps({"mark": dict(mark), "parts": table}, separators=(",", ":")).encode()
+    frame = _MAGIC + struct.pack("<I", len(header))
+    checksum = struct.pack("<I", google_crc32c.value(frame + header))
+    return b"".join((frame, checksum, header, *parts.values()))
+
+
+def parse_header(content: bytes) -> Header | None:
+    """Read the header from the first bytes of a file; None where they are too few.
+
+    Raises
+    ------
+    ValueError
+        If they are not what was written.
+    """
+    if len(content) < _FRAME.size:
+        return None
+    magic, length, checksum = _FRAME.unpack_from(content)
+    if magic != _MAGIC or length > LONGEST_HEADER:
+        raise ValueError("the file does not begin as a block's does")
+    end = _FRAME.size + length
+    if len(content) < end:
+        return None
+    header = content[_FRAME.size : end]
+    if google_crc32c.value(content[: _FRAME.size - 4] + header) != checksum:
+        raise ValueError("the checksum of the file's header is not that of its contents")
+    document = json.loads(header)
+    parts = {name: (end + start, size) for name, (start, size) in document["parts"].items()}
+    return Header(document["mark"], parts)
+
+
+def read_header(shelf: Shelf, key: str) -> tuple[Header, bytes]:
+    """Read a block's header, and the first bytes of the file with it.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is not as it was written.
+    """
+    content = shelf.read(key, 0, shelf.first_bytes)
+    header = parse_header(content)
+    if header is None:
+        content = shelf.read(key, 0, LONGEST_HEADER)
+        header = parse_header(content)
+    if header is None:
+        raise ValueError("the file is cut short")
+    return header, content
+
+
+def read_part(shelf: Shelf, key: str, variable: str, digest: str) -> bytes:
+    """Read one variable of a block, as it was encoded; its own checksum is left to who decodes it.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is not the block's file.
+    """
+    header, content = read_header(shelf, key)
+    index, generation = parse_block_key(key) or (-1, "")
+    header.require(digest, index, generation)
+    if variable not in header.parts:
+        raise ValueError(f"the file lacks {variable}")
+    start, size = header.parts[variable]
+    if start + size <= len(content):
+        return content[start : start + size]
+    part = shelf.read(key, start, size)
+    if len(part) != size:
+        raise ValueError("the file is cut short")
+    return part
+
+
+def require_whole(
+    content: bytes, arrays: Mapping[str, StoredArray], digest: str, index: int, generation: str
+) -> None:
+    """Raise `ValueError` unless a file is the block's, with every byte as it was written."""
+    header = parse_header(content)
+    if header is None:
+        raise ValueError("the file is cut short")
+    header.require(digest, index, generation)
+    if set(header.parts) != set(arrays):
+        raise ValueError("the file does not hold the study's variables")
+    for name, (start, size) in header.parts.items():
+        if not arrays[name].intact(content[start : start + size]):
+            raise ValueError(f"{name} is not as it was written")

@@ -1,0 +1,1 @@
+"""A cube handed to others: as one file, over a network, to Zarr itself."""

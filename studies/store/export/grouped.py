@@ -1,0 +1,112 @@
+"""The blocks of a cube that is complete, many to a chunk, for whoever reads it over a network.
+
+A block is what a worker computes in two seconds, often a thousand points; a plane of a cube of ten million points then
+touches hundreds, and each costs a request. A complete cube is therefore shown with larger chunks, put together as they
+are asked for. Their keys are spelled otherwise than those of blocks (Zarr's encoding `v2`: without the `c`), so that a
+reader that opened the cube before it was complete, and asks block by block, is never misunderstood.
+"""
+
+import json
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from hashlib import blake2b
+from itertools import product
+from math import prod
+
+import numpy as np
+
+from damperlab.studies.store.cube.chunks import Marks
+from damperlab.studies.store.cube.coding import StoredArray
+from damperlab.studies.store.cube.cube import block_grid
+from damperlab.studies.store.cube.description import Description
+from damperlab.studies.store.cube.opened import read_region
+from damperlab.studies.store.files.shelf import Shelf
+
+POINTS = 2**16
+"""Most points of such a chunk: half a megabyte of doubles before compression."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """One such chunk.
+
+    Parameters
+    ----------
+    described : Description
+        Of the cube.
+    array : StoredArray
+        Of its variable, with the blocks as chunks.
+    chunks : tuple of int
+        Extent of a chunk of this kind; a multiple of a block's.
+    place : tuple of int
+        Which one.
+    """
+
+    described: Description
+    array: StoredArray
+    chunks: tuple[int, ...]
+    place: tuple[int, ...]
+
+    def blocks(self) -> list[int]:
+        """Give the indices of its blocks, ascending."""
+        grid = block_grid(self.array.shape, self.array.chunks)
+        ranges = [
+            range(at * (step // own), min((at + 1) * (step // own), count))
+            for at, step, own, count in zip(self.place, self.chunks, self.array.chunks, grid, strict=True)
+        ]
+        return [int(np.ravel_multi_index(place, grid)) for place in product(*ranges)]
+
+    def tag(self, marks: Marks) -> str:
+        """Name its content: the generations of its blocks."""
+        names = "\n".join(f"{index} {marks[index]}" for index in self.blocks())
+        return blake2b(names.encode(), digest_size=8).hexdigest()
+
+    def content(self, shelf: Shelf, marks: Marks) -> bytes:
+        """Read its blocks and encode them as one; raises as reading does."""
+        region = tuple(
+            slice(at * step, min((at + 1) * step, extent))
+            for at, step, extent in zip(self.place, self.chunks, self.array.shape, strict=True)
+        )
+        values = read_region(shelf, self.described, self.array, marks, region)
+        return replace(self.array, chunks=self.chunks).encode(values)
+
+
+def group_of(key: str, described: Description) -> Group | None:
+    """Read the key of such a chunk, as in `amplitude_ratio/0.0.0.2.0.0`; None for any other key."""
+    variable, _, name = key.partition("/")
+    array = described.arrays.get(variable)
+    parts = name.split(".")
+    if array is None or len(parts) != len(array.shape):
+        return None
+    if not all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts):
+        return None
+    chunks = grouped_chunks(array.shape, array.chunks)
+    place = tuple(map(int, parts))
+    grid = block_grid(array.shape, chunks)
+    inside = all(at < count for at, count in zip(place, grid, strict=True))
+    return Group(described, array, chunks, place) if inside else None
+
+
+def grouped_chunks(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...]:
+    """Give the extent of such a chunk: blocks along the last dimension first, then along the one before."""
+    steps = list(chunk)
+    for axis in reversed(range(len(shape))):
+        blocks = -(-shape[axis] // chunk[axis])
+        room = max(1, POINTS // prod(steps))
+        steps[axis] *= min(blocks, room)
+        if room < blocks:
+            break
+    return tuple(steps)
+
+
+@lru_cache(maxsize=64)
+def grouped_metadata(metadata: bytes) -> bytes:
+    """Rewrite a `zarr.json`, of the cube or of one variable, for chunks of this kind; coordinates stay."""
+    document = json.loads(metadata)
+    members = document.get("consolidated_metadata", {}).get("metadata", {})
+    for node in (document, *members.values()):
+        if node.get("node_type") == "array" and len(node["shape"]) > 1:  # coordinates have one dimension
+            grid = node["chunk_grid"]["configuration"]
+            grid["chunk_shape"] = grouped_chunks(tuple(node["shape"]), tuple(grid["chunk_shape"]))
+            node["chunk_key_encoding"] = {"name": "v2", "configuration": {"separator": "."}}
+    return json.dumps(document).encode()

@@ -1,0 +1,149 @@
+"""How Zarr itself reads a cube's folder: the codec of arrays whose chunks lie in the files of the blocks.
+
+Registered as an entry point, so that `xarray.open_zarr(folder)` finds it wherever damperlab is installed, without an
+import. It only reads. Of a complete cube the marks say which files count; of one under way, every whole block that is
+there is shown, and all other points read as not computed. What is damaged is an error.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from zarr.abc.codec import ArrayBytesCodec, ArrayBytesCodecPartialDecodeMixin
+from zarr.abc.store import RangeByteRequest, Store
+from zarr.core.buffer import Buffer, NDBuffer, default_buffer_prototype
+from zarr.storage import StorePath
+
+from damperlab.studies.store.cube.description import CODEC, DESCRIPTION, Description, describe_cube
+from damperlab.studies.store.cube.packed import (
+    BLOCKS,
+    LONGEST_HEADER,
+    Header,
+    block_key,
+    parse_block_key,
+    parse_header,
+)
+from damperlab.studies.store.life_cycle.manifest import MARKS, parse_marks
+
+_MEND = "find what is damaged with `damperlab verify`, and compute it again with `damperlab verify --repair`"
+
+
+@dataclass(frozen=True)
+class BlockCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
+    """One variable of a cube.
+
+    Parameters
+    ----------
+    variable : str
+        Its name in the blocks' files.
+    codecs : tuple of dict
+        How it is encoded there, as Zarr names it.
+    """
+
+    variable: str
+    codecs: tuple[dict[str, Any], ...]
+    is_fixed_size = False
+    # what was found in each cube that was read through this array
+    _seen: dict[Any, "_Seen"] = field(default_factory=dict, compare=False, repr=False)
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> "BlockCodec":
+        """Make it from its metadata."""
+        configuration = data["configuration"]
+        return cls(configuration["variable"], tuple(configuration["codecs"]))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give its metadata."""
+        return {"name": CODEC, "configuration": {"variable": self.variable, "codecs": list(self.codecs)}}
+
+    def evolve_from_array_spec(self, array_spec: Any) -> "BlockCodec":
+        """Be the same for every array."""
+        return self
+
+    def compute_encoded_size(self, input_byte_length: int, chunk_spec: Any) -> int:
+        """Give some size: it is not fixed."""
+        return input_byte_length
+
+    async def _decode_single(self, chunk_bytes: Buffer, chunk_spec: Any) -> NDBuffer:
+        raise NotImplementedError("a cube's blocks are read by their own files")
+
+    async def _encode_single(self, chunk_array: NDBuffer, chunk_spec: Any) -> Buffer | None:
+        raise NotImplementedError("a cube is written by damperlab alone")
+
+    async def _decode_partial_single(
+        self, byte_getter: Any, selection: Any, chunk_spec: Any
+    ) -> NDBuffer | None:
+        place = byte_getter
+        assert isinstance(place, StorePath)
+        path, _, chunk = place.path.rpartition("/")
+        cube = path.removesuffix(self.variable)
+        known = str(place.store), cube
+        if known not in self._seen:
+            self._seen[known] = await _look(place.store, cube)
+        seen = self._seen[known]
+        index = int(np.ravel_multi_index(tuple(map(int, chunk.split(".")[1:])), seen.description.grid))
+        if index not in seen.generations:
+            return None  # not computed yet
+        key = block_key(index, seen.generations[index])
+        try:
+            part = await _part(place.store, cube + key, self.variable, seen.description.digest, key)
+            values = seen.description.arrays[self.variable].decode(part)[selection]
+        except (FileNotFoundError, ValueError, RuntimeError) as error:
+            raise OSError(f"block {index} of {place.store}/{cube}: {error}; {_MEND}") from error
+        found: NDBuffer = chunk_spec.prototype.nd_buffer.from_numpy_array(np.array(values))
+        return found
+
+
+@dataclass(frozen=True)
+class _Seen:
+    description: Description
+    generations: dict[int, str]
+
+
+async def _look(store: Store, cube: str) -> _Seen:
+    """Find out which file holds each block: by the marks, or by the files' own headers where there are none yet."""
+    content = await _get(store, cube + DESCRIPTION)
+    try:
+        description = describe_cube(content)
+        try:
+            _, marks = parse_marks(await _get(store, cube + MARKS))
+        except FileNotFoundError:
+            marks = []
+    except ValueError as error:
+        raise OSError(f"{store}/{cube}: {error}; {_MEND}") from error
+    generations = {int(mark["block"]): str(mark["generation"]) for mark in marks}
+    if b'"complete": "yes"' not in content:
+        async for key in store.list_prefix(f"{cube}{BLOCKS}/"):
+            found = parse_block_key(key.removeprefix(cube))
+            if found is None or found[0] in generations or found[1].endswith(".partial"):
+                continue
+            header = await _header(store, key)
+            if header is not None and header.mark.get("message") is None:
+                generations[found[0]] = found[1]
+    elif not marks:
+        raise OSError(f"{store}/{cube}{MARKS} is lost; {_MEND}")
+    return _Seen(description, generations)
+
+
+async def _part(store: Store, path: str, variable: str, digest: str, key: str) -> bytes:
+    header = parse_header(await _get(store, path, 0, LONGEST_HEADER))
+    if header is None:
+        raise ValueError("the file is cut short")
+    header.require(digest, *(parse_block_key(key) or (-1, "")))
+    start, size = header.parts[variable]
+    return await _get(store, path, start, size)
+
+
+async def _header(store: Store, path: str) -> Header | None:
+    try:
+        return parse_header(await _get(store, path, 0, LONGEST_HEADER))
+    except (FileNotFoundError, ValueError):
+        return None
+
+
+async def _get(store: Store, path: str, start: int | None = None, length: int = 0) -> bytes:
+    part = None if start is None else RangeByteRequest(start, start + length)
+    found = await store.get(path, default_buffer_prototype(), part)
+    if found is None:
+        raise FileNotFoundError(f"{path} is lost")
+    return found.to_bytes()

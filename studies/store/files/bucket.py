@@ -1,0 +1,308 @@
+"""A shelf in a bucket of an object store that speaks S3's protocol.
+
+Where it is and who asks comes from the environment alone, as for any program that uses S3: AWS_ENDPOINT_URL,
+AWS_REGION, AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, … Nothing of that is stored, logged or sent to a worker.
+"""
+
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from datetime import timedelta
+from functools import lru_cache
+from typing import Any
+from urllib.parse import urlsplit
+
+from damperlab.studies.faults import Fault, describe
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.files.shelf import AT_ONCE, Entry, Shelf, ShelfAway, removed_last
+
+CONNECT_SECONDS = 5
+REQUEST_SECONDS = 20
+"""Longest single request [s]: one that the server leaves open for longer is tried again."""
+RETRIES = 50
+"""More than fit into the time: a server that refuses at once is given as long as one that is slow."""
+RETRY_SECONDS = 10
+"""No request is tried again when this much time has gone by since the first try [s]."""
+_BACKOFF_SECONDS = (0.1, 5.0)
+
+_KEYS = (
+    {"AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY"},
+    {"AWS_WEB_IDENTITY_TOKEN_FILE", "AWS_ROLE_ARN"},
+    {"AWS_CONTAINER_CREDENTIALS_RELATIVE_URI"},
+    {"AWS_CONTAINER_CREDENTIALS_FULL_URI"},
+    {"AWS_METADATA_ENDPOINT"},
+)
+"""Variables that name keys, or where to get some; each set is enough."""
+
+_ALLOWED = "s3://bucket or s3://bucket/prefix"
+
+
+class Bucket(Shelf):
+    """A bucket, or the names in it that begin with a prefix.
+
+    Parameters
+    ----------
+    client : obstore's S3Store
+        For the whole bucket.
+    bucket, prefix : str
+        Where.
+    """
+
+    readers = AT_ONCE
+    first_bytes = 1 << 16  # most blocks whole: a second request costs more than the bytes
+
+    def __init__(self, client: Any, bucket: str, prefix: str) -> None:
+        super().__init__(f"s3://{bucket}/{prefix}".rstrip("/"))
+        self._client = client
+        self._bucket = bucket
+        self._prefix = prefix
+
+    def __reduce__(self) -> tuple[Callable[[str], "Bucket"], tuple[str]]:
+        """Pickle by the address: who opens it elsewhere does so with keys of its own."""
+        return open_bucket, (self.address,)
+
+    def at(self, name: str) -> "Bucket":
+        """Give the names that begin with one more part."""
+        return Bucket(self._client, self._bucket, self._full(name))
+
+    def get(self, key: str) -> bytes:
+        """Read an object."""
+        with _told(self, key):
+            return bytes(self._client.get(self._full(key)).bytes())
+
+    def read(self, key: str, start: int, length: int) -> bytes:
+        """Read a range of an object; one that begins behind its end is empty."""
+        with _told(self, key):
+            return _range(self._client, self._full(key), start, length)
+
+    def stamp(self, key: str) -> tuple[int, ...]:
+        """Give nothing: no object is ever overwritten, and every look would be a request."""
+        return ()
+
+    def put(self, key: str, content: bytes) -> None:
+        """Put an object; it is whole, or not there, at any time."""
+        with _told(self, key):
+            # in several parts it could leave unfinished ones behind, which no list shows
+            self._client.put(self._full(key), content, use_multipart=False)
+
+    def put_new(self, key: str, content: bytes) -> bool:
+        """Put an object if there is none of its name (If-None-Match); say whether there was none."""
+        from obstore.exceptions import AlreadyExistsError
+
+        with _told(self, key):
+            try:
+                self._client.put(self._full(key), content, mode="create")
+            except AlreadyExistsError:
+                # perhaps by this very request, when its first answer was lost
+                return self.get(key) == content
+        return True
+
+    def move(self, name: str, target: str) -> None:
+        """Copy the objects within the server, then remove the first ones: a move that was cut short is begun again."""
+        source, there = self.at(name), self.at(target)
+        keys = [entry.key for entry in source.entries()]
+        with _told(self, name):
+            for key in keys:
+                self._client.copy(source._full(key), there._full(key))
+        source.clear()
+
+    def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
+        """Put objects; a prefix needs no making."""
+        self.put_all(pieces)
+
+    def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
+        """Put the first objects of several prefixes, all side by side."""
+        self.put_all(
+            {f"{name}/{key}": content for name, pieces in shelves.items() for key, content in pieces.items()}
+        )
+
+    def entries(self) -> Iterator[Entry]:
+        """List every object."""
+        prefix = self._full("")
+        with _told(self, ""):
+            for some in self._client.list(prefix or None):
+                for found in some:
+                    yield Entry(
+                        str(found["path"]).removeprefix(prefix),
+                        int(found["size"]),
+                        found["last_modified"].timestamp(),
+                    )
+
+    def shelves(self) -> Iterator[str]:
+        """List the next part of the names that have one."""
+        with _told(self, ""):
+            found = self._client.list_with_delimiter(self._full("") or None)
+        for prefix in found["common_prefixes"]:
+            yield str(prefix).rstrip("/").rpartition("/")[2]
+
+    def made(self) -> float:
+        """Give 0: a prefix is made of the objects that have it."""
+        return 0.0
+
+    def remove(self, key: str) -> None:
+        """Remove an object."""
+        with _told(self, key):
+            self._client.delete(self._full(key))
+
+    def clear(self) -> None:
+        """Remove every object, and what says what they were at last."""
+        steps: dict[tuple[bool, bool], list[str]] = {}
+        for entry in self.entries():
+            steps.setdefault(removed_last(entry.key), []).append(self._full(entry.key))
+        with _told(self, ""):
+            for step in sorted(steps):
+                # a server removes those of one request in any order
+                for start in range(0, len(steps[step]), 1000):
+                    self._client.delete(steps[step][start : start + 1000])
+
+    def _full(self, key: str) -> str:
+        return f"{self._prefix}/{key}" if self._prefix else key
+
+
+def _range(client: Any, path: str, start: int, length: int) -> bytes:
+    from obstore.exceptions import BaseError
+
+    try:
+        return bytes(client.get_range(path, start=start, length=length))
+    except FileNotFoundError:
+        raise
+    except (BaseError, ValueError) as error:
+        # servers refuse what lies behind the end (416), and so does the library
+        if "range" not in str(error).lower():
+            raise
+    return bytes(client.get(path).bytes())[start : start + length]
+
+
+def open_bucket(address: str) -> Bucket:
+    """Give the shelf at an address.
+
+    Raises
+    ------
+    StoreFault
+        If it is no address of a bucket, the library is not installed, or the environment names no server
+        that may be used.
+    """
+    found = re.fullmatch(r"s3://([a-z0-9][a-z0-9.-]{1,61}[a-z0-9])(?:/([A-Za-z0-9!_.*'()/-]*))?", address)
+    prefix = (found[2] or "").strip("/") if found else ""
+    if found is None or (prefix and not {"", ".", ".."}.isdisjoint(prefix.split("/"))):
+        raise StoreFault(
+            Fault("store", _without_secrets(address), _ALLOWED, "use lower-case letters, digits and hyphens")
+        )
+    variables = tuple(sorted(item for item in os.environ.items() if item[0].startswith("AWS_")))
+    return Bucket(_client(found[1], variables), found[1], prefix)
+
+
+@lru_cache(maxsize=8)
+def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
+    # one for every thread: it keeps the connections
+    try:
+        from obstore.store import S3Store
+    except ImportError:
+        found = "an address of an object store, for which the library is not installed"
+        told = "The library that reads object stores is not installed."
+        raise StoreFault(Fault("store", found, _ALLOWED, "install damperlab[s3]", told)) from None
+    _require_keys()
+    shortest, longest = _BACKOFF_SECONDS
+    try:
+        return S3Store(
+            bucket,
+            client_options={
+                "allow_http": _plain_http_allowed(),
+                "connect_timeout": timedelta(seconds=CONNECT_SECONDS),
+                "timeout": timedelta(seconds=REQUEST_SECONDS),
+            },
+            retry_config={
+                "max_retries": RETRIES,
+                "retry_timeout": timedelta(seconds=RETRY_SECONDS),
+                "backoff": {
+                    "init_backoff": timedelta(seconds=shortest),
+                    "max_backoff": timedelta(seconds=longest),
+                    "base": 2,
+                },
+            },
+        )
+    except Exception as error:  # whatever the library makes of an AWS_… variable that it cannot use
+        raise StoreFault(
+            Fault(
+                "AWS_…",
+                _first_line(error),
+                "variables that describe an S3 server",
+                "correct the AWS_… variables of the environment",
+                f"The object store cannot be opened with these settings: {_first_line(error).rstrip('.')}.",
+            )
+        ) from error
+
+
+def _require_keys() -> None:
+    """Refuse to go without keys, unless asked to: the library would ask the cloud's metadata address for some."""
+    given = {name for name, value in os.environ.items() if value}
+    unsigned = os.environ.get("AWS_SKIP_SIGNATURE", "").lower() in ("true", "1")
+    asked = os.environ.get("AWS_EC2_METADATA_DISABLED", "").lower() == "false"
+    if unsigned or asked or any(way <= given for way in _KEYS):
+        return
+    raise StoreFault(
+        Fault(
+            "AWS_ACCESS_KEY_ID",
+            "no keys for the object store",
+            "AWS_ACCESS_KEY_ID with AWS_SECRET_ACCESS_KEY, or an identity that the environment names",
+            "set both; AWS_EC2_METADATA_DISABLED=false asks the cloud's metadata address for keys, and "
+            "AWS_SKIP_SIGNATURE=true sends requests unsigned",
+            "There are no keys for the object store: neither AWS_ACCESS_KEY_ID with AWS_SECRET_ACCESS_KEY is set, nor an "
+            "identity that the environment names.",
+        )
+    )
+
+
+def _plain_http_allowed() -> bool:
+    endpoint = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get("AWS_ENDPOINT_URL") or ""
+    parts = urlsplit(endpoint)
+    if parts.scheme != "http":
+        return False
+    loopback = parts.hostname in ("localhost", "::1") or (parts.hostname or "").startswith("127.")
+    if loopback or os.environ.get("AWS_ALLOW_HTTP", "").lower() in ("true", "1"):
+        return True
+    raise StoreFault(
+        Fault(
+            "AWS_ENDPOINT_URL",
+            f"http://{parts.hostname}, over which data would travel unencrypted",
+            "https://…, or http:// on this machine",
+            "use https, or set AWS_ALLOW_HTTP=true in a network that you trust",
+            f"The object store is at http://{parts.hostname}, where data would travel unencrypted; http:// is allowed on "
+            "this machine only.",
+        )
+    )
+
+
+@contextmanager
+def _told(shelf: Bucket, key: str) -> Iterator[None]:
+    """Turn the library's errors into those of a disk, in one line, without what it says to its developers."""
+    from obstore.exceptions import BaseError, PermissionDeniedError, UnauthenticatedError
+
+    where = f"{shelf.address}/{key}".rstrip("/")
+    try:
+        yield
+    except FileNotFoundError as error:
+        if "NoSuchBucket" in str(error):
+            raise ShelfAway(f"{where}: there is no such bucket") from None
+        raise FileNotFoundError(f"{where}: there is no such object") from None
+    except (PermissionDeniedError, UnauthenticatedError) as error:
+        raise PermissionError(
+            f"{where}: the server refuses ({_first_line(error)}); check AWS_ACCESS_KEY_ID and "
+            "AWS_SECRET_ACCESS_KEY here and on every worker"
+        ) from None
+    except BaseError as error:
+        raise ShelfAway(f"{where}: {_first_line(error)}") from None
+
+
+def _first_line(error: BaseException) -> str:
+    """Say what went wrong as briefly as the library's text allows; it holds addresses, and no keys."""
+    text = str(error).partition("\n")[0]
+    text = re.sub(r", max_retries: \d+, retry_timeout: \S+", "", text)
+    code = re.search(r"<Code>(\w+)</Code>", str(error))
+    text = re.sub(r"^.*?Error performing", "error performing", text).partition("<?xml")[0].strip(" :-")
+    return f"{text} ({code[1]})" if code else text
+
+
+def _without_secrets(address: str) -> str:
+    return describe(re.sub(r"//[^/@]*@", "//…@", address))

@@ -1,0 +1,162 @@
+"""A shelf that is a folder: whole files renamed into place, and synced together with their folders."""
+
+import math
+import os
+import shutil
+import uuid
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
+
+from damperlab.studies.store.files.durable import sync_path
+from damperlab.studies.store.files.shelf import AT_ONCE, Entry, Shelf, removed_last
+
+
+class Folder(Shelf):
+    """A folder and what lies below it.
+
+    Parameters
+    ----------
+    address : path-like
+        The folder, which need not be there.
+    """
+
+    def __init__(self, address: str | os.PathLike[str]) -> None:
+        self._path = Path(address)
+        super().__init__(str(self._path))
+
+    def __reduce__(self) -> tuple[type["Folder"], tuple[str]]:
+        """Pickle by the address."""
+        return Folder, (self.address,)
+
+    def at(self, name: str) -> "Folder":
+        """Give the folder below this one."""
+        return Folder(self._path / name)
+
+    def get(self, key: str) -> bytes:
+        """Read a file."""
+        # opened by its text: a slice reads hundreds of files, and paths take longer than they do
+        with open(f"{self.address}/{key}", "rb") as file:  # noqa: PTH123
+            return file.read()
+
+    def read(self, key: str, start: int, length: int) -> bytes:
+        """Read a part of a file."""
+        descriptor = os.open(f"{self.address}/{key}", os.O_RDONLY)
+        try:
+            return os.pread(descriptor, length, start)
+        finally:
+            os.close(descriptor)
+
+    def stamp(self, key: str) -> tuple[int, ...]:
+        """Give a file's time and size, so that one that was lost or damaged is not overlooked."""
+        now = os.stat(f"{self.address}/{key}")  # noqa: PTH116
+        return now.st_mtime_ns, now.st_size
+
+    def put(self, key: str, content: bytes) -> None:
+        """Write a file, whose folder must be there, and wait until both are on the disk."""
+        self._place(key, content, os.replace)
+
+    def put_new(self, key: str, content: bytes) -> bool:
+        """Write a file unless there is one of its name: a hard link is never made over another file."""
+        try:
+            self._place(key, content, os.link)
+        except FileExistsError:
+            return self.get(key) == content
+        return True
+
+    def move(self, name: str, target: str) -> None:
+        """Rename a folder, and wait until both lists of names are on the disk."""
+        source, there = self._path / name, self._path / target
+        there.parent.mkdir(parents=True, exist_ok=True)
+        source.rename(there)
+        sync_path(there.parent)
+        sync_path(source.parent)
+
+    def _place(
+        self, key: str, content: bytes, place: Callable[[Path, Path], None], *, sync: bool = True
+    ) -> None:
+        target = self._path / key
+        partial = target.with_name(f"{target.name}.{uuid.uuid4().hex}.partial")
+        try:
+            with partial.open("xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            place(partial, target)
+        finally:
+            with suppress(OSError):
+                partial.unlink(missing_ok=True)
+        if sync:
+            sync_path(target.parent)
+
+    def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
+        """Write files into a folder that may not be there yet."""
+        self._fill(pieces, shelves)
+        sync_path(self._path.parent)
+
+    def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
+        """Make folders with their first files, and wait for the disk once for all of them."""
+
+        def make_one(name: str, pieces: Mapping[str, bytes]) -> None:
+            self.at(name)._fill(pieces, below)
+
+        if len(shelves) == 1:
+            for name, pieces in shelves.items():
+                make_one(name, pieces)
+        else:
+            # each waits for the disk, which serves many waits as one
+            with ThreadPoolExecutor(AT_ONCE) as pool:
+                for _ in pool.map(make_one, shelves, shelves.values()):
+                    pass
+        sync_path(self._path)
+
+    def _fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str]) -> None:
+        """Write files, and wait until they are on the disk; the name of the folder itself may not be."""
+        folders = {(self._path / key).parent for key in pieces} | {self._path / name for name in shelves}
+        for folder in folders:
+            folder.mkdir(parents=True, exist_ok=True)
+        for key, content in pieces.items():
+            self._place(key, content, os.replace, sync=False)
+        # each folder once, and those between them and the first one
+        between = {self._path} | {above for folder in folders for above in (folder, *folder.parents)}
+        for folder in between:
+            if folder.is_relative_to(self._path):
+                sync_path(folder)
+
+    def entries(self) -> Iterator[Entry]:
+        """List every file at any depth."""
+        for folder, _, names in os.walk(self._path):
+            for name in names:
+                file = Path(folder, name)
+                with suppress(FileNotFoundError):
+                    found = file.stat()
+                    key = file.relative_to(self._path).as_posix()
+                    yield Entry(key, found.st_size, found.st_mtime)
+
+    def shelves(self) -> Iterator[str]:
+        """List the folders in this one."""
+        with suppress(FileNotFoundError):
+            yield from [path.name for path in self._path.iterdir() if path.is_dir()]
+
+    def made(self) -> float:
+        """Say when the folder was made, or a file in it last came or went."""
+        try:
+            return self._path.stat().st_mtime
+        except FileNotFoundError:
+            return math.inf
+
+    def remove(self, key: str) -> None:
+        """Remove a file."""
+        (self._path / key).unlink(missing_ok=True)
+
+    def clear(self) -> None:
+        """Remove the folder, and what says what it was at last."""
+        with suppress(FileNotFoundError):
+            if not self._path.is_symlink():
+                for file in sorted(self._path.iterdir(), key=lambda file: removed_last(file.name)):
+                    if file.is_dir() and not file.is_symlink():
+                        shutil.rmtree(file)
+                    else:
+                        file.unlink()
+            shutil.rmtree(self._path)  # which refuses a link

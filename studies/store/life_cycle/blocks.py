@@ -1,0 +1,258 @@
+"""Which blocks are done: the marks, set once a block is safe and taken back where it was damaged."""
+
+import json
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection, delete, func, insert, select, update
+
+from damperlab.studies.faults import Fault, counted
+from damperlab.studies.store.catalogue.rows import log_event, lost_marks, marks_of, record_of, study_row
+from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.faults import NothingToDo, cannot_use, catalogue_damaged
+from damperlab.studies.store.life_cycle.claims import require_free
+from damperlab.studies.store.life_cycle.lookup import Lookup
+from damperlab.studies.store.life_cycle.manifest import drop_marks
+from damperlab.studies.store.record import BlockOutcome, Record
+
+_AT_ONCE = 500  # values in one statement
+
+
+class Blocks(Lookup):
+    """The done-marks of a store."""
+
+    def pending(self, study_id: str) -> np.ndarray:
+        """Give the indices of the blocks without a done-mark, ascending, int64.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        CatalogueDamaged
+            If done-marks are lost.
+        """
+        with self.catalogue.reading() as connection:
+            row = study_row(connection, study_id)
+            done = np.zeros(row.blocks_total, bool)
+            marks = marks_of(connection, row.number)
+            done[np.fromiter(marks, np.int64)] = True
+        lost = lost_marks(row, len(marks))
+        if lost is not None:
+            raise catalogue_damaged(study_id, lost)
+        return np.flatnonzero(~done)
+
+    def mark(self, study_id: str, *outcomes: BlockOutcome, owner: str | None = None) -> bool:
+        """Set the done-marks of blocks whose regions are on the disk; a block that has one keeps its first.
+
+        With this transaction every reader that looks from now on sees the blocks, whole and in this generation.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+        outcomes : BlockOutcome
+            What became of the blocks; all are marked, or none.
+        owner : str, optional
+            Who claims to work on the study. An owner that was thought dead and is not may hold results whose
+            files the next one has swept: with its name given, they are refused.
+
+        Returns
+        -------
+        bool
+            False where the claim is somebody else's, and nothing was marked.
+
+        Raises
+        ------
+        StudyNotFound
+            If the study is gone.
+        """
+        with self.catalogue.writing() as connection:
+            return self._mark(connection, study_id, outcomes, owner)
+
+    def _mark(
+        self, connection: Connection, study_id: str, outcomes: Sequence[BlockOutcome], owner: str | None
+    ) -> bool:
+        now = time.time()
+        b, c = done_blocks.c, studies.c
+        row = study_row(connection, study_id)
+        if owner is not None and row.claim_owner != owner:
+            return False
+        fresh = {outcome.index: outcome for outcome in reversed(outcomes)}
+        for index in fresh:
+            if not 0 <= index < row.blocks_total:
+                raise ValueError(f"block {index} of {row.blocks_total}")
+        for start in range(0, len(outcomes), _AT_ONCE):
+            piece = [outcome.index for outcome in outcomes[start : start + _AT_ONCE]]
+            known = select(b.block).where(b.study == row.number, b.block.in_(piece))
+            for index in connection.execute(known).scalars():
+                del fresh[index]
+        if not fresh:
+            return True
+        # the workers have refused before; whatever they hold, no cube gets the work of two solvers
+        solver = json.loads(row.provenance).get("identity", "")
+        strangers = {outcome.identity for outcome in fresh.values()} - {"", solver}
+        if strangers:
+            raise ValueError(f"blocks computed by {sorted(strangers)} in a cube of {solver or 'no identity'}")
+        marks = [
+            {
+                "study": row.number,
+                "block": outcome.index,
+                "points": outcome.points,
+                "failed": outcome.failed,
+                "reused": outcome.reused,
+                "seconds": outcome.seconds,
+                "kernel_seconds": outcome.kernel_seconds,
+                "message": outcome.message,
+                "at": now,
+                "generation": outcome.generation,
+                "checksum": outcome.checksum,
+                "revision": row.revision + 1 + place,
+                "identity": outcome.identity,
+            }
+            for place, outcome in enumerate(fresh.values())
+        ]
+        connection.execute(insert(done_blocks), marks)
+        added = list(fresh.values())
+        change: dict[Any, Any] = {
+            c.points_done: c.points_done + sum(outcome.points for outcome in added),
+            c.points_failed: c.points_failed + sum(outcome.failed for outcome in added),
+            c.points_reused: c.points_reused + sum(outcome.reused for outcome in added),
+            c.blocks_done: c.blocks_done + len(added),
+            c.seconds: c.seconds + sum(outcome.seconds for outcome in added),
+            c.kernel_seconds: c.kernel_seconds + sum(outcome.kernel_seconds for outcome in added),
+            c.revision: c.revision + len(added),
+            c.last_mark: now,
+        }
+        failure = next((outcome for outcome in added if outcome.message is not None), None)
+        if failure is not None:
+            change[c.message] = func.coalesce(c.message, f"block {failure.index}: {failure.message}")
+        connection.execute(update(studies).where(c.number == row.number).values(change))
+        return True
+
+    def retry(self, study_id: str) -> Record:
+        """Take the marks of blocks back that were given up, so that the study can be run again for them.
+
+        A point that failed by its numbers is an answer, and the same solver gives it again to the last bit: only blocks
+        that failed as a whole, as by a worker that died, may end otherwise.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+
+        Returns
+        -------
+        Record
+            Queued.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        StudyBusy
+            If somebody works on it.
+        NothingToDo
+            If no block was given up, or the study is of another solver.
+        TooManyUnfinished
+            If as many studies wait or run as may.
+        """
+        record, blocks = self.find(study_id), self.given_up(study_id)
+        if not blocks or record.outdated:
+            raise _nothing_to_retry(record)
+        self.forget(study_id, blocks, "to be tried again", in_turn=True)
+        return self.set_state(study_id, "queued", "")
+
+    def given_up(self, study_id: str) -> Sequence[int]:
+        """Give the indices of the blocks that failed as a whole, and hold no answer; raise `StudyNotFound` for no study."""
+        b = done_blocks.c
+        with self.catalogue.reading() as connection:
+            number = self.number(connection, study_id)
+            failed = select(b.block).where(b.study == number, b.message.is_not(None)).order_by(b.block)
+            return connection.execute(failed).scalars().all()
+
+    def forget(self, study_id: str, blocks: Sequence[int], why: str, *, in_turn: bool = False) -> Record:
+        """Take done-marks back, all in one transaction: the blocks read as not computed and can be run again.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+        blocks : sequence of int
+            Indices of blocks; those without a mark count for nothing.
+        why : str
+            Kept among the study's events.
+        in_turn : bool
+            Whether the study, which is queued by this, counts as one that somebody submits.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        StudyBusy
+            If somebody works on it.
+        TooManyUnfinished
+            If as many studies wait or run as may, and it is to count.
+        """
+        b, c = done_blocks.c, studies.c
+        with self.catalogue.writing() as connection:
+            row = study_row(connection, study_id)
+            require_free(row, "take blocks back from")
+            if in_turn:
+                self._require_turn(connection, row)
+            shelf = self.cube_shelf(study_id, row.number)
+            try:
+                # first: should this be cut short, what the cube says of itself is too little and never too much
+                drop_marks(shelf)
+            except OSError as error:
+                raise cannot_use(shelf.address, error) from error
+            for start in range(0, len(blocks), _AT_ONCE):
+                piece = [int(index) for index in blocks[start : start + _AT_ONCE]]
+                connection.execute(delete(done_blocks).where(b.study == row.number, b.block.in_(piece)))
+            sums = connection.execute(
+                select(
+                    func.count(),
+                    *(
+                        func.coalesce(func.sum(column), 0)
+                        for column in (b.points, b.failed, b.reused, b.seconds, b.kernel_seconds)
+                    ),
+                ).where(b.study == row.number)
+            ).one()
+            names = (
+                c.blocks_done,
+                c.points_done,
+                c.points_failed,
+                c.points_reused,
+                c.seconds,
+                c.kernel_seconds,
+            )
+            change: dict[Any, Any] = dict(zip(names, sums, strict=True))
+            change |= {
+                c.revision: row.revision + 1,
+                c.taken_back: row.revision + 1,
+                c.state: "queued",
+                c.finished: None,
+            }
+            connection.execute(update(studies).where(c.number == row.number).values(change))
+            log_event(connection, study_id, f"{row.blocks_done - sums[0]} blocks invalidated: {why}")
+            return record_of(study_row(connection, study_id))
+
+
+def _nothing_to_retry(record: Record) -> NothingToDo:
+    if record.outdated:
+        found = "which is of another solver"
+        told = f"The blocks of study {record.id} were computed by another solver, so they cannot be retried with this one."
+        advice = f"compute the study again with `damperlab recompute {record.id}`"
+    elif record.points_failed:
+        found = f"whose {record.points_failed} failed points failed numerically"
+        told = (
+            f"Study {record.id} has {counted(record.points_failed, 'point')} that failed numerically, and no failed "
+            "block: the same solver would fail there again."
+        )
+        advice = "change `steady` or the range of the axes"
+    else:
+        found, advice = "in which no block failed", "to compute what is missing, resume the study"
+        told = f"Study {record.id} has no block that failed."
+    allowed = "a study with blocks that failed as a whole"
+    return NothingToDo(Fault("study", f"{record.id}, {found}", allowed, advice, told))

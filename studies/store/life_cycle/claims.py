@@ -1,0 +1,193 @@
+"""Who works on a study: one owner at a time, and a claim that is not renewed ends by itself."""
+
+import json
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Connection, Row, select, tuple_, update
+
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.catalogue.base import StoreBase
+from damperlab.studies.store.catalogue.rows import alive_row, claim_owner
+from damperlab.studies.store.catalogue.tables import WAITING, studies
+from damperlab.studies.store.faults import StudyBusy
+from damperlab.studies.store.submitter import SUBMITTED_BY
+
+CLAIM_SECONDS = 60.0
+"""How long a claim holds without being renewed [s]."""
+
+
+FEW_POINTS = 16
+"""Most points of a study that is run together with others."""
+
+_PAGE = 500
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A study that nobody works on and somebody should.
+
+    Parameters
+    ----------
+    id : str
+        Its whole id.
+    small : bool
+        Whether it is one block of a few points, and was never begun.
+    owner : str, optional
+        Who submitted it; None where nobody asked who that is.
+    priority : int
+        See `Record`.
+    """
+
+    id: str
+    small: bool
+    owner: str | None
+    priority: int
+
+
+class Claims(StoreBase):
+    """The claims on the studies of a store.
+
+    A claim ends when its time is over by the wall clock, or when whoever looks has not seen it renewed for that
+    long by a clock that nobody sets: a clock that was set back keeps no dead owner alive. One that was set forward
+    may end the claim of a living one; what that owner still has to say is then refused (`Blocks.mark`).
+    """
+
+    def claim(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
+        """Take a study to work on; False while another owner's claim holds.
+
+        Parameters
+        ----------
+        study_id, owner : str
+            The study, and a name that no other runner has.
+        seconds : float, optional
+            The claim ends by itself unless it is renewed within this time [s]; by default `CLAIM_SECONDS`.
+        """
+        with self.catalogue.writing() as connection:
+            row = alive_row(connection, study_id)
+            if row is None or (row.claim_owner != owner and self._holds(row)):
+                return False
+            self._set_claim(connection, row.number, owner, _end(seconds))
+            return True
+
+    def renew(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
+        """Hold a claim for longer; False if it went to somebody else, and then the work must stop."""
+        return self._if_owned(study_id, owner, owner, _end(seconds))
+
+    def release(self, study_id: str, owner: str) -> None:
+        """Give a claim up; nothing happens if it is somebody else's."""
+        self._if_owned(study_id, owner, None, None)
+
+    def abandoned(self, study_id: str) -> bool:
+        """Whether nobody works on a study; ask now and then, to see whether its claim is renewed."""
+        with self.catalogue.reading() as connection:
+            row = alive_row(connection, study_id)
+        return row is not None and not self._holds(row)
+
+    def unclaimed(self, dead: Callable[[str], bool], most: int | None = None) -> list[Waiting]:
+        """Give the queued and running studies that nobody works on: of the highest priority first, and of these the oldest.
+
+        Parameters
+        ----------
+        dead : callable
+            Whether an owner can be seen to be gone before its claim ends.
+        most : int, optional
+            Of each submitter no more are looked for.
+        """
+        c = studies.c
+        # few columns, page by page: ten thousand studies may wait, and each that comes makes somebody look
+        query = select(
+            c.id,
+            c.number,
+            c.created,
+            c.claim_owner,
+            c.claim_expires,
+            c.blocks_total,
+            c.points_total,
+            c.started,
+            c.provenance,
+            c.priority,
+        )
+        query = query.where(WAITING).order_by(c.priority.desc(), c.created, c.number).limit(_PAGE)
+        found: list[Waiting] = []
+        counts: Counter[str | None] = Counter()
+        with self.catalogue.reading() as connection:
+            page: Sequence[Any] = connection.execute(query).all()
+            while page:
+                for row in page:
+                    owner = _submitter(row.provenance)
+                    if most is not None and counts[owner] >= most:
+                        continue
+                    if not self._holds(row) or (row.claim_owner and dead(str(row.claim_owner))):
+                        small = (row.blocks_total, row.started) == (
+                            1,
+                            None,
+                        ) and row.points_total <= FEW_POINTS
+                        found.append(Waiting(row.id, small, owner, row.priority))
+                        counts[owner] += 1
+                if len(page) < _PAGE:
+                    break
+                last = page[-1]
+                behind = tuple_(-c.priority, c.created, c.number)
+                page = connection.execute(
+                    query.where(behind > tuple_(-last.priority, last.created, last.number))
+                ).all()
+        return found
+
+    def _holds(self, row: Row[Any]) -> bool:
+        if row.claim_owner is None:
+            self._renewals.pop(row.number, None)
+            return False
+        now, renewal = time.monotonic(), (row.claim_owner, row.claim_expires)
+        seen, since = self._renewals.get(row.number, (None, now))
+        if seen != renewal:
+            since = now
+            self._renewals[row.number] = renewal, now
+        return claim_owner(row) is not None and now - since <= CLAIM_SECONDS
+
+    def _if_owned(self, study_id: str, owner: str, heir: str | None, expires: float | None) -> bool:
+        with self.catalogue.writing() as connection:
+            row = alive_row(connection, study_id)
+            if row is None or row.claim_owner != owner:
+                return False
+            self._set_claim(connection, row.number, heir, expires)
+            return True
+
+    def _set_claim(
+        self, connection: Connection, number: int, owner: str | None, expires: float | None
+    ) -> None:
+        change = update(studies).where(studies.c.number == number)
+        connection.execute(change.values(claim_owner=owner, claim_expires=expires))
+
+
+def _submitter(provenance: str) -> str | None:
+    """Read who submitted a study; a row that cannot be read is nobody's, and is told of where it is used."""
+    if SUBMITTED_BY not in provenance:
+        return None
+    try:
+        owner = json.loads(provenance).get(SUBMITTED_BY)
+    except (ValueError, AttributeError):
+        return None
+    return owner if isinstance(owner, str) else None
+
+
+def _end(seconds: float | None) -> float:
+    return time.time() + (CLAIM_SECONDS if seconds is None else seconds)
+
+
+def require_free(row: Row[Any], what: str) -> None:
+    """Refuse to do `what` to a study that somebody works on; raise `StudyBusy`."""
+    owner = claim_owner(row)
+    if owner is not None:
+        raise StudyBusy(
+            Fault(
+                "study",
+                f"{row.id} is {row.state}, worked on by {owner}",
+                f"a study that no process works on, to {what} it",
+                f"cancel it first, with `damperlab cancel {row.id}` or, over HTTP, by POST to its `/cancel`",
+                f"Study {row.id} is {row.state} and worked on by {owner}, so it is not possible to {what} it now.",
+            )
+        )

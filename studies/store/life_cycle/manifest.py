@@ -1,0 +1,135 @@
+"""The marks of a cube, kept beside its blocks: what a catalogue knows of a study, so that it can be made again.
+
+The description says what was asked and every block's file what it holds. What became of the study is added when it
+ends, in one piece with a checksum. While blocks are being marked it is not touched, so it never says less than it
+did: blocks that were done since say so themselves, and it is taken away before blocks are taken back.
+"""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from sqlalchemy import select
+
+from damperlab.studies.store.catalogue.base import StoreBase
+from damperlab.studies.store.catalogue.rows import study_row
+from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.cube.description import DESCRIPTION, as_complete
+from damperlab.studies.store.files.sealed import PLACEHOLDER, require_seal, seal
+from damperlab.studies.store.files.shelf import TOMBSTONE, Shelf
+
+MARKS = "marks.json"
+"""The key of the marks."""
+
+NOT_KEPT = frozenset({"number", "definition", "provenance", "claim_owner", "claim_expires", "deleted", "crc"})
+"""What of a study's row is in its description, or means nothing to another catalogue."""
+
+
+def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> None:
+    """Write a study's marks beside its blocks, and whether it is complete into its description.
+
+    Parameters
+    ----------
+    store : StoreBase
+        Where the study is.
+    study_id : str
+        Its whole id.
+    changes : mapping
+        Columns of its row that are about to change.
+
+    Raises
+    ------
+    OSError
+        If they cannot be written.
+    """
+    with store.catalogue.reading() as connection:
+        row = study_row(connection, study_id)
+        columns = [column for column in done_blocks.c if column.name not in ("study", "crc")]
+        query = select(*columns).where(done_blocks.c.study == row.number).order_by(done_blocks.c.block)
+        marks = [list(mark) for mark in connection.execute(query)]
+    kept = {name: value for name, value in row._mapping.items() if name not in NOT_KEPT} | dict(changes)
+    document = {
+        "crc32c": PLACEHOLDER,
+        "study": kept,
+        "columns": [column.name for column in columns],
+        "blocks": marks,
+    }
+    shelf = store.cube_shelf(study_id, row.number)
+    shelf.put(MARKS, seal(json.dumps(document).encode()))
+    if len(marks) == row.blocks_total:
+        _say_complete(shelf, True)
+
+
+def drop_marks(shelf: Shelf) -> None:
+    """Take a study's marks away, before blocks of it are taken back."""
+    _say_complete(shelf, False)
+    shelf.remove(MARKS)
+
+
+def put_tombstone(shelf: Shelf, deleted: float) -> None:
+    """Say beside a cube's blocks that its study was deleted, and when; the files may lie there for a while yet.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    shelf.put(TOMBSTONE, seal(json.dumps({"crc32c": PLACEHOLDER, "deleted": deleted}).encode()))
+
+
+def read_tombstone(shelf: Shelf) -> float | None:
+    """Say when a cube's study was deleted, in seconds since 1970; None where it was not.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    ValueError
+        If it is not what was written.
+    """
+    try:
+        content = shelf.get(TOMBSTONE)
+    except FileNotFoundError:
+        return None
+    require_seal(content)
+    return float(json.loads(content)["deleted"])
+
+
+def read_marks(shelf: Shelf) -> tuple[dict[str, Any], list[dict[str, Any]]] | None:
+    """Give what the marks say of the study, and one dictionary a block; None where there are no marks.
+
+    Raises
+    ------
+    OSError
+        If they cannot be read.
+    ValueError
+        If they are not what was written.
+    """
+    try:
+        content = shelf.get(MARKS)
+    except FileNotFoundError:
+        return None
+    return parse_marks(content)
+
+
+def parse_marks(content: bytes) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Read the content of the marks; raise `ValueError` if it is not what was written."""
+    require_seal(content)
+    document = json.loads(content)
+    columns = document["columns"]
+    return document["study"], [dict(zip(columns, row, strict=True)) for row in document["blocks"]]
+
+
+def study_columns() -> frozenset[str]:
+    """Names of the columns that the marks may bring back; an older program may have known fewer."""
+    return frozenset(studies.c.keys()) - NOT_KEPT
+
+
+def _say_complete(shelf: Shelf, complete: bool) -> None:
+    try:
+        old = shelf.get(DESCRIPTION)
+        new = as_complete(old, complete)
+    except (FileNotFoundError, ValueError):
+        return  # damaged: `verify` tells, and its repair writes it anew
+    if new != old:
+        shelf.put(DESCRIPTION, new)

@@ -1,0 +1,196 @@
+"""Studies come and go: entered again for another solver, deleted by a tombstone first."""
+
+import json
+import math
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+
+from sqlalchemy import delete, func, select, update
+
+from damperlab.studies.digest import family_digest
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.catalogue.quota import Ledger
+from damperlab.studies.store.catalogue.rows import log_event, newest_row, record_of, study_row
+from damperlab.studies.store.catalogue.rowsum import is_sound
+from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.cube.chunks import damaged
+from damperlab.studies.store.cube.cube import restore_metadata
+from damperlab.studies.store.cube.definition import parse_stored, with_attachments
+from damperlab.studies.store.faults import NothingToDo, cannot_use
+from damperlab.studies.store.life_cycle.claims import require_free
+from damperlab.studies.store.life_cycle.entering import Entering, Entry
+from damperlab.studies.store.life_cycle.manifest import put_tombstone
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.submitter import signed, submitter
+from damperlab.studies.vocabulary import ENDED
+
+_AT_ONCE = 5000  # marks that are removed in one transaction
+
+
+class Submissions(Entering):
+    """How studies are entered again, begun and left."""
+
+    def recompute(self, study_id: str, provenance: dict[str, str]) -> tuple[Record, bool]:
+        """Enter a study once more, to be computed by today's solver beside what is there.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id of any version.
+        provenance : dict of str
+            Of today's solver.
+
+        Returns
+        -------
+        record : Record
+            The new version, or the newest one where that is today's solver's, or waits for it, already.
+        created : bool
+            Whether it is new.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        NothingToDo
+            If the study is complete and of today's solver, or has no results yet.
+        StoreFault, QuotaReached
+            As for `submit`.
+        """
+        with self.catalogue.writing() as connection:
+            older = record_of(study_row(connection, study_id))
+            if not older.blocks_done or (older.state == "done" and not older.outdated):
+                raise _nothing_to_recompute(older)
+            row = newest_row(connection, older.digest)
+            newest = record_of(row) if row is not None else older
+            if newest.id != older.id and not newest.outdated:
+                return newest, False
+            shelf = self.cube_shelf(study_id, self.number(connection, study_id))
+            try:
+                study = with_attachments(parse_stored(older.definition, older.digest), shelf)
+            except (OSError, ValueError) as error:
+                raise damaged(shelf, None, "a ground-motion record", str(error)) from error
+            entry = Entry(
+                study, older.chunk, signed(provenance), older.reuse, newest.version + 1, older.priority
+            )
+            Ledger(connection, self.quota).enter(submitter.get(), study.points, entry.bytes, 1)
+            return self.enter(connection, [entry], f"entered as version {entry.version}")[0], True
+
+    def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
+        """Record what computes a study, before its first block: one cube, one solver on one kind of processor.
+
+        A study that waited while the solver changed holds nothing of the older one yet, and is simply recorded anew.
+
+        Parameters
+        ----------
+        study_id : str
+            The whole id.
+        facts : mapping of str
+            What the workers say; `identity` is what counts.
+        owner : str, optional
+            Who claims to work on the study; nothing changes where the claim is somebody else's.
+
+        Returns
+        -------
+        Record
+            As it is then. Where blocks are done its provenance is what it was, and the caller compares.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        StoreFault
+            If the cube cannot be written.
+        """
+        with self.catalogue.writing() as connection:
+            row = study_row(connection, study_id)
+            record = record_of(row)
+            known = record.provenance.get("identity") == facts["identity"]
+            if known or row.blocks_done or owner not in (None, row.claim_owner):
+                return record
+            provenance = {**record.provenance, **facts}
+            study = parse_stored(record.definition, record.digest)
+            shelf = self.cube_shelf(study_id, row.number)
+            try:
+                # before the commit: should the process die in between, it is done again
+                restore_metadata(
+                    shelf, study, record.chunk, provenance, reuse=record.reuse, created=row.created
+                )
+            except OSError as error:
+                raise cannot_use(shelf.address, error) from error
+            change = {"provenance": json.dumps(provenance), "family": family_digest(study, provenance)}
+            connection.execute(update(studies).where(studies.c.number == row.number).values(change))
+            log_event(connection, study_id, f"to be computed by solver {facts['identity']}")
+            return record_of(study_row(connection, study_id))
+
+    def delete(self, study_id: str) -> None:
+        """Forget a study; `bury` removes its files afterwards, which may take long.
+
+        The study is gone once its tombstone is committed. Whoever calls `bury` next, in this process or another,
+        removes the files: a service in the background, `damperlab delete` and `damperlab gc` as they run.
+
+        Raises
+        ------
+        StudyNotFound
+            If there is no such study.
+        StudyBusy
+            If somebody works on it and it has not ended. Of one that has, a runner may still be putting things away.
+        """
+        with self.catalogue.writing() as connection:
+            row = study_row(connection, study_id)
+            if row.state not in ENDED:
+                require_free(row, "delete")
+            now = time.time()
+            connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=now))
+            log_event(connection, study_id, "deleted")
+        # after the commit: what says so beside the cube must never be wrong, and is lost only with the catalogue
+        with suppress(OSError):
+            put_tombstone(self.cube_shelf(study_id, row.number), now)
+
+    def bury(self, before: float = math.inf, stop: Callable[[], bool] = lambda: False) -> None:
+        """Remove the files of studies that were deleted before a time, in seconds since 1970.
+
+        A tombstone loses its marks and its definition last, so that a removal that was cut short is found again;
+        an empty row stays, which keeps the study's number and revisions from coming again.
+        """
+        c = studies.c
+        with self.catalogue.reading() as connection:
+            rows = connection.execute(select(studies).where(c.deleted < before, c.definition != "")).all()
+        # a row that is damaged may be of a study that nobody deleted: its files stay
+        for row in (row for row in rows if is_sound(studies, row)):
+            if stop():
+                return
+            try:
+                self.cube_shelf(row.id, row.number).clear()
+            except OSError:
+                continue  # found again
+            while self._forget_marks(row.number):
+                pass
+            with self.catalogue.writing() as connection:
+                empty = {"name": "", "message": None, "definition": "", "provenance": "", "family": ""}
+                connection.execute(update(studies).where(c.number == row.number).values(empty))
+
+    def _forget_marks(self, number: int) -> bool:
+        """Remove some marks of a study that was deleted, and say whether there may be more: others want to write too."""
+        b = done_blocks.c
+        with self.catalogue.writing() as connection:
+            some = select(b.block).where(b.study == number).order_by(b.block).limit(_AT_ONCE)
+            last = connection.execute(select(func.max(some.subquery().c.block))).scalar()
+            if last is None:
+                return False
+            connection.execute(delete(done_blocks).where(b.study == number, b.block <= last))
+            return True
+
+
+def _nothing_to_recompute(record: Record) -> NothingToDo:
+    if not record.blocks_done:
+        found, advice = f"{record.id}, which has no results yet", f"run `damperlab resume {record.id}`"
+        told = f"Study {record.id} has no results yet, so there is nothing to compute again."
+    else:
+        found = f"{record.id}, which is of today's solver: it would give the same bits"
+        told = (
+            f"The results of study {record.id} are of today's solver, which would give the same bits again."
+        )
+        advice = "nothing need be done; `damperlab verify` checks that the results are as they were written"
+    allowed = "a study whose results are of another solver"
+    return NothingToDo(Fault("study", found, allowed, advice, told))

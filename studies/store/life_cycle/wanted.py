@@ -1,0 +1,147 @@
+"""Which studies of a catalogue are listed."""
+
+import json
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import ColumnElement, Row, and_, exists, literal, not_
+
+from damperlab.studies.faults import Fault, describe, listing, write_nearest
+from damperlab.studies.kinds import EVERY_DIMENSION, kind_of_definition
+from damperlab.studies.remarks import faults_of_tag
+from damperlab.studies.store.catalogue.box import box_of
+from damperlab.studies.store.catalogue.rows import asked_for
+from damperlab.studies.store.catalogue.tables import studies
+from damperlab.studies.store.cube.definition import parse_stored
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.provenance import COARSE_OF, DESIGNS
+from damperlab.studies.vocabulary import STATES
+
+_OF_TEXTS = ("record",)  # dimensions that have no place in a study's box
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a study must be to be listed; None where that does not matter.
+
+    Parameters
+    ----------
+    state : str, optional
+        Its state.
+    name : str, optional
+        A text that its name holds; ASCII letters fit in either case.
+    tag : str, optional
+        One of its tags.
+    axis : str, optional
+        A dimension that it has.
+    low, high : float, optional
+        The least and the greatest value of `axis` that counts: its values from the first to the last must reach into that.
+    coarse : bool
+        Whether coarse grids count too, which large studies compute first; where not, those do all the same that have the tag
+        asked for, and those whose study is gone.
+    designs : bool
+        Whether the studies that designs ask for count too; where not, those do all the same that have the tag or the name
+        asked for.
+
+    Raises
+    ------
+    StoreFault
+        If one of them is not allowed.
+    """
+
+    state: str | None = None
+    name: str | None = None
+    tag: str | None = None
+    axis: str | None = None
+    low: float | None = None
+    high: float | None = None
+    coarse: bool = True
+    designs: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse what no study can be."""
+        for fault in self._faults():
+            raise StoreFault(fault)
+
+    def _faults(self) -> list[Fault]:
+        axes = [name for name in EVERY_DIMENSION if name not in _OF_TEXTS]
+        faults = [] if self.tag is None else faults_of_tag("tag", self.tag)
+        if self.state is not None and self.state not in STATES:
+            advice = write_nearest(self.state, STATES, "leave it out for every state")
+            faults.append(Fault("state", describe(self.state), f"one of {listing(STATES)}", advice))
+        if self.axis is not None and self.axis not in axes:
+            advice = write_nearest(self.axis, axes, "leave it out for every study")
+            faults.append(Fault("axis", describe(self.axis), f"one of {listing(axes)}", advice))
+        ends = {"from": self.low, "to": self.high}
+        for name, end in ends.items():
+            if end is not None and (self.axis is None or math.isnan(end)):
+                allowed = "a number" if self.axis else "nothing where no axis is named"
+                faults.append(Fault(name, describe(end), allowed, "name the `axis` as well, or leave it out"))
+        if None not in ends.values() and self.low > self.high:  # type: ignore[operator]
+            faults.append(
+                Fault(
+                    "to", describe(self.high), f"at least {self.low:g}, the value of `from`", "exchange them"
+                )
+            )
+        return faults
+
+    def clauses(self) -> list[ColumnElement[bool]]:
+        """Give what the database can tell of it."""
+        found: list[ColumnElement[bool]] = []
+        if self.state is not None:
+            found.append(studies.c.state == self.state)
+        if self.name:
+            text = self.name.encode(errors="replace").decode().replace("\0", "?")
+            found.append(studies.c.name.icontains(text, autoescape=True))
+        if self.tag is not None:
+            found.append(studies.c.tags.contains(json.dumps(self.tag), autoescape=True))
+        elif not self.coarse:
+            found.append(not_(_is_coarse_grid()))
+        if not self.designs and self.tag is None and not self.name:
+            found.append(not_(asked_for(DESIGNS)))
+        return found
+
+    @property
+    def looks_inside(self) -> bool:
+        """Whether rows must be read to tell more."""
+        return self.axis is not None
+
+    def fits(self, row: Row[Any]) -> bool:
+        """Whether the grid of a study reaches into the range."""
+        definition = json.loads(row.definition)
+        names = [name for name in kind_of_definition(definition).dimensions if name not in _OF_TEXTS]
+        # a study of an early version has no box in its row
+        grid = json.loads(row.box) or box_of(parse_stored(definition, row.digest))
+        box = dict(zip(names, grid, strict=True))
+        ends = box.get(str(self.axis)) or self._ends_in_units(definition)
+        if ends is None:
+            return False
+        first, last = ends
+        reaches = self.low is None or last >= self.low
+        return bool(reaches and (self.high is None or first <= self.high))
+
+    def _ends_in_units(self, definition: dict[str, Any]) -> list[float] | None:
+        """Give the least and the greatest of what a study in ratios says of its axis in units; None where that is nothing."""
+        given = (definition.get("physical") or {}).get(self.axis)
+        if given is None:
+            return None
+        values = [given["start"], given["stop"]] if isinstance(given, dict) else given
+        values = values if isinstance(values, list) else [values]
+        return [float(min(values)), float(max(values))]
+
+
+def _is_coarse_grid() -> ColumnElement[bool]:
+    """Tell of a row whether it is the coarse grid of a study that is there."""
+    whole = studies.alias()
+    key = f'"{COARSE_OF}": "'
+    its_study = studies.c.provenance.like(literal(f"%{key}") + whole.c.id + '"%')
+    # the study is looked for where one is named alone
+    return and_(
+        asked_for(COARSE_OF),
+        exists().where(whole.c.deleted.is_(None), its_study).correlate(studies),
+    )
+
+
+ALL = Wanted()
+"""Every study."""

@@ -1,0 +1,181 @@
+"""What a later solver changed: two versions of one study compared point by point."""
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from damperlab.studies.faults import Fault
+from damperlab.studies.kinds import kind_of
+from damperlab.studies.store.export.slabs import slabs
+from damperlab.studies.store.faults import NothingToDo
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.studies.variables import Status
+
+NOT_RESULTS = ("run_time",)
+"""Measured, not computed: it never repeats."""
+
+
+@dataclass
+class Difference:
+    """How one variable differs between two versions.
+
+    Parameters
+    ----------
+    variable : str
+        Its name.
+    points : int
+        Points at which it differs, in one bit or more; NaN equals NaN.
+    largest_relative : float, optional
+        Largest \\|a − b\\| / max(\\|a\\|, \\|b\\|) of numbers that are finite in both; None for codes, and where there is none.
+    at : dict, optional
+        Coordinates of the largest, of codes the first, difference.
+    older, newer : float, optional
+        The two values there.
+    """
+
+    variable: str
+    points: int = 0
+    largest_relative: float | None = None
+    at: dict[str, Any] | None = None
+    older: float | None = None
+    newer: float | None = None
+
+
+@dataclass
+class Differences:
+    """How a version of a study differs from an older one.
+
+    Parameters
+    ----------
+    older, newer : str
+        Ids of the two.
+    points : int
+        Of the grid.
+    compared : int
+        Computed in both.
+    only_older, only_newer : int
+        Computed in one of them.
+    differing : int
+        Points at which any variable differs; run times are not compared.
+    variables : list of Difference
+        Those that both store.
+    """
+
+    older: str
+    newer: str
+    points: int
+    compared: int = 0
+    only_older: int = 0
+    only_newer: int = 0
+    differing: int = 0
+    variables: list[Difference] = field(default_factory=list)
+
+    def document(self) -> dict[str, Any]:
+        """Give it as JSON-able values."""
+        return asdict(self)
+
+
+def differences_of(store: Store, newer: Record, older: Record | None = None) -> Differences:
+    """Compare two versions of a study, piece by piece: of large cubes a part is in memory at a time.
+
+    Parameters
+    ----------
+    store : Store
+        Where they are.
+    newer : Record
+        The later one.
+    older : Record, optional
+        The other; by default the newest version before that has results.
+
+    Raises
+    ------
+    NothingToDo
+        If there is no other version, or it is another study.
+    BlockDamaged, StoreFault
+        If one of them cannot be read.
+    """
+    if older is None:
+        before = [
+            each for each in store.versions(newer.id) if each.version < newer.version and each.blocks_done
+        ]
+        if not before:
+            told = f"Study {newer.id} has no older version with results to compare with."
+            raise _no_other(f"{newer.id}, of which there is no older version with results", told)
+        older = before[-1]
+    if older.digest != newer.digest:
+        told = f"{newer.id} and {older.id} are different studies, not two versions of one."
+        raise _no_other(f"{newer.id} and {older.id}, which are two studies", told)
+    cubes = store.cube(older.id), store.cube(newer.id)
+    known = kind_of(cubes[1].sizes).variables
+    names = [name for name in known if all(name in cube for cube in cubes) and name not in NOT_RESULTS]
+    found = Differences(
+        older.id, newer.id, newer.points_total, variables=[Difference(name) for name in names]
+    )
+    for piece in slabs(newer.shape, newer.chunk):
+        place = dict(zip(cubes[1]["status"].dims, piece, strict=True))
+        _compare(found, *(cube.isel(place) for cube in cubes))
+    return found
+
+
+def _compare(found: Differences, older: xr.Dataset, newer: xr.Dataset) -> None:
+    there, here = (cube["status"].values != Status.NOT_COMPUTED for cube in (older, newer))
+    both = there & here
+    found.compared += int(np.count_nonzero(both))
+    found.only_older += int(np.count_nonzero(there & ~here))
+    found.only_newer += int(np.count_nonzero(here & ~there))
+    differing = np.zeros(both.shape, bool)
+    for difference in found.variables:
+        one, other = older[difference.variable], newer[difference.variable]
+        a, b = one.values, other.values
+        unlike = both & (a != b)
+        if a.dtype.kind == "f":
+            unlike &= ~(np.isnan(a) & np.isnan(b))
+        differing |= unlike
+        if unlike.any():
+            difference.points += int(np.count_nonzero(unlike))
+            _note(difference, unlike, one, other)
+    found.differing += int(np.count_nonzero(differing))
+
+
+def _note(difference: Difference, unlike: np.ndarray, one: xr.DataArray, other: xr.DataArray) -> None:
+    a, b = one.values, other.values
+    largest = None
+    place = int(np.argmax(unlike))
+    if a.dtype.kind == "f":
+        finite = unlike & np.isfinite(a) & np.isfinite(b)
+        with np.errstate(all="ignore"):
+            relative = np.where(finite, np.abs(a - b) / np.maximum(np.abs(a), np.abs(b)), -1.0)
+        if finite.any():
+            place = int(np.argmax(relative))
+            largest = float(relative.flat[place])
+    known = difference.largest_relative
+    if difference.at is not None and (largest is None or (known is not None and known >= largest)):
+        return
+    index = np.unravel_index(place, a.shape)
+    at = {str(name): one[name].values[i].item() for name, i in zip(one.dims, index, strict=True)}
+    difference.at, difference.largest_relative = at, largest
+    difference.older, difference.newer = (_number(values[index]) for values in (a, b))
+
+
+def _number(value: np.generic) -> float | None:
+    number = float(value)
+    return number if np.isfinite(number) else None
+
+
+def _no_other(found: str, told: str) -> NothingToDo:
+    advice = "make another version with `damperlab recompute`"
+    return NothingToDo(Fault("study", found, "two versions of one study", advice, told))
+
+
+def words(found: Differences) -> Iterable[str]:
+    """Say how two versions differ, in a sentence each."""
+    yield (
+        f"{found.newer} beside {found.older}: {found.compared} of {found.points} points are computed in both, "
+        f"{found.differing} of them differ."
+    )
+    if found.only_older or found.only_newer:
+        yield f"{found.only_older} points are in {found.older} alone, {found.only_newer} in {found.newer} alone."

@@ -1,0 +1,74 @@
+"""Points of a block that earlier studies hold already, read where a worker is: no catalogue is asked."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.plan import Block
+from damperlab.studies.store.cube.cube import stored_variables
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.variables import Status
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where points of one block lie in the cube of one earlier study.
+
+    Parameters
+    ----------
+    cube_path : str
+        That study's cube.
+    generations : dict
+        Of its done blocks that hold points of this block.
+    theirs, ours : tuple of ndarray of int
+        Along each dimension the indices in that cube, and the indices within this block.
+    """
+
+    cube_path: str
+    generations: dict[int, str]
+    theirs: tuple[np.ndarray, ...]
+    ours: tuple[np.ndarray, ...]
+
+
+def known_points(
+    sources: tuple[Source, ...], study: AnyStudy, block: Block
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Read what is known of a block; a source that is gone or damaged gives nothing.
+
+    Parameters
+    ----------
+    sources : tuple of Source
+        Of `reuse.Overlaps.of`.
+    study, block : AnyStudy, Block
+        The block.
+
+    Returns
+    -------
+    known : ndarray of bool, block.shape
+        Which points are known.
+    values : dict of ndarray, each block.shape
+        Every stored variable, right where `known` is true.
+    """
+    from damperlab.studies.store.cube.opened import open_cube  # brings xarray along
+
+    known = np.zeros(block.shape, bool)
+    variables = stored_variables(study)
+    values = {v.name: np.full(block.shape, v.fill, v.dtype) for v in variables}
+    for source in sources:
+        try:
+            cube = open_cube(open_shelf(source.cube_path), source.generations)
+            part = cube.isel(dict(zip(study.coordinates, source.theirs, strict=True)))
+            found = {v.name: part[v.name].values for v in variables}
+        except (StoreFault, OSError):
+            continue
+        status = found["status"]
+        # a block that failed as a whole says nothing about its points
+        good = (status != Status.NOT_COMPUTED) & (status != Status.BLOCK_FAILED)
+        place = np.ix_(*source.ours)
+        good &= ~known[place]
+        for name, target in values.items():
+            target[place] = np.where(good, found[name], target[place])
+        known[place] |= good
+    return known, values

@@ -1,0 +1,144 @@
+"""Where earlier studies hold points already: same solver, same settings, coordinates equal to the last bit."""
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from sqlalchemy import select
+
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.plan import Block
+from damperlab.studies.store.catalogue.box import box_of
+from damperlab.studies.store.catalogue.rows import ALIVE, record_of
+from damperlab.studies.store.catalogue.tables import studies
+from damperlab.studies.store.cube.cube import block_grid, stored_variables
+from damperlab.studies.store.cube.definition import parse_stored
+from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.reuse.known_points import Source
+from damperlab.studies.store.store import Store
+
+_AT_ONCE = 500  # values in one statement
+
+
+class Overlaps:
+    """What a study has in common with earlier ones; asked block by block as they are sent to be computed.
+
+    Every study of the family is looked for by the box that its grid fills, an entry of the catalogue; the definitions
+    of those alone are read whose box meets this study's.
+
+    Parameters
+    ----------
+    store : Store
+        Where the studies are.
+    record : Record
+        The study that is about to be computed.
+    boxes : Boxes, optional
+        Of the study's family, where they have been read for several studies.
+    """
+
+    def __init__(self, store: Store, record: Record, boxes: "Boxes | None" = None) -> None:
+        self._store = store
+        self._studies: list[_Overlap] = []
+        if record.reuse:
+            study = parse_stored(record.definition, record.digest)
+            near = (boxes or Boxes(store, record)).near(record, box_of(study))
+            overlaps = (_overlap(study, other) for other in near)
+            self._studies = [overlap for overlap in overlaps if overlap is not None]
+        # those with most in common first: the others then have little to add
+        self._studies.sort(key=lambda overlap: -math.prod(len(own) for own, _ in overlap.common))
+        corners = [[(own[0], own[-1]) for own, _ in overlap.common] for overlap in self._studies]
+        self._corners = np.array(corners, np.int64).reshape(len(corners), len(record.shape), 2)
+
+    def of(self, block: Block) -> tuple[Source, ...]:
+        """Say where points of a block are known; nothing for a block of new points alone."""
+        found = []
+        first = np.array(block.start)
+        last = first + np.array(block.shape) - 1
+        near = np.all((self._corners[..., 0] <= last) & (self._corners[..., 1] >= first), axis=1)
+        lacking = np.ones(block.shape, bool) if near.any() else np.zeros(0, bool)
+        for overlap in (self._studies[place] for place in np.flatnonzero(near)):
+            if not lacking.any():
+                break
+            ours, theirs = [], []
+            for start, extent, (own, other) in zip(block.start, block.shape, overlap.common, strict=True):
+                low, high = np.searchsorted(own, (start, start + extent))
+                ours.append(own[low:high] - start)
+                theirs.append(other[low:high])
+            if not all(map(len, ours)) or not lacking[np.ix_(*ours)].any():
+                continue
+            try:
+                shelf, marks = self._store.snapshot(overlap.record.id)
+            except StudyNotFound:
+                continue  # deleted meanwhile
+            grid = block_grid(overlap.record.shape, overlap.record.chunk)
+            places = [at // step for at, step in zip(theirs, overlap.record.chunk, strict=True)]
+            touched = np.ravel_multi_index(np.meshgrid(*map(np.unique, places), indexing="ij"), grid).reshape(
+                -1
+            )
+            generations = {int(index): marks[int(index)] for index in touched if int(index) in marks}
+            if generations:
+                found.append(Source(shelf.address, generations, tuple(theirs), tuple(ours)))
+                if not overlap.record.points_failed:
+                    done = np.isin(np.ravel_multi_index(np.ix_(*places), grid), list(generations))
+                    lacking[np.ix_(*ours)] &= ~done
+        return tuple(found)
+
+
+class Boxes:
+    """The boxes that the grids of one family's studies fill, as the catalogue has them at one moment.
+
+    Parameters
+    ----------
+    store : Store
+        Where the studies are.
+    record : Record
+        One of the family.
+    """
+
+    def __init__(self, store: Store, record: Record) -> None:
+        c = studies.c
+        self._store = store
+        with store.catalogue.reading() as connection:
+            family = select(c.family).where(c.id == record.id, ALIVE).scalar_subquery()
+            query = select(c.number, c.box).where(
+                c.family == family, c.family != "", ALIVE, c.blocks_done > 0
+            )
+            rows = connection.execute(query).all()
+        self._numbers = [row.number for row in rows]
+        self._boxes = np.array([json.loads(row.box) for row in rows], np.float64)
+
+    def near(self, record: Record, box: list[list[float]]) -> Iterator[Record]:
+        """Give the family's other studies whose grids may share points with the box of a study."""
+        if not self._numbers:
+            return
+        low, high = np.array(box, np.float64).reshape(len(box), 2).T
+        near = np.flatnonzero(np.all((self._boxes[..., 0] <= high) & (self._boxes[..., 1] >= low), axis=1))
+        numbers = [self._numbers[int(place)] for place in near]
+        for start in range(0, len(numbers), _AT_ONCE):
+            query = select(studies).where(studies.c.number.in_(numbers[start : start + _AT_ONCE]), ALIVE)
+            with self._store.catalogue.reading() as connection:
+                found = connection.execute(query).all()
+            yield from (record_of(row) for row in found if row.id != record.id)
+
+
+@dataclass(frozen=True)
+class _Overlap:
+    record: Record
+    # along each dimension the equal values: their indices here and there, ascending
+    common: tuple[tuple[np.ndarray, np.ndarray], ...]
+
+
+def _overlap(study: AnyStudy, other: Record) -> _Overlap | None:
+    earlier = parse_stored(other.definition, other.digest)
+    if not {v.name for v in stored_variables(study)} <= {v.name for v in stored_variables(earlier)}:
+        return None
+    common = []
+    for own, theirs in zip(study.identities.values(), earlier.identities.values(), strict=True):
+        _, here, there = np.intersect1d(own, theirs, assume_unique=True, return_indices=True)
+        if not here.size:
+            return None
+        common.append((here, there))
+    return _Overlap(other, tuple(common))
