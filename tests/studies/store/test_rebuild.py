@@ -123,7 +123,9 @@ def test_an_older_copy_gets_what_it_lacks(filled, make_study, make_plan_of, valu
 def test_a_rebuild_that_is_killed_and_run_again_ends_the_same(filled):
     data, before = filled.data_dir, told(filled)
     filled.close()
-    program = f"from pathlib import Path\nfrom {rebuild.__module__} import rebuild\nrebuild(Path({str(data)!r}))"
+    program = (
+        f"from pathlib import Path\nfrom {rebuild.__module__} import rebuild\nrebuild(Path({str(data)!r}))"
+    )
     for tenth in (6, 9, 12, 15, 18):
         for file in data.glob("catalogue.sqlite*"):
             file.unlink()
