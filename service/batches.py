@@ -13,7 +13,7 @@ from damperlab.studies.plan import make_plan
 from damperlab.studies.store.life_cycle.entering import Submission
 from damperlab.studies.store.record import Record
 from damperlab.studies.text import MOST_STUDIES
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 MOST_VALUES = 1_000_000

@@ -42,7 +42,7 @@ from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import submitter
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.niceness import stand_back
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.runner import run_study

@@ -3,7 +3,7 @@
 from damperlab.studies.design.design import designing
 from damperlab.studies.plan import make_plan
 from damperlab.studies.specification.specification import Specification
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 
 FEWEST, MOST = 100, 10_000_000
 """Points of a budget."""

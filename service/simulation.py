@@ -26,12 +26,12 @@ from damperlab.studies.quantity import RATIOS, read_count
 from damperlab.studies.questions import Simulated
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, ResponseClass, Status
 from damperlab.studies.vocabulary import DEFAULTS, EXCITATIONS, OF_PARTICLE, Method
-from damperlab.worker.lower import contact_time_of, wall_of
+from damperlab.worker.attractors import Attractors, find_attractors
+from damperlab.worker.kernel_arguments import contact_time_of, wall_of
 from damperlab.worker.point import Design, Simulation
 from damperlab.worker.scenes import Scene
 from damperlab.worker.simulate import scenes_of, simulate
 from damperlab.worker.solver.particle import Particle
-from damperlab.worker.starts import Attractors, find_attractors
 from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings as Steadiness
 

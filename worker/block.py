@@ -10,7 +10,7 @@ from damperlab.studies.choices import Continuation, Ensemble, Rk4Solver
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
-from damperlab.worker.lower import (
+from damperlab.worker.kernel_arguments import (
     block_points,
     has_friction,
     has_particle,
@@ -22,11 +22,11 @@ from damperlab.worker.scenes import scenes
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.ensemble import drawn_starts, ensemble_values
+from damperlab.worker.steady.fixed_steps import settle_stepped
 from damperlab.worker.steady.response.closed_form import linear_response
 from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest, carried
-from damperlab.worker.steady.stepped import settle_stepped
 from damperlab.worker.warm import warm
 
 Points = dict[str, NDArray[np.float64]]

@@ -92,7 +92,7 @@ def judged(error: Exception, index: int, failures: int) -> Failure | None:
     Parameters
     ----------
     error : Exception
-        What `damperlab.worker.process.tasks.run_block` raised.
+        What `damperlab.worker.worker_process.tasks.run_block` raised.
     index : int
         Of the block.
     failures : int

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from damperlab.studies.variables import VARIABLES, ResponseClass, Status
-from damperlab.worker.lower import excitation_of, rebound_of
+from damperlab.worker.kernel_arguments import excitation_of, rebound_of
 from damperlab.worker.rk4 import march_rk4
 from damperlab.worker.solver.events import ARRIVED, ATTACHMENTS, BUDGET, COUNTS, IMPACTS, TURNS
 from damperlab.worker.solver.excitation.sine_base import Forced, base_rate_at_phase_zero

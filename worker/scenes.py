@@ -9,7 +9,7 @@ from damperlab.studies.definition import Study
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.vocabulary import CONTACT_MODELS
-from damperlab.worker.lower import wants_acceleration, wants_energies
+from damperlab.worker.kernel_arguments import wants_acceleration, wants_energies
 from damperlab.worker.solver.particle import Particle
 
 Purpose = Literal[

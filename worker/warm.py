@@ -252,7 +252,7 @@ def _particle(scene: Scene) -> Particle | None:
 
 
 def _steady(scene: Scene) -> None:
-    from damperlab.worker.lower import excitation_of
+    from damperlab.worker.kernel_arguments import excitation_of
     from damperlab.worker.steady.settle import Settings, settle
     from damperlab.worker.steady.start import at_rest, moving
 
@@ -272,8 +272,8 @@ def _steady(scene: Scene) -> None:
 
 
 def _stepped(scene: Scene) -> None:
+    from damperlab.worker.steady.fixed_steps import settle_stepped
     from damperlab.worker.steady.settle import Settings
-    from damperlab.worker.steady.stepped import settle_stepped
 
     settings = Settings(1, 0.5, 1e-2, None)
     settle_stepped(0.1, 1.0, 0.5 if scene.friction else None, _particle(scene), 20, settings)

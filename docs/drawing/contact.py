@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from damperlab.service.figures.style import BLUE, GREY, VERMILION
 from damperlab.studies.choices import CompliantContact
-from damperlab.worker.lower import wall_of
+from damperlab.worker.kernel_arguments import wall_of
 from damperlab.worker.point import Design, Particle
 from damperlab.worker.simulate import simulate
 

@@ -121,7 +121,7 @@ def find_or_submit(
         return known
     # a plan, with the cost model behind it, is needed for a new one alone
     from damperlab.studies.plan import make_plan
-    from damperlab.worker.dispatch.cost import seconds_per_point
+    from damperlab.worker.dispatch.cost_model import seconds_per_point
     from damperlab.worker.provenance import provenance
 
     with working("Planning"):
@@ -166,7 +166,7 @@ def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None
     from damperlab.studies.plan import make_plan
     from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
     from damperlab.studies.store.faults import StoreFault
-    from damperlab.worker.dispatch.cost import seconds_per_point
+    from damperlab.worker.dispatch.cost_model import seconds_per_point
 
     with working("Planning"), ExitStack() as stack:
         store = None

@@ -23,7 +23,7 @@ from damperlab.studies.plan import make_plan
 from damperlab.studies.questions import Amplitudes, Boundary, FollowUps, Judging, Race, Search, Step
 from damperlab.studies.store.provenance import REFINES
 from damperlab.studies.variables import DIMENSIONS
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 router = APIRouter(prefix=queries.prefix)

@@ -29,7 +29,7 @@ from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.reuse.differences import differences_of
 from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import PRIORITIES, State
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 router = APIRouter(prefix="/api/v1/studies", tags=["studies"])

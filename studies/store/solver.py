@@ -33,12 +33,12 @@ SOURCES: tuple[str, ...] = (
     "worker/compiler",
     "worker/ground",
     "worker/jit.py",
-    "worker/lower.py",
+    "worker/kernel_arguments.py",
     "worker/physics",
     "worker/rk4.py",
     "worker/solver",
     "worker/steady",
-    "worker/process/tasks.py",
+    "worker/worker_process/tasks.py",
 )
 """Everything from a study's definition to the values of a block that can change a bit of them."""
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import cos, pi, sin
 from typing import NamedTuple
 
-from damperlab.worker.accuracy.scenes import State
+from damperlab.worker.accuracy.cases import State
 from damperlab.worker.point import Design
 
 Vector = tuple[float, float, float, float]

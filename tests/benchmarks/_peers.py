@@ -8,8 +8,8 @@ import numpy as np
 from scipy.integrate import solve_ivp  # type: ignore[import-untyped]
 from tests.benchmarks._automaton import Mode, Model, Vector, march
 
+from damperlab.worker.accuracy.cases import State
 from damperlab.worker.accuracy.methods import Method
-from damperlab.worker.accuracy.scenes import State
 from damperlab.worker.point import Design
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)

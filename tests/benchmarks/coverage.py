@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.march import march_halves
-from damperlab.worker.accuracy.truth import HALF_WIDTH, SETTINGS, Point, points
+from damperlab.worker.accuracy.steady_answers import HALF_WIDTH, SETTINGS, Point, points
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.steady.response.measures import Response
-from damperlab.worker.steady.response.statistics import mean_and_error
+from damperlab.worker.steady.response.standard_errors import mean_and_error
 from damperlab.worker.steady.settle import settle
 
 _LONGEST_PERIOD = 64  # half cycles

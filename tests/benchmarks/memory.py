@@ -17,7 +17,7 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Plan, make_plan
 from damperlab.worker.dispatch.backlog import HANDING_SECONDS, Backlog
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.forecast import Forecast, Known
 from damperlab.worker.dispatch.piece import Piece

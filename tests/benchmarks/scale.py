@@ -31,7 +31,7 @@ from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.runner import run_study
 
@@ -49,10 +49,10 @@ def asleep(cube_path: str, digest: str, block: Block, code: str, generation: str
 
 
 async def _work(scheduler: str, workers: int, threads: int) -> None:
-    import damperlab.worker.process.tasks
+    import damperlab.worker.worker_process.tasks
 
     # tasks name their function by its place: what is found there runs
-    damperlab.worker.process.tasks.run_block = asleep
+    damperlab.worker.worker_process.tasks.run_block = asleep
     started = [Worker(scheduler, nthreads=threads, dashboard=False, memory_limit=0) for _ in range(workers)]
     for at in range(0, workers, 20):
         await asyncio.gather(*started[at : at + 20])

@@ -21,7 +21,7 @@ from damperlab.studies.questions import Selection
 from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 
 LARGE = {
     "restitution": 4,

@@ -1,7 +1,7 @@
 """Are steady answers true? Random design points of the whole cube, each against a plain march that looks for nothing.
 
 `python -m tests.benchmarks.steady [POINTS] [CYCLES]` prints every answer that is off; as part of `make bench` it prints its
-table only. What is compared, and how, is in `damperlab.worker.accuracy.truth`.
+table only. What is compared, and how, is in `damperlab.worker.accuracy.steady_answers`.
 """
 
 import argparse
@@ -9,7 +9,7 @@ import sys
 from itertools import islice
 from typing import Any
 
-from damperlab.worker.accuracy.truth import MODELS, every, points, table
+from damperlab.worker.accuracy.steady_answers import MODELS, every, points, table
 
 
 def run(count: int = 3000, cycles: int = 10_000, seed: int = 1) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.consistency import LEAST_COMPLIANT
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, Status
-from damperlab.worker.lower import contact_time_of, rebound_of, wall_of
+from damperlab.worker.kernel_arguments import contact_time_of, rebound_of, wall_of
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.steady.response.closed_form import linear_response

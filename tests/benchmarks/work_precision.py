@@ -13,10 +13,10 @@ from tests.benchmarks._peers import peers
 
 from damperlab.service.figures.accuracy import draw_work_precision
 from damperlab.service.figures.style import save
-from damperlab.worker.accuracy.diagram import draw_diagrams
+from damperlab.worker.accuracy.cases import SCENES
 from damperlab.worker.accuracy.methods import METHODS
 from damperlab.worker.accuracy.report import advantages
-from damperlab.worker.accuracy.scenes import SCENES
+from damperlab.worker.accuracy.work_precision import draw_diagrams
 
 
 def run() -> dict[str, Any]:

@@ -19,6 +19,7 @@ def test_no_module_comes_back_to_itself_through_its_imports() -> None:
 def test_a_worker_loads_no_catalogue_no_labelled_arrays_and_no_web() -> None:
     """What it needs to be examined and to compute a block."""
     others = ("sqlalchemy", "xarray", "pandas", "zarr", "fastapi", "typer", "matplotlib")
-    program = f"import sys, damperlab.worker.process.examination; print([name for name in {others} if name in sys.modules])"
+    asked = f"print([name for name in {others} if name in sys.modules])"
+    program = f"import sys, damperlab.worker.worker_process.examination; {asked}"
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert ended.stdout.strip() == "[]"

@@ -41,9 +41,9 @@ class Attempt:
 
 def dask_setup(worker: object) -> None:
     """Dask's hook as a worker starts: tasks find the function below under the name of the real one."""
-    import damperlab.worker.process.tasks
+    import damperlab.worker.worker_process.tasks
 
-    run_block = damperlab.worker.process.tasks.run_block
+    run_block = damperlab.worker.worker_process.tasks.run_block
     log = os.open(
         Path(os.environ[FOLDER]) / f"attempts-{os.getpid()}.jsonl", os.O_CREAT | os.O_APPEND | os.O_WRONLY
     )
@@ -55,7 +55,7 @@ def dask_setup(worker: object) -> None:
         os.write(log, f"{line}\n".encode())
         return run_block(cube_path, digest, block, code, generation, *rest)
 
-    damperlab.worker.process.tasks.run_block = noted
+    damperlab.worker.worker_process.tasks.run_block = noted
 
 
 def read_attempts(folder: Path) -> Iterator[Attempt]:

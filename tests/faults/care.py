@@ -22,7 +22,7 @@ from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.faults import StoreFault, StudyBusy
 from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 PASSING = "passing "

@@ -18,9 +18,9 @@ from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost import seconds_per_point
-from damperlab.worker.process.tasks import failed_values
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
+from damperlab.worker.worker_process.tasks import failed_values
 
 ROWS = 24
 """Size of these studies, in rows of 160 points."""

@@ -17,9 +17,9 @@ from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.certificates import make_certificates
-from damperlab.worker.dispatch.cost import seconds_per_point
-from damperlab.worker.process.examination import bits_of
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
+from damperlab.worker.worker_process.examination import bits_of
 
 PORT = 8786
 WITHOUT_CABLE_SECONDS = 6.0

@@ -36,9 +36,9 @@ def token(generation: str) -> float:
 
 def dask_setup(worker: object) -> None:
     """Dask's hook as a worker starts: what it writes is the token instead of the solver's values."""
-    import damperlab.worker.process.tasks
+    import damperlab.worker.worker_process.tasks
 
-    write_region = damperlab.worker.process.tasks.write_region
+    write_region = damperlab.worker.worker_process.tasks.write_region
 
     def tell(
         cube_path: str, block: Any, values: Mapping[str, np.ndarray], generation: str, *more: Any
@@ -49,4 +49,4 @@ def dask_setup(worker: object) -> None:
         }
         return write_region(cube_path, block, told, generation, *more)
 
-    damperlab.worker.process.tasks.write_region = tell
+    damperlab.worker.worker_process.tasks.write_region = tell

@@ -15,7 +15,7 @@ from tests.reference.make import DIGITS, STATES, inputs, key, measure
 from tests.reference.points import Point
 
 import damperlab.worker.accuracy
-from damperlab.worker.accuracy.scenes import SCENES, Scene
+from damperlab.worker.accuracy.cases import SCENES, Scene
 
 _SHIFT = "1e-12"
 TARGET = Path(damperlab.worker.accuracy.__file__).with_name("references.json")
@@ -23,7 +23,7 @@ HOW = (
     f"End states from rest after whole excitation cycles, {DIGITS} decimal digits, closed form between events; made by "
     "python -m tests.reference.make_accuracy with tests/reference/simulator.py, and between compliant walls with "
     "tests/oracles/compliant_wall.py (Taylor's method); neither shares code with the solver. Parameters are the binary "
-    "doubles of worker/accuracy/scenes.py. amplification: change of the end state per change of the start, as in "
+    "doubles of worker/accuracy/cases.py. amplification: change of the end state per change of the start, as in "
     "tests/reference/states.json."
 )
 

@@ -18,7 +18,7 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import submitter
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 GIVE_UP_SECONDS = 300.0

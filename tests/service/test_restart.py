@@ -11,7 +11,7 @@ import pytest
 from damperlab.studies.plan import make_plan
 from damperlab.studies.reading import parse_study_text
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 
 STUDIES = "/api/v1/studies"
 

@@ -14,7 +14,7 @@ from damperlab.studies.faults import StudyFaults
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.lower import excitation_of
+from damperlab.worker.kernel_arguments import excitation_of
 from damperlab.worker.point import Design, simulate_ready
 from damperlab.worker.scenes import scenes
 from damperlab.worker.solver.events import BUDGET
@@ -22,7 +22,7 @@ from damperlab.worker.solver.excitation.sine_base import base_rate_at_phase_zero
 from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS
 from damperlab.worker.solver.motion.vibration import LinearForm, Vibration, vibration_after
-from damperlab.worker.solver.observe.measure_acceleration_in_wall import _add_vibration, _shift
+from damperlab.worker.solver.observe.measure_compliant_acceleration import _add_vibration, _shift
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, ACCELERATION_SQUARE, make_meter
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.scene import make_scene

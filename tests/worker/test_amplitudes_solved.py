@@ -8,7 +8,7 @@ import pytest
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, make_plan
 from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.point import Design
 from damperlab.worker.scenes import scenes
 from damperlab.worker.simulate import simulate

@@ -1,9 +1,9 @@
 """The responses of one design point from many starts."""
 
 from damperlab.studies.variables import ResponseClass
+from damperlab.worker.attractors import find_attractors
 from damperlab.worker.point import Design
 from damperlab.worker.solver.particle import Particle
-from damperlab.worker.starts import find_attractors
 from damperlab.worker.steady.settle import Settings
 
 SETTINGS = Settings(4000, 0.02, 1e-9)

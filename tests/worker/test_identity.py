@@ -21,7 +21,7 @@ from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.solver import SOURCES, is_outdated, solver
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import computing, provenance
 from damperlab.worker.run.runner import run_study
 

@@ -16,7 +16,7 @@ from damperlab.worker.compiler.library import Whole
 from damperlab.worker.compiler.target import target_of
 from damperlab.worker.jit import Kernel, identity, inlined, kernel
 from damperlab.worker.kernel_cache import CACHE_FOLDER, KernelCache, folder_name, is_private
-from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.addresses import address
 
 ROOT = Path(__file__).parents[2]
 RUN = ROOT / "tests" / "worker" / "kernels_run.py"

@@ -6,8 +6,8 @@ import numpy as np
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import make_plan
-from damperlab.worker.dispatch.cost import seconds_per_point
-from damperlab.worker.lower import block_points
+from damperlab.worker.dispatch.cost_model import seconds_per_point
+from damperlab.worker.kernel_arguments import block_points
 
 MEBIBYTE = 2**20
 

@@ -11,7 +11,7 @@ from damperlab.studies.plan import Block
 from damperlab.studies.variables import STANDARD, ResponseClass
 from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.block import solve_block
-from damperlab.worker.lower import wall_of
+from damperlab.worker.kernel_arguments import wall_of
 from damperlab.worker.point import Design, simulate_ready
 from damperlab.worker.solver.events import BUDGET
 from damperlab.worker.solver.integrate import half_cycle

@@ -9,11 +9,11 @@ from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.ground.question import read_earthquake
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.plan import Block
+from damperlab.worker.accuracy.cases import SCENES
 from damperlab.worker.accuracy.extremes import Extreme
 from damperlab.worker.accuracy.methods import METHODS, paper_march
-from damperlab.worker.accuracy.scenes import SCENES
 from damperlab.worker.accuracy.stability import run_case
-from damperlab.worker.accuracy.truth import Point, compared
+from damperlab.worker.accuracy.steady_answers import Point, compared
 from damperlab.worker.block import solve_block
 from damperlab.worker.ground.comparison import compare
 from damperlab.worker.ground.comparison import scenes_of as scenes_of_comparison

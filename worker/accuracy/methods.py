@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from damperlab.worker.accuracy.cases import State
 from damperlab.worker.accuracy.march import march_from_rest
-from damperlab.worker.accuracy.scenes import State
 from damperlab.worker.point import Design
 from damperlab.worker.rk4 import march_rk4, march_rk4_wall
 from damperlab.worker.solver.events import ARRIVED, COUNTS

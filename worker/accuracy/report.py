@@ -7,12 +7,12 @@ from datetime import UTC, datetime
 from itertools import islice
 from typing import Any
 
-from damperlab.worker.accuracy.diagram import Diagram, draw_diagrams
+from damperlab.worker.accuracy.cases import SCENES
 from damperlab.worker.accuracy.extremes import LONG_RUN_CYCLES, extreme_cases
 from damperlab.worker.accuracy.methods import METHODS
-from damperlab.worker.accuracy.scenes import SCENES
 from damperlab.worker.accuracy.stability import STEPS, stability_table
-from damperlab.worker.accuracy.truth import every, extreme_answers, points, table
+from damperlab.worker.accuracy.steady_answers import every, extreme_answers, points, table
+from damperlab.worker.accuracy.work_precision import Diagram, draw_diagrams
 from damperlab.worker.jit import source_hash
 from damperlab.worker.provenance import code_version
 

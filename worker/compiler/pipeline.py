@@ -9,7 +9,7 @@ from numba.core import compiler, typed_passes, untyped_passes
 from numba.core.compiler_machinery import PassManager
 
 from damperlab.worker.compiler.lowering import Lowering, LowerPart, LowerWhole
-from damperlab.worker.compiler.type_tests import FoldTypeTests
+from damperlab.worker.compiler.type_branches import FoldTypeTests
 
 
 class _Flags(compiler.Flags):  # type: ignore[misc]

@@ -10,7 +10,7 @@ from typing import Any
 from distributed import Client, Future
 
 from damperlab.worker.outcomes import Outage, SchedulerLost, asking_the_cluster
-from damperlab.worker.process.sealed_call import sealed
+from damperlab.worker.worker_process.sealed_call import sealed
 
 ANSWER_SECONDS = 30.0
 """How long a scheduler that is there may take to answer."""

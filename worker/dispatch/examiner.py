@@ -9,8 +9,8 @@ from damperlab.studies.plan import Block
 from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.errands import FETCH_SECONDS, Call, Errands
 from damperlab.worker.dispatch.roster import AGAIN_SECONDS
-from damperlab.worker.process.examination import Answer, examine, majority
 from damperlab.worker.provenance import WrongCode
+from damperlab.worker.worker_process.examination import Answer, examine, majority
 
 LATE_SECONDS = 10.0
 """How long the first workers are waited for once one of them has answered; the others join later. And how long an answer
@@ -39,7 +39,7 @@ class Examiner:
         self._late: dict[str, float] = {}
 
     def prepare(self, cube_path: str, digest: str, code: str, canary: Block | None) -> None:
-        """Say what workers are asked; as for `damperlab.worker.process.examination.examine`."""
+        """Say what workers are asked; as for `damperlab.worker.worker_process.examination.examine`."""
         self._examination = examine, cube_path, digest, code, canary
 
     @property

@@ -1,8 +1,8 @@
 """What the blocks of a study are expected to take, corrected by what blocks beside them have taken.
 
-The cost model of `damperlab.worker.dispatch.cost` knows what points of a scene cost on average, and little of how they differ;
-those beside each other mostly cost alike. So its error, measured over expected seconds, is interpolated between the blocks
-that are known: those of this study that have ended, and those of earlier studies of its family.
+The cost model of `damperlab.worker.dispatch.cost_model` knows what points of a scene cost on average, and little of how they
+differ; those beside each other mostly cost alike. So its error, measured over expected seconds, is interpolated between the
+blocks that are known: those of this study that have ended, and those of earlier studies of its family.
 """
 
 from collections.abc import Iterable, Mapping
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from damperlab.studies.plan import Plan, plan_with_chunk
 from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
 from damperlab.studies.store.reuse.measured import Measured
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 
 NEIGHBOURS = 6
 """Known blocks that one is compared with."""

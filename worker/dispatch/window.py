@@ -14,8 +14,8 @@ from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.errands import ANSWER_SECONDS, FETCH_SECONDS, Call, Errands
 from damperlab.worker.dispatch.examiner import Examiner
 from damperlab.worker.outcomes import Failure, Outage
-from damperlab.worker.process.block_process import call_apart
-from damperlab.worker.process.part import PartOutcome
+from damperlab.worker.worker_process.block_process import call_apart
+from damperlab.worker.worker_process.part import PartOutcome
 
 LOOK_SECONDS = 1.0
 """Between two looks at who is there."""
@@ -95,7 +95,7 @@ class Window:
         Parameters
         ----------
         cube_path, digest, code : str
-            As for `damperlab.worker.process.tasks.run_block`.
+            As for `damperlab.worker.worker_process.tasks.run_block`.
         identity : str
             What the study is computed with; empty where it has not begun, for what most workers have.
         canary : Block, optional

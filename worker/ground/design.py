@@ -5,7 +5,7 @@ from math import pi
 
 from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.ground.motion import GroundMotion
-from damperlab.worker.lower import contact_time_of, rebound_of, wall_of
+from damperlab.worker.kernel_arguments import contact_time_of, rebound_of, wall_of
 from damperlab.worker.solver.particle import Particle
 
 INSTANT = InstantContact()

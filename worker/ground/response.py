@@ -14,7 +14,7 @@ from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS, IMPACTS
 from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base, start_on_record
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.medium import make_medium
+from damperlab.worker.solver.linear_motion import make_linear_motion
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.meter import (
     ACCELERATION_PEAK,
@@ -142,7 +142,7 @@ def made_ready(structure: Structure, motion: GroundMotion, factor: float, tail_s
         structure.damping_ratio,
         structure.omega * tail_s,
     )
-    return Ready(base, make_medium(base, 1.0, None))
+    return Ready(base, make_linear_motion(base, 1.0, None))
 
 
 def ground_response(

@@ -10,7 +10,7 @@ from damperlab.studies.plan import Block, Plan
 from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.variables import Status
-from damperlab.worker.process.part import PartOutcome
+from damperlab.worker.worker_process.part import PartOutcome
 
 
 class _Half:

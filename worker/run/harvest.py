@@ -13,11 +13,11 @@ from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.worker.outcomes import Failure, Interrupted, Outage, is_full
-from damperlab.worker.process.part import PartOutcome
-from damperlab.worker.process.tasks import failed_values
 from damperlab.worker.run.account import Account
 from damperlab.worker.run.gathering import Gathering
 from damperlab.worker.run.lease import Lease
+from damperlab.worker.worker_process.part import PartOutcome
+from damperlab.worker.worker_process.tasks import failed_values
 
 
 class Harvest:

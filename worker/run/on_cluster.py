@@ -15,12 +15,12 @@ from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.forecast import Forecast
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost, asking_the_cluster
-from damperlab.worker.process.preparation import compile_at_workers
 from damperlab.worker.provenance import code_hash
 from damperlab.worker.run.account import Account
 from damperlab.worker.run.lease import Lease
 from damperlab.worker.run.recipe import Recipe
 from damperlab.worker.scenes import scenes
+from damperlab.worker.worker_process.preparation import compile_at_workers
 
 AGAIN_SECONDS = 1.0
 """Until a scheduler that was lost is looked for again."""

@@ -13,7 +13,7 @@ from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import SUBMITTED_BY, submitter
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.account import Account

@@ -15,11 +15,11 @@ from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.reuse.reuse import Overlaps
 from damperlab.studies.store.store import Store
-from damperlab.worker.process.examination import canary_of, stored_bits
-from damperlab.worker.process.part import run_part
-from damperlab.worker.process.tasks import run_block
 from damperlab.worker.provenance import code_hash, one_identity, require_begun_alike
 from damperlab.worker.run.lease import Lease
+from damperlab.worker.worker_process.examination import canary_of, stored_bits
+from damperlab.worker.worker_process.part import run_part
+from damperlab.worker.worker_process.tasks import run_block
 
 FEW_KNOWN = 0.15
 """A block of which no larger share is known may be cut."""

@@ -21,7 +21,7 @@ from damperlab.studies.store.reuse.measured import measured_blocks
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import STATES
 from damperlab.worker.cores import core_count
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.forecast import Forecast, known_of
 from damperlab.worker.outcomes import ClusterUnusable, Interrupted, Outage
 from damperlab.worker.provenance import WrongCode, computing, require_solver

@@ -15,14 +15,14 @@ from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.reuse.reuse import Boxes, Overlaps
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import Outage, asking_the_cluster
-from damperlab.worker.process.preparation import all_ready
-from damperlab.worker.process.sealed_call import sealed
-from damperlab.worker.process.tasks import run_block
 from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity
 from damperlab.worker.run.lease import RENEW_SECONDS, held_owner
 from damperlab.worker.scenes import scenes
+from damperlab.worker.worker_process.preparation import all_ready
+from damperlab.worker.worker_process.sealed_call import sealed
+from damperlab.worker.worker_process.tasks import run_block
 
 MOST = 64
 """Studies in one handful."""

@@ -8,13 +8,14 @@ history.
 from typing import Any
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.budget import spend
-from damperlab.worker.solver.contact.compliant.in_wall import while_in_wall
-from damperlab.worker.solver.contact.reset import after_event
+from damperlab.worker.solver.addresses import address
+from damperlab.worker.solver.contact.compliant.contact_phase import while_in_contact
+from damperlab.worker.solver.contact.reset_map import after_event
 from damperlab.worker.solver.detection.bounds import motion_bounds
 from damperlab.worker.solver.detection.event_free import is_free_between, is_free_from
 from damperlab.worker.solver.detection.first_event import next_event
 from damperlab.worker.solver.dwell import dwell_on
+from damperlab.worker.solver.event_budget import spend
 from damperlab.worker.solver.events import ARRIVED, NOTHING, SEGMENTS
 from damperlab.worker.solver.excitation.excitation import (
     add_start_of_base,
@@ -25,7 +26,6 @@ from damperlab.worker.solver.excitation.excitation import (
     phase_until,
     travel,
 )
-from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.taylor import beyond_tangent, change, combine, slope, stick
 from damperlab.worker.solver.observe.measure import measure, measured_at_ends
 from damperlab.worker.solver.observe.meter import Meter
@@ -33,7 +33,7 @@ from damperlab.worker.solver.regime import Regime, Segment, Span, regime_of, win
 from damperlab.worker.solver.scene import Curves, Scene, curves_of, scene_on_addresses
 from damperlab.worker.solver.segment_log import Log
 from damperlab.worker.solver.state import State, advanced
-from damperlab.worker.solver.transitions import Transitions, log_on_addresses, note_segment, note_transition
+from damperlab.worker.solver.transition_log import Transitions, log_on_addresses, note_segment, note_transition
 
 
 @kernel
@@ -78,7 +78,7 @@ def half_cycle_on_addresses(
         while True:
             if scene.particle is not None and scene.particle.wall is not None:
                 if state.riding > 0.0 or state.gap < 0.0:  # `since` is 0: the contact began with a transition
-                    state, span, outcome = while_in_wall(state, span, k, scene, meter, log)
+                    state, span, outcome = while_in_contact(state, span, k, scene, meter, log)
                     if outcome != ARRIVED:
                         return state, outcome
                     if span.remaining <= 0.0:
@@ -141,15 +141,15 @@ def _propagate(state: State, span: Span, scene: Scene) -> tuple[Segment, bool]:
 @inlined
 def _cross_window(state: State, regime: Regime, span: Span, scene: Scene) -> State:
     """Cross a window, in which nothing happens, by its matrix."""
-    base, medium, offset = scene.base, regime.medium, regime.offset
+    base, motion, offset = scene.base, regime.motion, regime.offset
     v = state.v
     w = 0.0
     if not regime.sticks:
         x = state.v + offset
         first = span.phase.first
         second = span.phase.second
-        v = (medium.xx * x + medium.xw * state.w) + (medium.xs * first + medium.xc * second) - offset
-        w = (medium.wx * x + medium.ww * state.w) + (medium.ws * first + medium.wc * second)
+        v = (motion.xx * x + motion.xw * state.w) + (motion.xs * first + motion.xc * second) - offset
+        w = (motion.wx * x + motion.ww * state.w) + (motion.ws * first + motion.wc * second)
     gap = state.gap
     p_rate = state.p_rate
     if scene.particle is not None:
@@ -170,9 +170,9 @@ def _expand(segment: Segment, scene: Scene, meter: Meter | None, curves: Curves)
         stick(state.v, curves.relative, curves.absolute)
     else:
         x = state.v + regime.offset
-        combine(x, state.w, phase.first, phase.second, regime.medium.relative_rows, curves.relative)
+        combine(x, state.w, phase.first, phase.second, regime.motion.relative_rows, curves.relative)
         if scene.particle is not None or meter is not None:
-            combine(x, state.w, phase.first, phase.second, regime.medium.absolute_rows, curves.absolute)
+            combine(x, state.w, phase.first, phase.second, regime.motion.absolute_rows, curves.absolute)
             add_start_of_base(base, phase, curves.absolute)
 
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import Excitation, Phase, phase_at, phase_until
-from damperlab.worker.solver.medium import Medium
+from damperlab.worker.solver.linear_motion import LinearMotion
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 
@@ -18,13 +18,13 @@ class Regime(NamedTuple):
         Whether friction holds the mass on the base.
     offset : float
         Of the centre of the motion: ±γ_F in slip, else 0.
-    medium : Medium
+    motion : LinearMotion
         The motion in slip, of the mass alone or with the particle riding on it.
     """
 
     sticks: bool
     offset: float
-    medium: Medium
+    motion: LinearMotion
 
 
 class MotionBounds(NamedTuple):
@@ -97,11 +97,11 @@ def slip_regime(slip: float, friction: float | None) -> tuple[bool, float]:
 def regime_of(state: State, scene: Scene) -> Regime:
     """Regime of a state outside a compliant wall."""
     sticks, offset = slip_regime(state.slip, scene.friction)
-    return Regime(sticks, offset, medium_of(state.riding, scene))
+    return Regime(sticks, offset, motion_of(state.riding, scene))
 
 
 @inlined
-def medium_of(riding: float, scene: Scene) -> Medium:
+def motion_of(riding: float, scene: Scene) -> LinearMotion:
     """What the mass moves in: with the particle as one body where that rides on a rigid wall, else alone."""
     if scene.particle is not None and scene.particle.wall is None:
         return _choose(scene.free, scene.loaded, riding)
@@ -109,5 +109,5 @@ def medium_of(riding: float, scene: Scene) -> Medium:
 
 
 @inlined
-def _choose(free: Medium, loaded: Medium, riding: float) -> Medium:
+def _choose(free: LinearMotion, loaded: LinearMotion, riding: float) -> LinearMotion:
     return loaded if riding > 0.0 else free

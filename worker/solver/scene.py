@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.arrays import zero_counts
+from damperlab.worker.solver.addresses import Floats, address
+from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.solver.events import COUNTS
 from damperlab.worker.solver.excitation.excitation import base_on_addresses, contact_forcing
 from damperlab.worker.solver.excitation.sine_base import Forced, make_sine
-from damperlab.worker.solver.medium import Medium, make_medium, medium_on_addresses
-from damperlab.worker.solver.memory import Floats, address
-from damperlab.worker.solver.motion.contact_equations import make_contact
-from damperlab.worker.solver.motion.contact_motion import contact_on_addresses
+from damperlab.worker.solver.linear_motion import LinearMotion, linear_motion_on_addresses, make_linear_motion
+from damperlab.worker.solver.motion.compliant_equations import make_contact
+from damperlab.worker.solver.motion.compliant_motion import contact_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.particle import Particle
 
@@ -25,9 +25,9 @@ class Scene(NamedTuple):
     ----------
     base : SineBase, RecordBase or SineForce
         What excites it.
-    free : Medium
+    free : LinearMotion
         The motion of the primary mass alone.
-    loaded : Medium, Contact or None
+    loaded : LinearMotion, Contact or None
         The motion with the particle riding, or in contact with a compliant wall; None without a particle.
     friction : float or None
         γ_F > 0.
@@ -40,7 +40,7 @@ class Scene(NamedTuple):
     """
 
     base: Any
-    free: Medium
+    free: LinearMotion
     loaded: Any
     friction: float | None
     particle: Particle | None
@@ -98,7 +98,7 @@ def make_scene(
 @kernel
 def scene_on(base: Any, friction: float | None, particle: Particle | None, energies: bool | None) -> Scene:
     """Scene under a given excitation; counts are 0."""
-    free = make_medium(base, 1.0, energies)
+    free = make_linear_motion(base, 1.0, energies)
     scratch = np.empty((4, TERMS))
     counts = zero_counts(COUNTS)
     if particle is None:
@@ -108,9 +108,9 @@ def scene_on(base: Any, friction: float | None, particle: Particle | None, energ
 
 @kernel
 def make_loaded(base: Any, particle: Particle, energies: bool | None) -> Any:
-    """`Medium` of both bodies as one, or the `Contact` of a compliant wall; `energies` as for `make_scene`."""
+    """`LinearMotion` of both bodies as one, or the `Contact` of a compliant wall; `energies` as for `make_scene`."""
     if particle.wall is None:
-        return make_medium(base, 1.0 + particle.mass_ratio, energies)
+        return make_linear_motion(base, 1.0 + particle.mass_ratio, energies)
     return make_contact(contact_forcing(base), particle, particle.wall)
 
 
@@ -120,7 +120,7 @@ def scene_on_addresses(scene: Scene) -> Scene:
     # all of them: one array left among the addresses would be counted, with locked instructions, at every event
     scratch, counts = address(scene.scratch, 0), address(scene.counts, 0)
     base = base_on_addresses(scene.base)
-    free = medium_on_addresses(scene.free)
+    free = linear_motion_on_addresses(scene.free)
     if scene.particle is None:
         return Scene(base, free, None, scene.friction, None, scratch, counts)
     loaded = _loaded_on_addresses(scene.loaded, scene.particle)
@@ -130,5 +130,5 @@ def scene_on_addresses(scene: Scene) -> Scene:
 @inlined
 def _loaded_on_addresses(loaded: Any, particle: Particle) -> Any:
     if particle.wall is None:
-        return medium_on_addresses(loaded)
+        return linear_motion_on_addresses(loaded)
     return contact_on_addresses(loaded)

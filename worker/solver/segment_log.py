@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import zero_counts
+from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.state import State
 

@@ -2,12 +2,12 @@
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
-from damperlab.worker.solver.medium import Medium
+from damperlab.worker.solver.linear_motion import LinearMotion
 from damperlab.worker.solver.state import State
 
 
 @kernel
-def march_alone(state: State, halves: int, base: SineBase | SineForce, free: Medium) -> State:
+def march_alone(state: State, halves: int, base: SineBase | SineForce, free: LinearMotion) -> State:
     """March the structure alone through half cycles, mirrored as by `integrate.half_cycle`.
 
     The windows of half a cycle are composed once; a half cycle is then one map (v, w) → −(P (v, w) + g).
@@ -18,7 +18,7 @@ def march_alone(state: State, halves: int, base: SineBase | SineForce, free: Med
         At phase 0.
     halves : int
         Half cycles.
-    base, free : SineBase or SineForce, Medium
+    base, free : SineBase or SineForce, LinearMotion
         The excitation and the motion of the primary mass.
 
     Returns

@@ -22,7 +22,7 @@ from damperlab.worker.solver.segment_log import (
     V,
     W,
 )
-from damperlab.worker.solver.time_history_in_wall import motion_in_wall
+from damperlab.worker.solver.time_history_compliant import motion_in_contact
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
 """τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 where an impact ends."""
@@ -64,19 +64,21 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
             absolute[:] = of_base
             stick(logged[V], relative, absolute)
         else:
-            medium = free if particle is None or particle.wall is not None or not riding else loaded
-            combine(logged[V] + offset, logged[W], sine, cosine, medium.relative_rows, relative)
-        in_wall = None
+            motion = free if particle is None or particle.wall is not None or not riding else loaded
+            combine(logged[V] + offset, logged[W], sine, cosine, motion.relative_rows, relative)
+        in_contact = None
         if riding and particle is not None and particle.wall is not None:
-            in_wall = motion_in_wall(logged, sine, cosine, offset, loaded.held if held else loaded.slipping)
+            in_contact = motion_in_contact(
+                logged, sine, cosine, offset, loaded.held if held else loaded.slipping
+            )
         count = max(1, int(np.ceil(_SAMPLES_PER_WINDOW * duration / base.window)))
         for i in range(count + 1):
             t = duration * i / count
             v = value(relative, t) - offset
             w = slope(relative, t)
             depth, depth_rate = 0.0, 0.0
-            if in_wall is not None:
-                x, w, y, y_rate = in_wall(t)
+            if in_contact is not None:
+                x, w, y, y_rate = in_contact(t)
                 v = x - offset
                 depth, depth_rate = logged[WALL] * y, y_rate
             u = v + value(of_base, t)

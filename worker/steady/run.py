@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.arrays import filled, unit_matrix, zero_counts, zero_matrix
+from damperlab.worker.solver.array_loops import filled, unit_matrix, zero_counts, zero_matrix
 from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS, IDLE, IMPACTS, SEGMENTS
 from damperlab.worker.solver.excitation.excitation import phase_at
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
@@ -15,7 +15,7 @@ from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.meter import Meter, clear_meter, make_meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.solver.transitions import Transitions, empty_transitions, log_on_addresses
+from damperlab.worker.solver.transition_log import Transitions, empty_transitions, log_on_addresses
 from damperlab.worker.steady.response.energy import stored_energy
 from damperlab.worker.steady.response.trace import (
     ACCELERATION_COLUMNS,

@@ -13,15 +13,15 @@ from damperlab.worker.solver.excitation.excitation import largest_forcing
 from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.locked import creep_limit, is_locked, slowing_limit, slows_down
+from damperlab.worker.steady.locked_by_friction import creep_limit, is_locked, slowing_limit, slows_down
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
 from damperlab.worker.steady.orbits.orbit_watch import look_farther, look_nearby, nothing_nearby
-from damperlab.worker.steady.response.statistics import Estimate, estimate
+from damperlab.worker.steady.response.standard_errors import Estimate, estimate
 from damperlab.worker.steady.response.trace import IMPACTS_SO_FAR, cycle_peaks
 from damperlab.worker.steady.run import EVENTS_PER_CYCLE, Notes, advance, begin_trace, work_done
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, active_size, coordinates
 from damperlab.worker.steady.section.recurrence import extent, note_recurrences
-from damperlab.worker.steady.stopping import (
+from damperlab.worker.steady.stopping_rules import (
     FEWEST_MEASURED,
     LARGEST_BURN_IN,
     Settings,

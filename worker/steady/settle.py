@@ -33,9 +33,9 @@ from damperlab.worker.steady.run import (
 )
 from damperlab.worker.steady.search import search
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinates
+from damperlab.worker.steady.stability.lyapunov import HALVES_FOLLOWED, is_chaotic
 from damperlab.worker.steady.start import at_rest
-from damperlab.worker.steady.stopping import Settings
-from damperlab.worker.steady.variations.lyapunov import HALVES_FOLLOWED, is_chaotic
+from damperlab.worker.steady.stopping_rules import Settings
 
 __all__ = ["Settings", "at_rest", "settle"]
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from tests.service.cli.commands import run
 
+from damperlab.worker.accuracy.cases import SCENES
 from damperlab.worker.accuracy.methods import METHODS
-from damperlab.worker.accuracy.scenes import SCENES
 
 PNG = b"\x89PNG\r\n\x1a\n"
 PAPER = METHODS[-1]

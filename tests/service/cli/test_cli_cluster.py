@@ -22,10 +22,10 @@ from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost import seconds_per_point
-from damperlab.worker.process.examination import bits_of
-from damperlab.worker.process.tasks import failed_values
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
+from damperlab.worker.worker_process.examination import bits_of
+from damperlab.worker.worker_process.tasks import failed_values
 
 FRICTION: dict[str, Any] = {
     "particle": False,

@@ -21,12 +21,12 @@ from damperlab.service.reports import keep_report
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.store import Store
-from damperlab.worker.accuracy.diagram import draw_diagrams
+from damperlab.worker.accuracy.cases import SCENES
 from damperlab.worker.accuracy.extremes import Extreme
 from damperlab.worker.accuracy.methods import METHODS
-from damperlab.worker.accuracy.scenes import SCENES
 from damperlab.worker.accuracy.stability import stability_table
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.accuracy.work_precision import draw_diagrams
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.point import Design
 
 FIRST_VIEW_BYTES = 150_000

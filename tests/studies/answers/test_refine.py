@@ -19,7 +19,7 @@ from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.units import with_units
 from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 
 FRICTION = {
     "name": "friction alone",

@@ -14,7 +14,7 @@ from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.variables import VARIABLES
 from damperlab.studies.plan import make_plan
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 
 ASKED: dict[str, Any] = {
     "records": ["northridge", "el-centro"],

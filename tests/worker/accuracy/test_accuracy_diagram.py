@@ -6,12 +6,12 @@ import pytest
 from tests.reference.make_accuracy import point_of
 from tests.reference.simulator import simulate as simulate_in_digits
 
-from damperlab.worker.accuracy.diagram import Measurement, measure_method, observed_order
+from damperlab.worker.accuracy.cases import SCENES, references
 from damperlab.worker.accuracy.extremes import extreme_cases
 from damperlab.worker.accuracy.methods import METHODS, Method
 from damperlab.worker.accuracy.report import advantages
-from damperlab.worker.accuracy.scenes import SCENES, references
 from damperlab.worker.accuracy.stability import run_case
+from damperlab.worker.accuracy.work_precision import Measurement, measure_method, observed_order
 
 NAMES = ("u", "u_rate", "p", "p_rate")
 BY_NAME = {scene.name: scene for scene in SCENES}
@@ -80,7 +80,7 @@ def test_residual_above_its_limit_fails_a_case() -> None:
 
 
 def test_advantage_is_over_the_slower_of_ours_and_only_where_ours_is_no_worse() -> None:
-    from damperlab.worker.accuracy.diagram import Curve, Diagram
+    from damperlab.worker.accuracy.work_precision import Curve, Diagram
 
     ours = (
         Curve("a", "", (Measurement(0, 1e-14, 1.0),), None),

@@ -3,8 +3,8 @@
 import pytest
 from tests.benchmarks._peers import scipy_method
 
+from damperlab.worker.accuracy.cases import SCENES, Scene, references
 from damperlab.worker.accuracy.methods import METHODS
-from damperlab.worker.accuracy.scenes import SCENES, Scene, references
 
 TOLERANCE = 1e-10
 EVENT = METHODS[0]

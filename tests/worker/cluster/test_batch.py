@@ -19,9 +19,9 @@ from damperlab.studies.vocabulary import BatchSystem
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.batch import LEAVE_SECONDS, MARGIN_SECONDS, Jobs, Place, script, submit
 from damperlab.worker.cluster.jobs import AGAIN_SECONDS, Hired, hire
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import ClusterUnusable
-from damperlab.worker.process.examination import bits_of
+from damperlab.worker.worker_process.examination import bits_of
 
 SECONDS = 3000
 SYSTEMS: tuple[BatchSystem, ...] = get_args(BatchSystem)

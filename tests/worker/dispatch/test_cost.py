@@ -8,7 +8,7 @@ import pytest
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost import (
+from damperlab.worker.dispatch.cost_model import (
     HYBRID_CYCLE_SECONDS,
     LINEAR_SECONDS,
     MOST_RIDING,

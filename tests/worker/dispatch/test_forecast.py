@@ -18,7 +18,7 @@ from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.reuse.measured import measured_blocks, measured_family
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.backlog import HANDING_SECONDS, RESERVE, Backlog
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.forecast import Forecast, known_of
 from damperlab.worker.dispatch.piece import Piece
 from damperlab.worker.provenance import provenance

@@ -21,13 +21,13 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.window import Window
-from damperlab.worker.process.examination import bits_of, canary_of, examine, majority, stored_bits
 from damperlab.worker.provenance import code_hash, provenance
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
+from damperlab.worker.worker_process.examination import bits_of, canary_of, examine, majority, stored_bits
 
 ROOT = Path(__file__).parents[3]
 CHUNK = (1, 1, 1, 1, 1, 4)
@@ -114,7 +114,7 @@ def other(*arguments):
     values["amplitude_ratio"] = values["amplitude_ratio"] * (1.0 + 2.0**-52)
     return values
 
-import damperlab.worker.process.tasks as tasks
+import damperlab.worker.worker_process.tasks as tasks
 tasks.solve_block = other
 """
 

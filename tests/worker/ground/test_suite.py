@@ -23,14 +23,14 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.ground.block import draw_of, solve_suite_block
 from damperlab.worker.ground.comparison import CHAOTIC, spread, table_a1
 from damperlab.worker.ground.design import Damper, Structure
 from damperlab.worker.ground.response import ground_response
-from damperlab.worker.process.tasks import run_block
 from damperlab.worker.provenance import code_hash, provenance
 from damperlab.worker.run.runner import run_study
+from damperlab.worker.worker_process.tasks import run_block
 
 ASKED: dict[str, Any] = {
     "records": ["northridge", "northridge-360"],

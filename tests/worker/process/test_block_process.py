@@ -17,7 +17,7 @@ BOTH = pytest.mark.parametrize("forked", [False, True], ids=["anew", "forked"])
 CALLING = """
 import json, os, signal, sys, threading, time
 from pathlib import Path
-from damperlab.worker.process.block_process import call_apart, stand_by
+from damperlab.worker.worker_process.block_process import call_apart, stand_by
 from damperlab.worker.outcomes import Crashed, Leaving
 if {forked}:
     stand_by()
@@ -78,7 +78,7 @@ def test_a_process_beside_a_worker_has_loaded_what_a_block_needs() -> None:
         True,
         """
 def loaded():
-    return "damperlab.worker.process.tasks" in sys.modules, os.getppid()
+    return "damperlab.worker.worker_process.tasks" in sys.modules, os.getppid()
 first = said(loaded)
 def end_the_one_that_waits():
     keeper = os.getppid()

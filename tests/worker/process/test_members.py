@@ -25,7 +25,7 @@ from damperlab.worker.cluster.cluster import _probe, connect
 from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.outcomes import ClusterUnusable, Failure
-from damperlab.worker.process.termination_notice import announced, faulty
+from damperlab.worker.worker_process.termination_notice import announced, faulty
 
 GONE_SECONDS = 120.0
 

@@ -4,9 +4,9 @@ import pytest
 
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.errands import Errands
-from damperlab.worker.process.examination import examine
-from damperlab.worker.process.sealed_call import sealed
 from damperlab.worker.provenance import computing
+from damperlab.worker.worker_process.examination import examine
+from damperlab.worker.worker_process.sealed_call import sealed
 
 
 def test_a_sealed_call_is_made_with_its_arguments() -> None:

@@ -11,9 +11,9 @@ from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import VARIABLES, Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost import seconds_per_point
-from damperlab.worker.process.tasks import failed_values, run_block
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import WrongCode, code_hash, provenance
+from damperlab.worker.worker_process.tasks import failed_values, run_block
 
 CHUNK = (1, 1, 1, 1, 1, 50)
 

@@ -16,9 +16,9 @@ from damperlab.service.cli.options import read_time
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost import seconds_per_point
-from damperlab.worker.process.examination import bits_of
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.run.runner import run_study
+from damperlab.worker.worker_process.examination import bits_of
 
 
 def go_on(store: Store, study_id: str, **more: Any) -> Any:

@@ -17,7 +17,7 @@ from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import RETRIES, Failure, Outage
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.in_this_process import InThisProcess

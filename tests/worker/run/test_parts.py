@@ -18,17 +18,17 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.forecast import Forecast
 from damperlab.worker.dispatch.piece import Piece, cut
 from damperlab.worker.outcomes import RETRIES, Failure
-from damperlab.worker.process.examination import bits_of
-from damperlab.worker.process.part import run_part
 from damperlab.worker.provenance import code_hash, computing, provenance
 from damperlab.worker.run.gathering import Gathering
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
+from damperlab.worker.worker_process.examination import bits_of
+from damperlab.worker.worker_process.part import run_part
 
 
 def study_of(rows: int, frequencies: int, **more: Any) -> Study:

@@ -18,10 +18,10 @@ from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.reuse.reuse import Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost import seconds_per_point
-from damperlab.worker.process.tasks import failed_values
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.runner import run_study
+from damperlab.worker.worker_process.tasks import failed_values
 
 
 def study_of(frequencies: int = 7, start: float = 0.75, stop: float = 1.25, **changes: Any) -> Study:

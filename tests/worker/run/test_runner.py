@@ -26,7 +26,7 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.lease import hold
 from damperlab.worker.run.progress import Progress
@@ -86,13 +86,13 @@ def slow(client: Client, seconds: float) -> Iterator[None]:
     """Make every block of the workers that are alive take longer, so that a test can act while it runs."""
 
     def slow_down() -> None:
-        import damperlab.worker.process.tasks
+        import damperlab.worker.worker_process.tasks
 
         def late(study: object, block: object, known: object = None) -> object:
             time.sleep(seconds)
             return solve_block(study, block, known)  # type: ignore[arg-type]
 
-        damperlab.worker.process.tasks.solve_block = late
+        damperlab.worker.worker_process.tasks.solve_block = late
 
     client.run(slow_down)
     try:
@@ -103,9 +103,9 @@ def slow(client: Client, seconds: float) -> Iterator[None]:
 
 def heal() -> None:
     import damperlab.worker.block
-    import damperlab.worker.process.tasks
+    import damperlab.worker.worker_process.tasks
 
-    damperlab.worker.process.tasks.solve_block = damperlab.worker.block.solve_block
+    damperlab.worker.worker_process.tasks.solve_block = damperlab.worker.block.solve_block
 
 
 @contextmanager
@@ -113,14 +113,14 @@ def broken(client: Client, start: int | None) -> Iterator[None]:
     """Make the workers fail on blocks that begin at a friction index, or on all."""
 
     def damage() -> None:
-        import damperlab.worker.process.tasks
+        import damperlab.worker.worker_process.tasks
 
         def fail(study: object, block: object, known: object = None) -> object:
             if start is None or block.start[4] == start:  # type: ignore[attr-defined]
                 raise ZeroDivisionError("broken on purpose")
             return solve_block(study, block, known)  # type: ignore[arg-type]
 
-        damperlab.worker.process.tasks.solve_block = fail
+        damperlab.worker.worker_process.tasks.solve_block = fail
 
     client.run(damage)
     try:

@@ -14,7 +14,7 @@ from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study

@@ -23,7 +23,7 @@ from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study

@@ -22,10 +22,10 @@ from damperlab.studies.store.reuse.differences import differences_of
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost import seconds_per_point
-from damperlab.worker.process.tasks import failed_values
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import computing, provenance
 from damperlab.worker.run.runner import run_study
+from damperlab.worker.worker_process.tasks import failed_values
 
 STUDY = parse_study(
     {

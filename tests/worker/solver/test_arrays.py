@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from damperlab.worker.solver.arrays import copy_matrix, largest_element, unit_matrix
-from damperlab.worker.steady.variations.eigenvalues import spectral_radius
+from damperlab.worker.solver.array_loops import copy_matrix, largest_element, unit_matrix
+from damperlab.worker.steady.stability.multipliers import spectral_radius
 
 MATRICES = arrays(np.float64, st.tuples(st.integers(1, 4), st.integers(1, 4)), elements=st.floats())
 FORMS = ["jitted", "plain"]

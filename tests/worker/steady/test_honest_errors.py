@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.benchmarks.coverage import compared
 
-from damperlab.worker.steady.response.statistics import _error_by_batches, estimate, mean_and_error
+from damperlab.worker.steady.response.standard_errors import _error_by_batches, estimate, mean_and_error
 
 POINTS, SEED, CYCLES = 40, 3, 60_000
 

@@ -15,7 +15,7 @@ from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.solver.transitions import AFTER, BEFORE, EVENT, RIDING, WIDTH, empty_transitions
+from damperlab.worker.solver.transition_log import AFTER, BEFORE, EVENT, RIDING, WIDTH, empty_transitions
 from damperlab.worker.steady.orbits.newton import march_with_jacobian
 from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.section.coordinates import coordinates, state_at

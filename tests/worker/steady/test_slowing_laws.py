@@ -9,17 +9,17 @@ from tests.worker.forms import both, in_form
 from damperlab.studies.choices import CompliantContact
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.march import march_halves
-from damperlab.worker.lower import wall_of
+from damperlab.worker.kernel_arguments import wall_of
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import Dwell, State
 from damperlab.worker.steady.ensemble import attractors, drawn_starts
-from damperlab.worker.steady.locked import slowing_limit
-from damperlab.worker.steady.response.statistics import Estimate
+from damperlab.worker.steady.locked_by_friction import slowing_limit
+from damperlab.worker.steady.response.standard_errors import Estimate
 from damperlab.worker.steady.settle import Settings, settle
-from damperlab.worker.steady.stopping import next_estimate
+from damperlab.worker.steady.stopping_rules import next_estimate
 
 SETTINGS = Settings(4000, 0.02, 1e-9)
 HALVES = 32_000

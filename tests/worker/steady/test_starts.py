@@ -11,7 +11,7 @@ from damperlab.studies.faults import StudyFaults
 from damperlab.studies.plan import Block, make_plan, plan_with_chunk
 from damperlab.studies.variables import STANDARD, VARIABLES, ResponseClass
 from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.steady.ensemble import HIGHEST, attractors, drawn_starts, ensemble_values
 from damperlab.worker.steady.response.measures import Response

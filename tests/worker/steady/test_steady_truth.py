@@ -8,13 +8,13 @@ from tests.worker.plain_march import plain_end
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.accuracy.march import march_halves
-from damperlab.worker.accuracy.truth import SETTINGS, TRANSIENT, WARNED, Point, every, points
+from damperlab.worker.accuracy.steady_answers import SETTINGS, TRANSIENT, WARNED, Point, every, points
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings, settle
-from damperlab.worker.steady.stopping import FEWEST_MEASURED
+from damperlab.worker.steady.stopping_rules import FEWEST_MEASURED
 
 MODELS = ("instant", "instant", "dwell", "instant", "instant", "compliant")
 

@@ -11,10 +11,10 @@ from damperlab.studies.faults import StudyFaults
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.variables import STEPPED, Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost import seconds_per_point
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.solver.particle import Particle
+from damperlab.worker.steady.fixed_steps import settle_stepped
 from damperlab.worker.steady.settle import Settings
-from damperlab.worker.steady.stepped import settle_stepped
 
 
 def study_of(steps: int | None, **changes: Any) -> Study:

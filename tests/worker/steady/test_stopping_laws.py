@@ -4,14 +4,14 @@ import pytest
 
 from damperlab.studies.choices import CompliantContact
 from damperlab.studies.variables import ResponseClass, Status
-from damperlab.worker.lower import wall_of
+from damperlab.worker.kernel_arguments import wall_of
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.locked import creep_limit
+from damperlab.worker.steady.locked_by_friction import creep_limit
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest, moving
 

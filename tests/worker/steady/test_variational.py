@@ -32,7 +32,7 @@ from damperlab.worker.solver.integrate import half_cycle
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.scene import Scene, make_scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.solver.transitions import (
+from damperlab.worker.solver.transition_log import (
     AFTER,
     BEFORE,
     EVENT,
@@ -43,7 +43,7 @@ from damperlab.worker.solver.transitions import (
     empty_transitions,
 )
 from damperlab.worker.steady.section.coordinates import coordinates, state_at
-from damperlab.worker.steady.variations.variational import propagate
+from damperlab.worker.steady.stability.variational import propagate
 
 MODELS = ("instant", "dwell", "compliant")
 POINTS = 60

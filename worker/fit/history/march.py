@@ -12,7 +12,7 @@ from damperlab.worker.scenes import Scene, contact_name
 from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS
 from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base, start_on_record
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.medium import make_medium
+from damperlab.worker.solver.linear_motion import make_linear_motion
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.meter import RECORD_METERS, Meter
 from damperlab.worker.solver.scene import Scene as Acting
@@ -52,7 +52,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     rows = question.measured.rows if rows is None else rows
     base, scale = _shaken(question, structure, rows)
     friction, particle = friction_of(damper, scale), particle_of(damper, scale)
-    free = make_medium(base, 1.0, None)
+    free = make_linear_motion(base, 1.0, None)
     loaded = None if particle is None else make_loaded(base, particle, None)
     counts = np.zeros(COUNTS, np.int64)
     periods = base.windows * base.window / (2.0 * pi)

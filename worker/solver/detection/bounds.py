@@ -51,7 +51,7 @@ def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) ->
     if regime.sticks:
         return MotionBounds(0.0, base_derivative_bound(base, span.phase, 2))
     _, bounds = slip_bounds(
-        state.v + regime.offset, state.w, span.remaining, base, span.phase, regime.medium.compliance
+        state.v + regime.offset, state.w, span.remaining, base, span.phase, regime.motion.compliance
     )
     return bounds
 
@@ -67,7 +67,7 @@ def u_derivative_bound(order: int, segment: Segment, base: Excitation) -> float:
 @inlined
 def _in_slip(order: int, segment: Segment, base: Excitation) -> float:
     two_zeta = base.two_zeta
-    compliance = segment.regime.medium.compliance
+    compliance = segment.regime.motion.compliance
     if order == 2:
         return segment.bounds.u2
     w1 = w_rate_bound(segment, base)

@@ -27,7 +27,7 @@ def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitati
     if regime.sticks:
         return -phase.inertia_force
     slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + regime.offset)
-    return -regime.medium.compliance * slips
+    return -regime.motion.compliance * slips
 
 
 @inlined
@@ -43,7 +43,7 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
         return False
     if scene.friction is not None:
         if regime.sticks:
-            inertia = 1.0 / regime.medium.compliance
+            inertia = 1.0 / regime.motion.compliance
             force_start = abs(force_to_hold(base, segment.phase, start.v, inertia))
             force_end = abs(force_to_hold(base, segment.phase_end, start.v, inertia))
             curvature = forcing_derivative_bound(base, segment.phase, 2, inertia)
@@ -78,7 +78,7 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
     base, start, regime, time = scene.base, segment.start, segment.regime, segment.time
     if scene.friction is not None:
         if regime.sticks:
-            inertia = 1.0 / regime.medium.compliance
+            inertia = 1.0 / regime.motion.compliance
             force_start = abs(force_to_hold(base, segment.phase, start.v, inertia))
             if (
                 force_start + forcing_derivative_bound(base, segment.phase, 1, inertia) * time

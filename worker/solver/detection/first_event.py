@@ -4,6 +4,7 @@ from math import inf
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway
+from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.dwell import is_dwelling, time_left
 from damperlab.worker.solver.events import FAR_WALL, LET_GO, NEAR_WALL, NOTHING, RELEASE, SLIP_ONSET, TURN
@@ -12,7 +13,6 @@ from damperlab.worker.solver.excitation.excitation import (
     forcing_derivative_bound,
     largest_to_hold,
 )
-from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import TERMS, acceleration_into, rate_into
 from damperlab.worker.solver.regime import Segment
@@ -46,7 +46,7 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
     base, start, scratch = scene.base, segment.start, curves.scratch
     t, kind = segment.time, NOTHING
     if segment.regime.sticks:
-        inertia = 1.0 / segment.regime.medium.compliance
+        inertia = 1.0 / segment.regime.motion.compliance
         expand_forcing(base, segment.phase, -1.0, inertia, scratch)
         curvature = forcing_derivative_bound(base, segment.phase, 2, inertia)
         limit = breakaway(friction, largest_to_hold(base, inertia))

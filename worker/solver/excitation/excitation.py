@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import hold_force
+from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.excitation.record_base import RecordBase, record_base_on_addresses
 from damperlab.worker.solver.excitation.sine_base import (
     SineBase,
@@ -16,8 +17,7 @@ from damperlab.worker.solver.excitation.sine_base import (
     sine_base_on_addresses,
     sine_force_on_addresses,
 )
-from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_motion import ContactForcing
+from damperlab.worker.solver.motion.compliant_motion import CompliantForcing
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 from damperlab.worker.solver.state import State, mirrored
 
@@ -250,14 +250,14 @@ def largest_to_hold(base: Excitation, inertia: float) -> float:
 
 
 @inlined
-def contact_forcing(base: Excitation) -> ContactForcing:
+def contact_forcing(base: Excitation) -> CompliantForcing:
     """What the motion in contact with a compliant wall has to know of the base."""
     if isinstance(base, RecordBase):
-        return ContactForcing(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
+        return CompliantForcing(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
     r = base.frequency_ratio
     if isinstance(base, SineForce):
-        return ContactForcing(base.two_zeta, base.window, max(1.0, r), r, -r, 0.0, 1.0, 0.0, 0.0)
-    return ContactForcing(base.two_zeta, base.window, max(1.0, r), r, -r, r * r, 0.0, 1.0, r)
+        return CompliantForcing(base.two_zeta, base.window, max(1.0, r), r, -r, 0.0, 1.0, 0.0, 0.0)
+    return CompliantForcing(base.two_zeta, base.window, max(1.0, r), r, -r, r * r, 0.0, 1.0, r)
 
 
 @inlined

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway, hold_force, slip_direction
-from damperlab.worker.solver.arrays import filled
+from damperlab.worker.solver.addresses import address
+from damperlab.worker.solver.array_loops import filled
 from damperlab.worker.solver.dwell import dwell_at_rest
-from damperlab.worker.solver.memory import address
 from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, TERMS
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.state import State

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.memory import address, address_if
+from damperlab.worker.solver.addresses import address, address_if
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
 from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, base_rows
 

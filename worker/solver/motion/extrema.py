@@ -3,7 +3,7 @@
 from math import inf
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.memory import Floats
+from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import value
 

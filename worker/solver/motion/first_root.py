@@ -8,7 +8,7 @@ Newton only when the same bound proves that it is monotone there; everything els
 from math import inf, sqrt
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.memory import Floats
+from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.motion.taylor import curvature_bound, slope, value
 
 _FINEST = 1e-9  # relative width below which curvature moves the function by less than its rounding

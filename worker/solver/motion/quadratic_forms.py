@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.arrays import filled
-from damperlab.worker.solver.memory import Floats
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.array_loops import filled
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 
 # Gauss–Legendre on [0, 1], 6 points: exact to degree 11, error below 1e-16 of the integrand on the longest window.
@@ -39,7 +39,7 @@ _POINTS = 6
 PAIRS = 10
 """Products of two of four numbers."""
 WORK, LOSS, SQUARED, MEAN = 0, PAIRS, 2 * PAIRS, 3 * PAIRS
-"""Where in `medium_forms` the coefficients of each integral begin."""
+"""Where in `motion_forms` the coefficients of each integral begin."""
 
 
 @kernel
@@ -65,7 +65,7 @@ def base_forms(rows: NDArray[np.float64], window: float) -> NDArray[np.float64]:
 
 
 @kernel
-def medium_forms(
+def motion_forms(
     two_zeta: float,
     base: NDArray[np.float64],
     relative: NDArray[np.float64],
@@ -147,7 +147,7 @@ def forced_forms(
     Returns
     -------
     array, shape (3 · PAIRS + 4,)
-        As of `medium_forms`, with ∫ sin(φ + r t) w for the work; the base is at rest.
+        As of `motion_forms`, with ∫ sin(φ + r t) w for the work; the base is at rest.
     """
     forms = filled(3 * PAIRS + 4, 0.0)
     x = np.empty(4)

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import copy_matrix, largest_element, zero_matrix
+from damperlab.worker.solver.array_loops import copy_matrix, largest_element, zero_matrix
 
 Array = NDArray[np.float64]
 
 CENTRE, CENTRE_RATE, BASE_FIRST, BASE_SECOND, Y, Y_RATE = range(6)
-"""Coordinates X, X', two of the base, y, y' of a contact (`contact_motion.py`)."""
+"""Coordinates X, X', two of the base, y, y' of a contact (`compliant_motion.py`)."""
 DIM = 6
 """How many they are."""
 _ITERATIONS = 60

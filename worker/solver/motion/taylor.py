@@ -5,7 +5,7 @@ recurrence without any transcendental function. Unlike the textbook form (partic
 cancellation next to resonance and none at ζ = 0, r = 1. Windows are short enough for the remainder to lie below rounding:
 0.4^16/16! ≈ 2e-20.
 
-The recurrence is linear in what a segment starts from (x, w, sin φ, cos φ), so it is run once per medium for each of the
+The recurrence is linear in what a segment starts from (x, w, sin φ, cos φ), so it is run once per motion for each of the
 four; a segment's coefficients are then a sum of four constant rows, which the processor does eight at a time.
 """
 
@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.arrays import filled, zero_matrix
-from damperlab.worker.solver.memory import Floats
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.array_loops import filled, zero_matrix
 
 ORDER = 15
 """Degree of the polynomials: sixteen coefficients, whole vectors of every width."""
@@ -107,7 +107,7 @@ def forced_rows(two_zeta: float, compliance: float, force: Floats) -> NDArray[np
 
 @inlined
 def combine(x: float, w: float, sine: float, cosine: float, rows: Floats, out: Floats) -> None:
-    """Coefficients of a segment from the four rows of its medium."""
+    """Coefficients of a segment from the four rows of its motion."""
     for n in range(TERMS):
         out[n] = (x * rows[n] + w * rows[TERMS + n]) + (
             sine * rows[2 * TERMS + n] + cosine * rows[3 * TERMS + n]

@@ -4,8 +4,8 @@ from math import cos, exp, sin, sqrt
 from typing import NamedTuple
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_motion import ContactMotion
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.motion.compliant_motion import CompliantMotion
 from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DIM, Y_RATE, Y
 from damperlab.worker.solver.particle import Wall
 
@@ -15,7 +15,7 @@ ENVELOPE_SAFETY = 2.0
 
 
 class Vibration(NamedTuple):
-    """f of a motion in contact (`contact_motion`)."""
+    """f of a motion in contact (`compliant_motion`)."""
 
     first: float
     second: float
@@ -29,7 +29,7 @@ class LinearForm(NamedTuple):
 
 
 @kernel
-def vibration_of(coordinates: Floats, motion: ContactMotion) -> tuple[Vibration, bool]:
+def vibration_of(coordinates: Floats, motion: CompliantMotion) -> tuple[Vibration, bool]:
     """The vibration at six coordinates, and whether it has died down to the rounding of what it is a difference of."""
     first = 0.0
     second = 0.0
@@ -48,7 +48,7 @@ def vibration_of(coordinates: Floats, motion: ContactMotion) -> tuple[Vibration,
 
 
 @inlined
-def vibration_at(coordinates: Floats, motion: ContactMotion) -> Vibration:
+def vibration_at(coordinates: Floats, motion: CompliantMotion) -> Vibration:
     """The vibration at six coordinates, whatever its size."""
     first = 0.0
     second = 0.0
@@ -59,7 +59,7 @@ def vibration_at(coordinates: Floats, motion: ContactMotion) -> Vibration:
 
 
 @inlined
-def subtract_vibration(coordinates: Floats, vibration: Vibration, motion: ContactMotion) -> None:
+def subtract_vibration(coordinates: Floats, vibration: Vibration, motion: CompliantMotion) -> None:
     """Subtract the vibration from the six coordinates, in place: what stays is the slow motion, (ξ, Pξ)."""
     for i in range(DIM):
         coordinates[i] -= value_of_form(vibration, form_of(i, motion))
@@ -72,27 +72,27 @@ def value_of_form(vibration: Vibration, form: LinearForm) -> float:
 
 
 @inlined
-def form_of(coordinate: int, motion: ContactMotion) -> LinearForm:
+def form_of(coordinate: int, motion: CompliantMotion) -> LinearForm:
     """The linear form of the vibration that it adds to one of the six coordinates: a row of `from_fast`."""
     return LinearForm(motion.from_fast[2 * coordinate], motion.from_fast[2 * coordinate + 1])
 
 
 @inlined
-def form_of_x(motion: ContactMotion) -> LinearForm:
+def form_of_x(motion: CompliantMotion) -> LinearForm:
     """That of x = X + share · y."""
     centre, depth = form_of(CENTRE, motion), form_of(Y, motion)
     return LinearForm(centre.first + motion.share * depth.first, centre.second + motion.share * depth.second)
 
 
 @inlined
-def form_of_w(motion: ContactMotion) -> LinearForm:
+def form_of_w(motion: CompliantMotion) -> LinearForm:
     """That of w = X' + share · y'."""
     centre, depth = form_of(CENTRE_RATE, motion), form_of(Y_RATE, motion)
     return LinearForm(centre.first + motion.share * depth.first, centre.second + motion.share * depth.second)
 
 
 @inlined
-def form_of_wall_force(motion: ContactMotion, wall: Wall) -> LinearForm:
+def form_of_wall_force(motion: CompliantMotion, wall: Wall) -> LinearForm:
     """That of the wall's force Ky + Cy'."""
     depth, rate = form_of(Y, motion), form_of(Y_RATE, motion)
     return LinearForm(

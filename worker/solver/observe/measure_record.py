@@ -27,11 +27,11 @@ from damperlab.worker.solver.scene import Curves, Scene
 def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
     """Energies, squares and true peaks of one segment, from its polynomials."""
     sums, base, regime, phase, t = meter.sums, scene.base, segment.regime, segment.phase, segment.time
-    start, end, offset, medium, u2 = (
+    start, end, offset, motion, u2 = (
         segment.start,
         segment.end,
         regime.offset,
-        regime.medium,
+        regime.motion,
         segment.bounds.u2,
     )
     relative, absolute, of_base, scratch = curves
@@ -49,7 +49,7 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
         if not regime.sticks:
             x = value(relative, at)
             w = slope(relative, at)
-            acceleration = -medium.compliance * (base.two_zeta * w + x)
+            acceleration = -motion.compliance * (base.two_zeta * w + x)
         v = x - offset
         u = v + value(of_base, at)
         work += GAUSS_WEIGHTS[i] * acceleration * slope(of_base, at)
@@ -57,7 +57,7 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
         square += GAUSS_WEIGHTS[i] * u * u
         relative_square += GAUSS_WEIGHTS[i] * v * v
         acceleration_square += GAUSS_WEIGHTS[i] * acceleration * acceleration
-    sums[WORK_IN] += t * work / medium.compliance  # the base moves the riding particle too
+    sums[WORK_IN] += t * work / motion.compliance  # the base moves the riding particle too
     sums[VISCOUS_LOSS] += t * base.two_zeta * loss
     sums[SQUARE] += t * square
     sums[RELATIVE_SQUARE] += t * relative_square
@@ -87,8 +87,8 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
     first = phase.first
     last = phase.first + phase.second * t
     if not regime.sticks:
-        first = -medium.compliance * (base.two_zeta * start.w + relative[0])
-        last = -medium.compliance * (base.two_zeta * end.w + value(relative, t))
+        first = -motion.compliance * (base.two_zeta * start.w + relative[0])
+        last = -motion.compliance * (base.two_zeta * end.w + value(relative, t))
     ends = max(abs(first), abs(last))
     peak = max(sums[ACCELERATION_PEAK], ends)
     if not regime.sticks:
@@ -97,7 +97,7 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
             # −κ(2ζ w + x) as a polynomial of the relative motion, which is zero where the base would dominate
             polynomial = of_base  # which is read no more
             for n in range(ORDER):
-                polynomial[n] = -medium.compliance * (base.two_zeta * (n + 1) * relative[n + 1] + relative[n])
+                polynomial[n] = -motion.compliance * (base.two_zeta * (n + 1) * relative[n + 1] + relative[n])
             polynomial[ORDER] = 0.0
             rate_into(polynomial, 0, scratch)
             most = u_derivative_bound(5, segment, base)

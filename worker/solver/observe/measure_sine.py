@@ -3,9 +3,9 @@
 from math import sqrt
 
 from damperlab.worker.jit import inlined
+from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.excitation.sine_base import SineForce
-from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.quadratic_forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
 from damperlab.worker.solver.motion.taylor import curvature, rate_into, slope, value
@@ -76,8 +76,8 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
             square = f[2] * (sine * sine) + (2.0 * f[3] * (sine * cosine) + f[4] * (cosine * cosine))
             sums[SQUARE] += v * (v * base.window + 2.0 * moved) + square
             return
-        f = regime.medium.forms
-        assert f is not None  # a medium whose motion is metered has them
+        f = regime.motion.forms
+        assert f is not None  # a motion whose motion is metered has them
         x = start.v + offset
         p = products(x, start.w, sine, cosine)
         sums[WORK_IN] += quadratic(f, WORK, p)
@@ -99,7 +99,7 @@ def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
     before = segment.phase.position
     after = segment.phase_end.position
     fallen = (before - after) * (before + after)
-    return 0.5 * r2 * fallen / segment.regime.medium.compliance
+    return 0.5 * r2 * fallen / segment.regime.motion.compliance
 
 
 @inlined

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.arrays import filled
+from damperlab.worker.solver.array_loops import filled
 
 # What a meter adds up; energies over k Z², times over 1/ω_n. The first five are integrals.
 WORK_IN = 0

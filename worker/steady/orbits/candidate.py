@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import copy_matrix, filled
+from damperlab.worker.solver.array_loops import copy_matrix, filled
 from damperlab.worker.solver.events import ARRIVED, IMPACTS
 from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
 from damperlab.worker.solver.observe.meter import PEAK, make_meter
@@ -21,7 +21,7 @@ from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, newton_orbi
 from damperlab.worker.steady.run import Notes, begin_probe
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinates
 from damperlab.worker.steady.section.recurrence import LONGEST, RING, near_period
-from damperlab.worker.steady.variations.eigenvalues import spectral_radius
+from damperlab.worker.steady.stability.multipliers import spectral_radius
 
 Array = NDArray[np.float64]
 

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import filled, zero_counts
+from damperlab.worker.solver.array_loops import filled, zero_counts
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.solver.transitions import Transitions
+from damperlab.worker.solver.transition_log import Transitions
 from damperlab.worker.steady.section.coordinates import (
     SECTION_SIZE,
     active_size,
@@ -21,7 +21,7 @@ from damperlab.worker.steady.section.coordinates import (
     has_contact,
     state_at,
 )
-from damperlab.worker.steady.variations.variational import propagate
+from damperlab.worker.steady.stability.variational import propagate
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from damperlab.worker.steady.orbits.newton import find_orbit, march_with_jacobia
 from damperlab.worker.steady.run import Notes, begin_probe
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinates
 from damperlab.worker.steady.section.recurrence import RING, settled_period, stays_closed
-from damperlab.worker.steady.stopping import Settings
-from damperlab.worker.steady.variations.eigenvalues import spectral_radius
+from damperlab.worker.steady.stability.multipliers import spectral_radius
+from damperlab.worker.steady.stopping_rules import Settings
 
 _REPELS = 1e-6  # by how much the largest multiplier of an orbit that repels exceeds one
 

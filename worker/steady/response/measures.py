@@ -6,7 +6,7 @@ from typing import NamedTuple
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.jit import kernel
 from damperlab.worker.steady.response.energy import unbalanced
-from damperlab.worker.steady.response.statistics import mean_and_error
+from damperlab.worker.steady.response.standard_errors import mean_and_error
 from damperlab.worker.steady.response.trace import HALF_PEAK, HALF_SPEED, IMPACTS_SO_FAR, LOSSES, largest_in
 
 _UNKNOWN = int(ResponseClass.UNKNOWN)

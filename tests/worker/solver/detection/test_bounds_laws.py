@@ -8,7 +8,7 @@ from tests.worker.forms import EPS, FIXED, both, in_form
 from damperlab.worker.solver.detection.bounds import slip_bounds, u_derivative_bound, w_curvature_bound
 from damperlab.worker.solver.excitation.excitation import base_derivative_bound, expand_base, phase_of_sine
 from damperlab.worker.solver.excitation.sine_base import make_sine_base
-from damperlab.worker.solver.medium import make_medium
+from damperlab.worker.solver.linear_motion import make_linear_motion
 from damperlab.worker.solver.motion.taylor import TERMS, combine
 from damperlab.worker.solver.regime import MotionBounds, Regime, Segment
 from damperlab.worker.steady.start import at_rest
@@ -32,16 +32,16 @@ def test_no_motion_leaves_its_bounds(
     form: str, damping: float, r: float, inertia: float, x: float, w: float, angle: float, share: float
 ) -> None:
     base = make_sine_base(damping, r, None)
-    medium = make_medium(base, inertia, None)
+    motion = make_linear_motion(base, inertia, None)
     span = share * base.window
     phase = phase_of_sine(np.sin(angle), np.cos(angle), r)
-    x_most, bounds = in_form(slip_bounds, form)(x, w, span, base, phase, medium.compliance)
+    x_most, bounds = in_form(slip_bounds, form)(x, w, span, base, phase, motion.compliance)
     state = at_rest(r, None, None)
-    slips = Segment(state, state, phase, phase, Regime(False, 0.0, medium), span, bounds)
-    sticks = slips._replace(regime=Regime(True, 0.0, medium), bounds=MotionBounds(0.0, 0.0))
+    slips = Segment(state, state, phase, phase, Regime(False, 0.0, motion), span, bounds)
+    sticks = slips._replace(regime=Regime(True, 0.0, motion), bounds=MotionBounds(0.0, 0.0))
     relative, absolute, base_polynomial = np.empty(TERMS), np.empty(TERMS), np.empty(TERMS)
-    combine(x, w, phase.first, phase.second, medium.relative_rows, relative)
-    combine(x, w, phase.first, phase.second, medium.absolute_rows, absolute)
+    combine(x, w, phase.first, phase.second, motion.relative_rows, relative)
+    combine(x, w, phase.first, phase.second, motion.absolute_rows, absolute)
     expand_base(base, phase, base_polynomial)
     at = PLACES * span
     derive = np.polynomial.polynomial

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 from tests.worker.forms import EPS, FIXED, both, in_form
 
-from damperlab.worker.solver.motion.contact_equations import contact_equations, make_contact
-from damperlab.worker.solver.motion.contact_motion import ContactForcing, ContactMotion
-from damperlab.worker.solver.motion.contact_rows import (
+from damperlab.worker.solver.motion.compliant_equations import compliant_equations, make_contact
+from damperlab.worker.solver.motion.compliant_motion import CompliantForcing, CompliantMotion
+from damperlab.worker.solver.motion.compliant_rows import (
     OF_ABSOLUTE,
     OF_RELATIVE,
     OF_WALL_FORCE,
@@ -43,8 +43,8 @@ from damperlab.worker.solver.particle import Particle, Wall
 
 Array = NDArray[np.float64]
 R, TWO_ZETA, MASS_RATIO = 0.8, 0.1, 0.25
-SHAKEN = ContactForcing(TWO_ZETA, 0.3, 1.0, R, -R, R * R, 0.0, 1.0, R)
-FORCED = ContactForcing(TWO_ZETA, 0.3, 1.0, R, -R, 0.0, 1.0, 0.0, 0.0)
+SHAKEN = CompliantForcing(TWO_ZETA, 0.3, 1.0, R, -R, R * R, 0.0, 1.0, R)
+FORCED = CompliantForcing(TWO_ZETA, 0.3, 1.0, R, -R, 0.0, 1.0, 0.0, 0.0)
 SOFT, STIFF, DAMPED = Wall(20.0, 1.0), Wall(1e6, 300.0), Wall(400.0, 3000.0)
 anywhere = st.lists(st.floats(-1.0, 1.0), min_size=DIM, max_size=DIM).map(lambda c: np.round(c, 9))
 
@@ -54,7 +54,7 @@ anywhere = st.lists(st.floats(-1.0, 1.0), min_size=DIM, max_size=DIM).map(lambda
 @pytest.mark.parametrize("forcing", [SHAKEN, FORCED], ids=["shaken", "forced"])
 @FIXED
 @given(c=anywhere)
-def test_the_equations_are_newtons(form: str, held: bool, forcing: ContactForcing, c: Array) -> None:
+def test_the_equations_are_newtons(form: str, held: bool, forcing: CompliantForcing, c: Array) -> None:
     """The wall's force is on both bodies, spring and dashpot on the structure, and friction moves it with its base if held."""
     mu = MASS_RATIO / (1.0 + MASS_RATIO)
     sine = c[BASE_FIRST]
@@ -64,7 +64,7 @@ def test_the_equations_are_newtons(form: str, held: bool, forcing: ContactForcin
     force = sine if forcing is FORCED else 0.0
     u_acceleration = base_acceleration if held else force - (TWO_ZETA * w + x) - wall_force
     depth_acceleration = u_acceleration - wall_force / MASS_RATIO
-    rates = in_form(contact_equations, form)(forcing, MASS_RATIO, SOFT, held) @ c
+    rates = in_form(compliant_equations, form)(forcing, MASS_RATIO, SOFT, held) @ c
     size = 1.0 + SOFT.stiffness + SOFT.damping
     assert abs(rates[Y_RATE] - depth_acceleration) <= 32 * EPS * size / MASS_RATIO
     assert rates[Y] == c[Y_RATE]
@@ -75,7 +75,7 @@ def test_the_equations_are_newtons(form: str, held: bool, forcing: ContactForcin
         assert rates[CENTRE] == c[CENTRE_RATE]
 
 
-def motion_of(wall: Wall, held: bool) -> ContactMotion:
+def motion_of(wall: Wall, held: bool) -> CompliantMotion:
     contact = make_contact(SHAKEN, Particle(1.0, 0.5, MASS_RATIO), wall)
     return contact.held if held else contact.slipping
 
@@ -90,7 +90,7 @@ def test_polynomials_are_the_exponential(wall: Wall, held: bool, start: Array) -
     at_start = start.copy()
     if held:
         at_start[CENTRE_RATE] = 0.0  # friction holds the mass
-    end = expm(contact_equations(SHAKEN, MASS_RATIO, wall, held) * t) @ at_start
+    end = expm(compliant_equations(SHAKEN, MASS_RATIO, wall, held) * t) @ at_start
     found = np.empty((4, TERMS))
     for which in range(4):
         combine_rows(which, at_start, DIM, motion.rows, found[which])
@@ -122,7 +122,7 @@ def test_slow_motion_and_vibration_are_the_motion(
     if held:
         start[CENTRE_RATE] = 0.0
     t = share * motion.slow_step
-    end = expm(contact_equations(SHAKEN, MASS_RATIO, wall, held) * t) @ start
+    end = expm(compliant_equations(SHAKEN, MASS_RATIO, wall, held) * t) @ start
     vibration = vibration_at(start, motion)
     assert vibration == pytest.approx(vibration_of(start, motion)[0], rel=8 * EPS, abs=1e4 * EPS)
     slow = start.copy()

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from tests.worker.forms import EPS, FIXED, both, in_form
 
 from damperlab.worker.solver.excitation.sine_base import make_sine_base
-from damperlab.worker.solver.medium import make_medium
+from damperlab.worker.solver.linear_motion import make_linear_motion
 from damperlab.worker.solver.motion.taylor import (
     LARGEST_WINDOW,
     TERMS,
@@ -92,7 +92,7 @@ def test_the_motion_of_a_panel_is_that_of_the_matrix_exponential(
     damping: float, r: float, inertia: float, x: float, w: float, phase: float
 ) -> None:
     base = make_sine_base(damping, r, None)
-    medium = make_medium(base, inertia, None)
+    motion = make_linear_motion(base, inertia, None)
     assert base.window * (1 + damping) * max(1.0, r) <= LARGEST_WINDOW * (1 + EPS)
     sine, cosine = np.sin(phase), np.cos(phase)
     with mpmath.workdps(40):
@@ -104,10 +104,10 @@ def test_the_motion_of_a_panel_is_that_of_the_matrix_exponential(
         expected = [float(after[i]) for i in range(3)]
     # a dozen roundings of terms whose sizes are those of x, w and of what the base adds, at most r² h = 0.4 r
     size = 16 * EPS * (3.0 + r)
-    moved_x = medium.xx * x + medium.xw * w + medium.xs * sine + medium.xc * cosine
-    moved_w = medium.wx * x + medium.ww * w + medium.ws * sine + medium.wc * cosine
+    moved_x = motion.xx * x + motion.xw * w + motion.xs * sine + motion.xc * cosine
+    moved_w = motion.wx * x + motion.ww * w + motion.ws * sine + motion.wc * cosine
     assert abs(moved_x - expected[0]) <= size
     assert abs(moved_w - expected[1]) <= size
     curve = np.empty(TERMS)
-    combine(x, w, sine, cosine, medium.absolute_rows, curve)
+    combine(x, w, sine, cosine, motion.absolute_rows, curve)
     assert abs(value(curve, base.window) - (expected[0] + expected[2])) <= size

@@ -4,9 +4,10 @@ from math import inf
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.friction import breakaway
-from damperlab.worker.solver.contact_regime import (
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.compliant_regime import (
     AnyRegime,
-    ContactRegime,
+    CompliantRegime,
     buffers_of,
     wall_of,
 )
@@ -17,8 +18,7 @@ from damperlab.worker.solver.excitation.excitation import (
     expand_forcing,
     largest_forcing,
 )
-from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_rows import (
+from damperlab.worker.solver.motion.compliant_rows import (
     OF_ABSOLUTE,
     OF_RELATIVE,
     OF_WALL_FORCE,
@@ -34,7 +34,7 @@ from damperlab.worker.solver.motion.taylor import (
     slope,
     value,
 )
-from damperlab.worker.solver.observe.measure_in_wall import measure_contact, raise_peaks, takes_integrals
+from damperlab.worker.solver.observe.measure_compliant import measure_contact, raise_peaks, takes_integrals
 from damperlab.worker.solver.observe.meter import STUCK, Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
@@ -53,7 +53,7 @@ def expand(start: Floats, units: int, rows: Floats, phase: Phase, scene: Scene) 
 
 @kernel
 def to_event(
-    state: State, phase: Phase, span: float, regime: ContactRegime, scene: Scene, meter: Meter | None
+    state: State, phase: Phase, span: float, regime: CompliantRegime, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
     """To the first event on the expanded polynomials of contact, or to the end of the span."""
     buffers = buffers_of(scene)

@@ -1,11 +1,11 @@
 """A long step over the decaying vibration of a contact: slow motion by polynomials, vibration by its exponential."""
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.contact_regime import ContactRegime, buffers_of
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.compliant_regime import CompliantRegime, buffers_of
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.events import NOTHING
 from damperlab.worker.solver.excitation.excitation import Phase, base_velocity
-from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.slow_subspace import (
     BASE_FIRST,
     BASE_SECOND,
@@ -23,14 +23,14 @@ from damperlab.worker.solver.motion.vibration import (
     value_of_form,
     vibration_after,
 )
-from damperlab.worker.solver.observe.measure_in_wall import measure_long_step
+from damperlab.worker.solver.observe.measure_compliant import measure_long_step
 from damperlab.worker.solver.observe.meter import Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import Dwell, State, advanced
 
 
 @kernel
-def coordinates_into(state: State, regime: ContactRegime, phase: Phase, start: Floats) -> None:
+def coordinates_into(state: State, regime: CompliantRegime, phase: Phase, start: Floats) -> None:
     """The six coordinates of a state in contact."""
     y = -state.wall * state.gap
     y_rate = state.wall * approach_speed(state.dwell)
@@ -47,7 +47,7 @@ def after_long_step(
     state: State,
     t: float,
     vibration: Vibration,
-    regime: ContactRegime,
+    regime: CompliantRegime,
     scene: Scene,
     meter: Meter | None,
 ) -> tuple[State, float, int]:

@@ -4,8 +4,9 @@ from math import inf
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import spring_energy
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.compliant_regime import buffers_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import friction_event
-from damperlab.worker.solver.contact_regime import buffers_of, wall_of
 from damperlab.worker.solver.events import CLEARANCE, PUSHED_AGAIN
 from damperlab.worker.solver.excitation.excitation import (
     Phase,
@@ -13,7 +14,6 @@ from damperlab.worker.solver.excitation.excitation import (
     expand_base,
     expand_excitation,
 )
-from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import (
     TERMS,
@@ -24,7 +24,7 @@ from damperlab.worker.solver.motion.taylor import (
     stick,
     value,
 )
-from damperlab.worker.solver.observe.measure_in_wall import measure_contact, raise_peaks, takes_integrals
+from damperlab.worker.solver.observe.measure_compliant import measure_contact, raise_peaks, takes_integrals
 from damperlab.worker.solver.observe.meter import IMPACT_LOSS, STUCK, Meter
 from damperlab.worker.solver.regime import regime_of
 from damperlab.worker.solver.scene import Scene

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.motion.contact_motion import Contact, contact_on_addresses
-from damperlab.worker.solver.motion.contact_rows import OF_RELATIVE, OF_Y, combine_rows
+from damperlab.worker.solver.motion.compliant_motion import Contact, contact_on_addresses
+from damperlab.worker.solver.motion.compliant_rows import OF_RELATIVE, OF_Y, combine_rows
 from damperlab.worker.solver.motion.slow_subspace import (
     BASE_FIRST,
     BASE_SECOND,
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 
 @inlined
-def flow_in_wall(
+def flow_in_contact(
     span: float, held: bool, arrays: Contact, wall: Wall | None, tangents: Array, n: int
 ) -> None:
     """A span in contact; one longer than `motion.step` as slow motion by polynomials and vibration by its exponential.

@@ -4,7 +4,7 @@ from math import log, pi
 from typing import Any, NamedTuple
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.steady.response.statistics import Estimate
+from damperlab.worker.steady.response.standard_errors import Estimate
 
 LARGEST_BURN_IN = 0.2
 """Share of `max_cycles`, or of the events allowed, that a burn-in may take: a structure without damping has no other bound."""
@@ -34,7 +34,7 @@ def burn_in_of(base: Any, settings: Settings) -> int:
     """Half cycles after which the slowest free vibration, that of the structure, has all but died: it falls as e^(−ζτ).
 
     Until `_TRANSIENT_LEFT` of it is left, ln(50) r/(2πζ) = 0.62 r/ζ cycles. What then is still no steady response is found by
-    its data (`statistics.estimate`).
+    its data (`standard_errors.estimate`).
     """
     longest = LARGEST_BURN_IN * settings.max_cycles
     if base.two_zeta <= 0.0:

@@ -11,8 +11,8 @@ import numpy as np
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block, Plan
 from damperlab.studies.variables import Status
-from damperlab.worker.process.tasks import solve_stored
 from damperlab.worker.provenance import computing, require_code
+from damperlab.worker.worker_process.tasks import solve_stored
 
 POINTS = 3
 """Points that every worker computes before its first block; those of a continuation are one row."""
@@ -41,7 +41,7 @@ def examine(cube_path: str, digest: str, code: str, canary: Block | None) -> Ans
     Parameters
     ----------
     cube_path, digest, code : str
-        As for `damperlab.worker.process.tasks.run_block`.
+        As for `damperlab.worker.worker_process.tasks.run_block`.
     canary : Block, optional
         A few points to compute.
 

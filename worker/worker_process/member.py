@@ -15,10 +15,10 @@ from distributed import Security, Worker
 from distributed.core import Status
 
 from damperlab.worker.cluster.cluster import ONE_THREAD
-from damperlab.worker.process.block_process import stand_by
-from damperlab.worker.process.joining import joined, own_host, say
-from damperlab.worker.process.self_check import show_alive
-from damperlab.worker.process.termination_notice import ASK_SECONDS, announced
+from damperlab.worker.worker_process.block_process import stand_by
+from damperlab.worker.worker_process.connecting import joined, own_host, say
+from damperlab.worker.worker_process.self_check import show_alive
+from damperlab.worker.worker_process.termination_notice import ASK_SECONDS, announced
 
 LOOK_SECONDS = 0.2
 """Between two looks for a notice, and at what is left to do."""
@@ -37,7 +37,7 @@ class Terms:
     notice : Path, optional
         It leaves once this file is there, as a spot market's watcher puts it.
     notice_url : str, optional
-        It leaves once this address says so, see `damperlab.worker.process.termination_notice`; nobody is asked without.
+        It leaves once this address says so, see `damperlab.worker.worker_process.termination_notice`; nobody is asked without.
     leave_idle_s : float, optional
         It leaves after this time without a block, or without a scheduler that answers [s].
     alive : Path, optional

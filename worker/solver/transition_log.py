@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.arrays import zero_counts
+from damperlab.worker.solver.addresses import Floats, address
+from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.excitation import Phase
-from damperlab.worker.solver.memory import Floats, address
 from damperlab.worker.solver.segment_log import Log, append_segment
 from damperlab.worker.solver.state import State
 

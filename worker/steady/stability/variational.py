@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
+from damperlab.worker.solver.addresses import address
 from damperlab.worker.solver.events import FAR_WALL, LET_GO, NEAR_WALL, PUSHED_AGAIN, RELEASE, TURN
 from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
-from damperlab.worker.solver.medium import Medium
-from damperlab.worker.solver.memory import address
-from damperlab.worker.solver.motion.contact_motion import Contact
+from damperlab.worker.solver.linear_motion import LinearMotion
+from damperlab.worker.solver.motion.compliant_motion import Contact
 from damperlab.worker.solver.motion.taylor import TERMS, beyond_tangent, change, slope
 from damperlab.worker.solver.particle import Particle, Wall
-from damperlab.worker.solver.transitions import (
+from damperlab.worker.solver.transition_log import (
     AFTER,
     BEFORE,
     EVENT,
@@ -34,8 +34,8 @@ from damperlab.worker.solver.transitions import (
     log_on_addresses,
 )
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, has_contact_coordinates
-from damperlab.worker.steady.variations.saltation import Field, field, leaving_speed, pass_contact, pass_event
-from damperlab.worker.steady.variations.variational_in_wall import flow_in_wall
+from damperlab.worker.steady.stability.saltation import Field, field, leaving_speed, pass_contact, pass_event
+from damperlab.worker.steady.stability.variational_compliant import flow_in_contact
 
 Array = NDArray[np.float64]
 
@@ -44,8 +44,8 @@ Array = NDArray[np.float64]
 def propagate(
     log: Transitions,
     base: SineBase | SineForce,
-    free: Medium,
-    loaded: Medium | Contact | None,
+    free: LinearMotion,
+    loaded: LinearMotion | Contact | None,
     friction: float | None,
     particle: Particle | None,
     tangents: Array,
@@ -76,7 +76,7 @@ def propagate(
 def _propagate(
     log_arrays: Transitions,
     base: SineBase | SineForce,
-    free_arrays: Medium,
+    free_arrays: LinearMotion,
     loaded_arrays: Any,
     friction: float | None,
     particle: Particle | None,
@@ -105,7 +105,7 @@ def _propagate(
         if friction is not None:
             held = rows[at + BEFORE + SLIP] == 0.0
         if wall is not None and riding:
-            flow_in_wall(rows[at + SPAN], held, loaded_arrays, wall, z, n)
+            flow_in_contact(rows[at + SPAN], held, loaded_arrays, wall, z, n)
         else:
             motion = loaded if riding else free
             _flow(rows[at + SPAN], held, not riding, base.window, motion, particle, z, n)
@@ -181,15 +181,15 @@ class Homogeneous(NamedTuple):
 
 
 @inlined
-def _homogeneous(medium: Medium) -> Homogeneous:
+def _homogeneous(motion: LinearMotion) -> Homogeneous:
     return Homogeneous(
-        medium.compliance,
-        medium.xx,
-        medium.xw,
-        medium.wx,
-        medium.ww,
-        address(medium.relative_rows, 0),
-        address(medium.relative_rows, TERMS),
+        motion.compliance,
+        motion.xx,
+        motion.xw,
+        motion.wx,
+        motion.ww,
+        address(motion.relative_rows, 0),
+        address(motion.relative_rows, TERMS),
     )
 
 

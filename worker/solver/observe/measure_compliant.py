@@ -1,23 +1,23 @@
 """What a meter reads in a compliant wall: energies, mean square and true peaks, of a long step exactly.
 
 A record's meter also has ∫v², ∫u''² and the largest |u''|, which is finite in contact; that of a harmonic excitation has the
-two of u'' where they are asked for (`measure_acceleration_in_wall.py`).
+two of u'' where they are asked for (`measure_acceleration_in_contact.py`).
 """
 
 from typing import NamedTuple
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.contact_regime import (
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.compliant_regime import (
     AnyRegime,
-    ContactRegime,
+    CompliantRegime,
     buffers_of,
     wall_of,
 )
 from damperlab.worker.solver.excitation.excitation import Excitation, base_displacement
 from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.excitation.sine_base import SineForce
-from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_motion import Buffers
+from damperlab.worker.solver.motion.compliant_motion import Buffers
 from damperlab.worker.solver.motion.slow_subspace import Y_RATE
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, rate_into, slope, value
 from damperlab.worker.solver.motion.vibration import (
@@ -28,11 +28,11 @@ from damperlab.worker.solver.motion.vibration import (
     form_of_wall_force,
     form_of_x,
 )
-from damperlab.worker.solver.observe.measure_acceleration_in_wall import (
+from damperlab.worker.solver.observe.measure_compliant_acceleration import (
     acceleration_at,
     form_of_acceleration,
     largest,
-    raise_acceleration_in_wall,
+    raise_acceleration_in_contact,
     raise_over_long_step,
     record_acceleration,
     slip_acceleration_into,
@@ -138,7 +138,7 @@ def raise_peaks(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None
         ends = max(abs(buffers.relative[0] - offset), abs(value(buffers.relative, t) - offset))
         sums[RELATIVE_PEAK] = max(sums[RELATIVE_PEAK], ends)
     if meter.acceleration is not None:
-        raise_acceleration_in_wall(meter, t, regime, scene)
+        raise_acceleration_in_contact(meter, t, regime, scene)
 
 
 @kernel
@@ -149,7 +149,7 @@ def measure_long_step(
     t: float,
     before: Vibration,
     after: Vibration,
-    regime: ContactRegime,
+    regime: CompliantRegime,
     scene: Scene,
 ) -> None:
     """Add a long step of length t, between whose ends no displacement has a peak that counts, to all that is asked for."""
@@ -168,12 +168,12 @@ def measure_long_step(
             raise_over_long_step(meter, t, before, regime, scene)
         elif regime.sticks:
             # that of a mass that slips stays below the peak: the step was proved to be so long only
-            raise_acceleration_in_wall(meter, t, regime, scene)
+            raise_acceleration_in_contact(meter, t, regime, scene)
 
 
 @kernel
 def measure_vibration(
-    meter: Meter, t: float, before: Vibration, after: Vibration, regime: ContactRegime, scene: Scene
+    meter: Meter, t: float, before: Vibration, after: Vibration, regime: CompliantRegime, scene: Scene
 ) -> None:
     """Add what the vibration f changes in the integrals of the slow motion over a long step.
 
@@ -267,7 +267,7 @@ def _by_parts(
     t: float,
     before: Vibration,
     after: Vibration,
-    regime: ContactRegime,
+    regime: CompliantRegime,
     scene: Scene,
 ) -> float:
     """∫ p l·f dt over [0, t]."""

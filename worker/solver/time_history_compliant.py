@@ -6,23 +6,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.portable import product
-from damperlab.worker.solver.motion.contact_motion import ContactMotion
-from damperlab.worker.solver.motion.contact_rows import OF_RELATIVE, OF_Y, combine_rows
+from damperlab.worker.solver.motion.compliant_motion import CompliantMotion
+from damperlab.worker.solver.motion.compliant_rows import OF_RELATIVE, OF_Y, combine_rows
 from damperlab.worker.solver.motion.slow_subspace import CENTRE, CENTRE_RATE, DIM, Y_RATE, Y
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
 from damperlab.worker.solver.motion.vibration import Vibration, vibration_after
 from damperlab.worker.solver.segment_log import APPROACH, DURATION, GAP, WALL, V, W
 
 
-def motion_in_wall(
-    row: NDArray[np.float64], sine: float, cosine: float, offset: float, motion: ContactMotion
+def motion_in_contact(
+    row: NDArray[np.float64], sine: float, cosine: float, offset: float, motion: CompliantMotion
 ) -> Callable[[float], tuple[float, float, float, float]]:
     """Motion of a segment in a compliant wall.
 
     Returns
     -------
     callable
-        From the time since its start to x, x', y and y' as of `motion.contact_motion`.
+        From the time since its start to x, x', y and y' as of `motion.compliant_motion`.
     """
     y, y_rate = -row[WALL] * row[GAP], row[WALL] * row[APPROACH]
     start = np.array(

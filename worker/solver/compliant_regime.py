@@ -3,31 +3,31 @@
 from typing import NamedTuple
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.motion.contact_motion import Buffers, ContactMotion
+from damperlab.worker.solver.motion.compliant_motion import Buffers, CompliantMotion
 from damperlab.worker.solver.particle import Wall
 from damperlab.worker.solver.regime import Regime, slip_regime
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
 
 
-class ContactRegime(NamedTuple):
+class CompliantRegime(NamedTuple):
     """Which linear equation holds while the wall pushes.
 
     Attributes
     ----------
     sticks, offset
         As of `Regime`.
-    motion, between : ContactMotion
+    motion, between : CompliantMotion
         The motion in contact, and the same with y' alone as fast.
     """
 
     sticks: bool
     offset: float
-    motion: ContactMotion
-    between: ContactMotion
+    motion: CompliantMotion
+    between: CompliantMotion
 
 
-AnyRegime = Regime | ContactRegime
+AnyRegime = Regime | CompliantRegime
 
 
 @inlined
@@ -46,7 +46,7 @@ def buffers_of(scene: Scene) -> Buffers:
 
 
 @inlined
-def contact_regime_of(state: State, scene: Scene) -> ContactRegime:
+def compliant_regime_of(state: State, scene: Scene) -> CompliantRegime:
     """Regime of a state that the wall pushes."""
     contact = scene.loaded
     sticks, offset = slip_regime(state.slip, scene.friction)
@@ -56,4 +56,4 @@ def contact_regime_of(state: State, scene: Scene) -> ContactRegime:
         if sticks:
             motion = contact.held
             between = contact.held_between
-    return ContactRegime(sticks, offset, motion, between)
+    return CompliantRegime(sticks, offset, motion, between)

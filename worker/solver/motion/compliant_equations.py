@@ -7,9 +7,14 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import reduced_mass
-from damperlab.worker.solver.arrays import filled, unit_matrix, zero_matrix
-from damperlab.worker.solver.motion.contact_motion import Buffers, Contact, ContactForcing, ContactMotion
-from damperlab.worker.solver.motion.contact_rows import fill_rows
+from damperlab.worker.solver.array_loops import filled, unit_matrix, zero_matrix
+from damperlab.worker.solver.motion.compliant_motion import (
+    Buffers,
+    CompliantForcing,
+    CompliantMotion,
+    Contact,
+)
+from damperlab.worker.solver.motion.compliant_rows import fill_rows
 from damperlab.worker.solver.motion.slow_subspace import (
     BASE_FIRST,
     BASE_SECOND,
@@ -32,7 +37,7 @@ _APART = 10.0  # ratio of rates from which fast and slow are separated
 
 
 @kernel
-def make_contact(forcing: ContactForcing, particle: Particle, wall: Wall) -> Contact:
+def make_contact(forcing: CompliantForcing, particle: Particle, wall: Wall) -> Contact:
     """Motion in contact with a compliant wall."""
     return Contact(
         _contact_motion(forcing, particle.mass_ratio, wall, False, False),
@@ -53,7 +58,7 @@ def make_contact(forcing: ContactForcing, particle: Particle, wall: Wall) -> Con
 
 
 @kernel
-def contact_equations(forcing: ContactForcing, mass_ratio: float, wall: Wall, held: bool) -> Array:
+def compliant_equations(forcing: CompliantForcing, mass_ratio: float, wall: Wall, held: bool) -> Array:
     """A of z' = Az, shape (DIM, DIM), the coordinates z in the order of `slow_subspace`."""
     mu = reduced_mass(mass_ratio)
     kappa = 1.0 / (1.0 + mass_ratio)
@@ -82,9 +87,9 @@ def contact_equations(forcing: ContactForcing, mass_ratio: float, wall: Wall, he
 
 @kernel
 def _contact_motion(
-    forcing: ContactForcing, mass_ratio: float, wall: Wall, held: bool, between: bool
-) -> ContactMotion:
-    a = contact_equations(forcing, mass_ratio, wall, held)
+    forcing: CompliantForcing, mass_ratio: float, wall: Wall, held: bool, between: bool
+) -> CompliantMotion:
+    a = compliant_equations(forcing, mass_ratio, wall, held)
     share = 0.0 if held else reduced_mass(mass_ratio)
     contact_fast, contact_slow = contact_rates(-a[Y_RATE, Y], -a[Y_RATE, Y_RATE])
     fast = _fast_coordinates(
@@ -116,7 +121,7 @@ def _contact_motion(
             weight = sqrt(rates[0, 0] * rates[1, 1] - rates[0, 1] * rates[1, 0])
         else:  # y is slow too, at the contact's lesser rate: half of it to spare
             slow_step = min(forcing.window, LARGEST_WINDOW / max(1.0, 1.5 * contact_slow))
-    return ContactMotion(
+    return CompliantMotion(
         share,
         step,
         slow_step,

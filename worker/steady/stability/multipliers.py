@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import largest_element
+from damperlab.worker.solver.array_loops import largest_element
 
 
 @kernel

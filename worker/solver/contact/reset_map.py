@@ -6,8 +6,8 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.physics.impact import impact_loss, part, rebound
 from damperlab.worker.solver.contact.chatter import is_chatter_over
-from damperlab.worker.solver.contact.compliant.in_wall import strike
-from damperlab.worker.solver.contact.release import release
+from damperlab.worker.solver.contact.compliant.contact_phase import strike
+from damperlab.worker.solver.contact.detachment import detach
 from damperlab.worker.solver.dwell import approach_speed, is_dwelling, no_dwell
 from damperlab.worker.solver.events import (
     ATTACHMENTS,
@@ -51,7 +51,7 @@ def after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Mete
             return stopped(state, slip, state.p_rate, state.riding, 0)
     if scene.particle is not None:
         if kind == RELEASE:
-            return release(state, phase, scene)
+            return detach(state, phase, scene)
         if kind in (NEAR_WALL, FAR_WALL):
             wall = state.wall if kind == NEAR_WALL else -state.wall
             if scene.particle.wall is not None:

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.addresses import address, address_if
 from damperlab.worker.solver.excitation.sine_base import SineForce
-from damperlab.worker.solver.memory import address, address_if
-from damperlab.worker.solver.motion.quadratic_forms import forced_forms, medium_forms
+from damperlab.worker.solver.motion.quadratic_forms import forced_forms, motion_forms
 from damperlab.worker.solver.motion.taylor import TERMS, forced_rows, motion_rows, slope, value
 
 
-class Medium(NamedTuple):
+class LinearMotion(NamedTuple):
     """The linear motion with one inertia: the primary mass alone, or with the particle riding on it.
 
     Attributes
@@ -24,7 +24,7 @@ class Medium(NamedTuple):
     relative_rows, absolute_rows : array, shape (4 · TERMS,)
         Taylor coefficients of x and of x + s for each unit start: x₀, w₀, sin φ and cos φ, one row each.
     forms : array, shape (3 · PAIRS + 4,), or None
-        Integrals over a window (`quadratic_forms.medium_forms`); None where no meter asks for energies.
+        Integrals over a window (`quadratic_forms.motion_forms`); None where no meter asks for energies.
     """
 
     compliance: float
@@ -42,30 +42,32 @@ class Medium(NamedTuple):
 
 
 @kernel
-def make_medium(base: Any, inertia: float, energies: bool | None) -> Medium:
+def make_linear_motion(base: Any, inertia: float, energies: bool | None) -> LinearMotion:
     """Motion with one inertia, from the Taylor polynomials themselves; `energies` as for `make_sine_base`."""
     h = base.window
     if isinstance(base, SineForce):
         forced = forced_rows(base.two_zeta, 1.0 / inertia, base.rows)
         if energies is None:
-            return _medium(forced, forced.copy(), None, inertia, h)
-        return _medium(forced, forced.copy(), forced_forms(base.two_zeta, base.rows, forced, h), inertia, h)
+            return _linear_motion(forced, forced.copy(), None, inertia, h)
+        return _linear_motion(
+            forced, forced.copy(), forced_forms(base.two_zeta, base.rows, forced, h), inertia, h
+        )
     relative, absolute = motion_rows(base.two_zeta, 1.0 / inertia, base.rows)
     if energies is None:
-        return _medium(relative, absolute, None, inertia, h)
-    forms = medium_forms(base.two_zeta, base.rows, relative, absolute, h)
-    return _medium(relative, absolute, forms, inertia, h)
+        return _linear_motion(relative, absolute, None, inertia, h)
+    forms = motion_forms(base.two_zeta, base.rows, relative, absolute, h)
+    return _linear_motion(relative, absolute, forms, inertia, h)
 
 
 @kernel
-def _medium(
+def _linear_motion(
     relative: NDArray[np.float64],
     absolute: NDArray[np.float64],
     forms: NDArray[np.float64] | None,
     inertia: float,
     h: float,
-) -> Medium:
-    return Medium(
+) -> LinearMotion:
+    return LinearMotion(
         1.0 / inertia,
         value(relative[0 * TERMS : 1 * TERMS], h),
         value(relative[1 * TERMS : 2 * TERMS], h),
@@ -82,19 +84,19 @@ def _medium(
 
 
 @inlined
-def medium_on_addresses(medium: Medium) -> Medium:
-    """The same medium with addresses for arrays; the arrays must outlive it."""
-    return Medium(
-        medium.compliance,
-        medium.xx,
-        medium.xw,
-        medium.xs,
-        medium.xc,
-        medium.wx,
-        medium.ww,
-        medium.ws,
-        medium.wc,
-        address(medium.relative_rows, 0),
-        address(medium.absolute_rows, 0),
-        address_if(medium.forms),
+def linear_motion_on_addresses(motion: LinearMotion) -> LinearMotion:
+    """The same motion with addresses for arrays; the arrays must outlive it."""
+    return LinearMotion(
+        motion.compliance,
+        motion.xx,
+        motion.xw,
+        motion.xs,
+        motion.xc,
+        motion.wx,
+        motion.ww,
+        motion.ws,
+        motion.wc,
+        address(motion.relative_rows, 0),
+        address(motion.absolute_rows, 0),
+        address_if(motion.forms),
     )

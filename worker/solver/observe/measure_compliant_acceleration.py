@@ -1,17 +1,17 @@
 """u'' of the structure in a compliant wall, where it is finite: its polynomial, its largest value, also over a long step."""
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.contact_regime import (
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.compliant_regime import (
     AnyRegime,
-    ContactRegime,
+    CompliantRegime,
     buffers_of,
     wall_of,
 )
 from damperlab.worker.solver.excitation.excitation import Excitation
 from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.excitation.sine_base import SineForce
-from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_motion import Buffers
+from damperlab.worker.solver.motion.compliant_motion import Buffers
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.taylor import ORDER, TERMS, curvature_bound, rate_into, value
 from damperlab.worker.solver.motion.vibration import (
@@ -64,7 +64,7 @@ def slip_acceleration_into(base: Excitation, buffers: Buffers, out: Floats) -> N
 
 
 @kernel
-def raise_acceleration_in_wall(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None:
+def raise_acceleration_in_contact(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None:
     """Raise the peak to the largest |u''| on the expanded polynomials."""
     sums, base, buffers = meter.sums, scene.base, buffers_of(scene)
     if regime.sticks:
@@ -97,7 +97,7 @@ def largest(polynomial: Floats, offset: float, t: float, peak: float, scratch: F
 
 
 @kernel
-def form_of_acceleration(regime: ContactRegime, scene: Scene) -> LinearForm:
+def form_of_acceleration(regime: CompliantRegime, scene: Scene) -> LinearForm:
     """What u'' of a mass that slips has of the vibration."""
     x, w = form_of_x(regime.motion), form_of_w(regime.motion)
     wall_force = form_of_wall_force(regime.motion, wall_of(scene))
@@ -110,7 +110,7 @@ def form_of_acceleration(regime: ContactRegime, scene: Scene) -> LinearForm:
 
 @kernel
 def raise_over_long_step(
-    meter: Meter, t: float, vibration: Vibration, regime: ContactRegime, scene: Scene
+    meter: Meter, t: float, vibration: Vibration, regime: CompliantRegime, scene: Scene
 ) -> None:
     """Raise the peak to the largest |u''| of a long step: slow motion, which is expanded, and vibration together.
 
@@ -118,7 +118,7 @@ def raise_over_long_step(
     vibration has a polynomial for, until envelope and slow motion prove that nothing higher can come.
     """
     if regime.sticks:
-        raise_acceleration_in_wall(meter, t, regime, scene)
+        raise_acceleration_in_contact(meter, t, regime, scene)
         return
     sums, motion, buffers = meter.sums, regime.motion, buffers_of(scene)
     slow, both, scratch = buffers.rate, buffers.start, buffers.scratch

@@ -29,10 +29,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.memory import address
+from damperlab.worker.solver.addresses import address
 
 
-class ContactForcing(NamedTuple):
+class CompliantForcing(NamedTuple):
     """What the motion in contact has to know of the excitation, whose two coordinates are `Phase.first` and `second`.
 
     Attributes
@@ -60,7 +60,7 @@ class ContactForcing(NamedTuple):
     velocity: float
 
 
-class ContactMotion(NamedTuple):
+class CompliantMotion(NamedTuple):
     """Motion in contact, of a mass that slips or is held.
 
     Attributes
@@ -74,7 +74,7 @@ class ContactMotion(NamedTuple):
     weight : float
         Ω = √det Λ with two fast coordinates, else 1: weighs f₁ in the size of the vibration (`vibration.size_of`).
     rows, slow_rows : array, shape (4 · DIM · TERMS,)
-        Taylor coefficients of x, x + s, y and F for each unit start (`contact_rows`).
+        Taylor coefficients of x, x + s, y and F for each unit start (`compliant_rows`).
     to_fast : array, shape (2 · DIM,)
         f of the coordinates, q − Pr; one fast coordinate takes the second place.
     from_fast : array, shape (DIM · 2,)
@@ -124,23 +124,23 @@ class Buffers(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """What replaces the riding `Medium` where walls are compliant.
+    """What replaces the riding `LinearMotion` where walls are compliant.
 
     Attributes
     ----------
-    slipping, held : ContactMotion
+    slipping, held : CompliantMotion
         The motion in contact.
-    slipping_between, held_between : ContactMotion
+    slipping_between, held_between : CompliantMotion
         The same with y' alone as fast: `fast` is 1 only where y and y' are both fast and their rates far apart, else 0 and
         nothing of it is used. `rows` is left at 0.
     buffers : Buffers
         Scratch.
     """
 
-    slipping: ContactMotion
-    held: ContactMotion
-    slipping_between: ContactMotion
-    held_between: ContactMotion
+    slipping: CompliantMotion
+    held: CompliantMotion
+    slipping_between: CompliantMotion
+    held_between: CompliantMotion
     buffers: Buffers
 
 
@@ -168,8 +168,8 @@ def contact_on_addresses(contact: Contact) -> Contact:
 
 
 @inlined
-def _motion_on_addresses(motion: ContactMotion) -> ContactMotion:
-    return ContactMotion(
+def _motion_on_addresses(motion: CompliantMotion) -> CompliantMotion:
+    return CompliantMotion(
         motion.share,
         motion.step,
         motion.slow_step,

@@ -2,7 +2,7 @@
 
 The motion in contact is crossed in one of four ways. Before the contact's own vibration has died down, in spans of half of
 one over its fastest rate, as polynomials of all six coordinates. Where y' alone has come to follow the rest, in spans that
-the rate of y allows (`ContactRegime.between`). Where an envelope of the vibration proves that it cannot cause an event, in
+the rate of y allows (`CompliantRegime.between`). Where an envelope of the vibration proves that it cannot cause an event, in
 one long step: the slow motion as polynomials, the vibration by its exponential. And once it has decayed below rounding, as
 polynomials of the slow motion, in whole windows where y and y' are both fast: so resting on the stiffest wall costs no more
 than on a rigid one.
@@ -14,14 +14,14 @@ wall: it flies until it is clear of it, or until spring and dashpot would push a
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.physics.friction import breakaway, slip_direction
-from damperlab.worker.solver.budget import spend
+from damperlab.worker.solver.compliant_regime import buffers_of, compliant_regime_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import expand, to_event
-from damperlab.worker.solver.contact.compliant.event_free_step import FEWEST_STEPS, longest_step
+from damperlab.worker.solver.contact.compliant.long_step_bounds import FEWEST_STEPS, longest_step
 from damperlab.worker.solver.contact.compliant.long_step import after_long_step, coordinates_into
 from damperlab.worker.solver.contact.compliant.separation import separate
-from damperlab.worker.solver.contact.release import release
-from damperlab.worker.solver.contact_regime import buffers_of, contact_regime_of, wall_of
+from damperlab.worker.solver.contact.detachment import detach
 from damperlab.worker.solver.dwell import approach_speed
+from damperlab.worker.solver.event_budget import spend
 from damperlab.worker.solver.events import (
     ARRIVED,
     CLEARANCE,
@@ -49,7 +49,7 @@ from damperlab.worker.solver.regime import Span
 from damperlab.worker.solver.scene import Scene, curves_of
 from damperlab.worker.solver.segment_log import Log
 from damperlab.worker.solver.state import Dwell, State, in_contact
-from damperlab.worker.solver.transitions import Transitions, note_segment, note_transition
+from damperlab.worker.solver.transition_log import Transitions, note_segment, note_transition
 
 _SPEED_ROUNDING = 1e-13  # relative: below this a leaving speed is rounding
 
@@ -93,7 +93,7 @@ def _slip_from_rest(v: float, wall_force: float, phase: Phase, scene: Scene, fri
 
 
 @kernel
-def while_in_wall(
+def while_in_contact(
     state: State, span: Span, k: int, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, Span, int]:
     """Integrate a particle that is in a wall until it is clear of it, or to the end of the window.
@@ -146,7 +146,7 @@ def _in_contact(
 ) -> tuple[State, float, int]:
     """One segment while the wall pushes: the state at its end, its length, and the event there."""
     buffers = buffers_of(scene)
-    regime = contact_regime_of(state, scene)
+    regime = compliant_regime_of(state, scene)
     motion = regime.motion
     start = buffers.start
     coordinates_into(state, regime, phase, start)
@@ -211,7 +211,7 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
             if meter is not None:
                 if meter.energies is not None:
                     meter.sums[IMPACT_LOSS] += spring_energy(wall.stiffness, -gap)
-            return release(state, phase, scene)
+            return detach(state, phase, scene)
         dwell = Dwell(0.0, 0.0)
         order = 1
         if wall.damping == 0.0 or gap >= 0.0:

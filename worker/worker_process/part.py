@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from damperlab.studies.plan import Block
-from damperlab.worker.process.tasks import solve_stored
 from damperlab.worker.provenance import computing, require_code, require_identity
+from damperlab.worker.worker_process.tasks import solve_stored
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def run_part(cube_path: str, digest: str, part: Block, code: str, solver: str) -
     Parameters
     ----------
     cube_path, digest, code, solver : str
-        As for `damperlab.worker.process.tasks.run_block`.
+        As for `damperlab.worker.worker_process.tasks.run_block`.
     part : Block
         The box.
 

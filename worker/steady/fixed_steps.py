@@ -9,7 +9,7 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import Stepped, step_rk4
 from damperlab.worker.solver.events import COUNTS, IMPACTS
 from damperlab.worker.steady.response.measures import Response, failed
-from damperlab.worker.steady.response.statistics import mean_and_error
+from damperlab.worker.steady.response.standard_errors import mean_and_error
 
 _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import filled
-from damperlab.worker.solver.memory import Floats
-from damperlab.worker.solver.motion.contact_motion import ContactForcing
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.array_loops import filled
+from damperlab.worker.solver.motion.compliant_motion import CompliantForcing
 from damperlab.worker.solver.motion.slow_subspace import (
     BASE_FIRST,
     BASE_SECOND,
@@ -31,7 +31,7 @@ def fill_rows(
     generator: Array,
     lift: Array,
     units: int,
-    forcing: ContactForcing,
+    forcing: CompliantForcing,
     wall: Wall,
     share: float,
     held: bool,

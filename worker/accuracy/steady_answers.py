@@ -21,7 +21,7 @@ from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.measures import Response
-from damperlab.worker.steady.response.statistics import mean_and_error
+from damperlab.worker.steady.response.standard_errors import mean_and_error
 from damperlab.worker.steady.section.recurrence import LONGEST
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.start import at_rest

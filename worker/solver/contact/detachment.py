@@ -11,7 +11,7 @@ _STILL = 1e-9
 
 
 @inlined
-def release(state: State, phase: Phase, scene: Scene) -> State:
+def detach(state: State, phase: Phase, scene: Scene) -> State:
     """The wall stops pushing: the particle flies on with the velocity of the wall."""
     base = scene.base
     sticks, offset = slip_regime(state.slip, scene.friction)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from damperlab.worker.accuracy.cases import SCENES, Scene, references
 from damperlab.worker.accuracy.methods import METHODS, Method
-from damperlab.worker.accuracy.scenes import SCENES, Scene, references
 
 REPEATS = 5
 SHORTEST_SECONDS = 0.02

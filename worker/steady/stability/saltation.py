@@ -20,7 +20,7 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.solver.events import NEAR_WALL
 from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
 from damperlab.worker.solver.particle import Particle, Wall
-from damperlab.worker.solver.transitions import (
+from damperlab.worker.solver.transition_log import (
     AFTER,
     BASE_RATE,
     BEFORE,

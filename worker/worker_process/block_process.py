@@ -17,8 +17,8 @@ from typing import Any
 import cloudpickle
 
 from damperlab.worker.outcomes import Crashed, Leaving
-from damperlab.worker.process.standby import TO_ALL, Standby
 from damperlab.worker.provenance import code_hash, computing
+from damperlab.worker.worker_process.standby import TO_ALL, Standby
 
 _standby: Standby | None = None
 
@@ -33,7 +33,7 @@ def stand_by() -> None:
     if not sys.platform.startswith("linux"):
         return
     # what a block loads and asks for first
-    import_module("damperlab.worker.process.tasks")
+    import_module("damperlab.worker.worker_process.tasks")
     code_hash()
     computing()
     _standby = Standby(_answer)
@@ -90,7 +90,7 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
 def _started() -> "subprocess.Popen[bytes]":
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     return subprocess.Popen(
-        [sys.executable, "-m", "damperlab.worker.process.block_process"],
+        [sys.executable, "-m", "damperlab.worker.worker_process.block_process"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env=environment,

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.arrays import zero_matrix
+from damperlab.worker.solver.array_loops import zero_matrix
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
-from damperlab.worker.solver.transitions import Transitions
+from damperlab.worker.solver.transition_log import Transitions
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE
-from damperlab.worker.steady.variations.variational import propagate
+from damperlab.worker.steady.stability.variational import propagate
 
 _BATCHES = 16
 # Cycles over which a tangent vector is followed, and its growth a cycle that then counts as chaos: most show it soon.

@@ -1,10 +1,10 @@
 """The proof that a span in contact is free of events, by the slow motion and an envelope of the decaying vibration."""
 
 from damperlab.worker.jit import kernel
-from damperlab.worker.solver.contact_regime import ContactRegime, buffers_of, wall_of
+from damperlab.worker.solver.addresses import Floats
+from damperlab.worker.solver.compliant_regime import CompliantRegime, buffers_of, wall_of
 from damperlab.worker.solver.excitation.excitation import Phase, expand_forcing
 from damperlab.worker.solver.excitation.record_base import RecordBase
-from damperlab.worker.solver.memory import Floats
 from damperlab.worker.solver.motion.taylor import TERMS, curvature_bound, rate_into, value
 from damperlab.worker.solver.motion.vibration import (
     ENVELOPE_SAFETY,
@@ -15,7 +15,7 @@ from damperlab.worker.solver.motion.vibration import (
     gain_of,
     size_of,
 )
-from damperlab.worker.solver.observe.measure_in_wall import LEAST_DECAY
+from damperlab.worker.solver.observe.measure_compliant import LEAST_DECAY
 from damperlab.worker.solver.observe.meter import ACCELERATION_PEAK, PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
@@ -37,7 +37,7 @@ def longest_step(
     phase: Phase,
     span: float,
     vibration: Vibration,
-    regime: ContactRegime,
+    regime: CompliantRegime,
     scene: Scene,
     meter: Meter | None,
 ) -> float:
