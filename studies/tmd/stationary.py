@@ -131,7 +131,9 @@ def _constant(one: Floats) -> Floats:
 
 
 def _long(rows: Floats, length: int) -> Floats:
-    return np.pad(rows, ((0, 0), (0, length - rows.shape[1])))
+    longer = np.zeros((rows.shape[0], length))
+    longer[:, : rows.shape[1]] = rows
+    return longer
 
 
 def _times(a: Floats, b: Floats, length: int = 0) -> Floats:
@@ -153,7 +155,8 @@ def _polynomial_roots(rows: Floats) -> NDArray[np.complex128]:
     others, so it is left out.
     """
     size = np.abs(rows)
-    degrees = np.array([np.flatnonzero(row > ROUNDING * row.max())[-1:].sum() for row in size], np.intp)
+    counts = size > ROUNDING * size.max(axis=1, keepdims=True)
+    degrees = np.where(counts.any(axis=1), rows.shape[1] - 1 - counts[:, ::-1].argmax(axis=1), 0)
     found = np.full((rows.shape[0], rows.shape[1] - 1), np.nan + 0j)
     for degree in np.unique(degrees[degrees > 0]).tolist():
         of = np.flatnonzero(degrees == degree)
