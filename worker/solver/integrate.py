@@ -33,7 +33,12 @@ from damperlab.worker.solver.regime import Regime, Segment, Span, regime_of, win
 from damperlab.worker.solver.scene import Curves, Scene, curves_of, scene_on_addresses
 from damperlab.worker.solver.segment_log import Log
 from damperlab.worker.solver.state import State, advanced
-from damperlab.worker.solver.transition_log import Transitions, log_on_addresses, note_segment, note_transition
+from damperlab.worker.solver.transition_log import (
+    Transitions,
+    log_on_addresses,
+    note_segment,
+    note_transition,
+)
 
 
 @kernel

@@ -99,7 +99,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     chunk = _CHUNK if scene.base.windows <= _LONG_HALF else _SHORT_CHUNK
     last_half = 2 * settings.max_cycles
     work_allowed = EVENTS_PER_CYCLE * settings.max_cycles + _SPARE_EVENTS
-    needed = burn_in_of(scene.base, settings)
+    needed = burn_in_of(scene, settings)
     burn_in = needed // chunk * chunk
     # cycles of the burn-in that are metered, since they end between two looks
     left_out = (needed - burn_in + 1) // 2

@@ -45,6 +45,7 @@ _MAX_CYCLES = int(Status.MAX_CYCLES)
 _MODULATED = int(ResponseClass.MODULATED)
 _CHAOTIC = int(ResponseClass.CHAOTIC)
 _CLOSED = 1e-9  # relative distance within which a state repeats
+_ROUNDING = 1e-12  # of displacements of the size of the excitation's
 
 
 @kernel
@@ -99,13 +100,13 @@ def _settled(start, scene, probe, notes, settings):
     if found.outcome != ARRIVED:
         return failed(found.outcome, found.look.half // 2), found.state
     if found.orbit.period_halves > 0:
-        return _measured_orbit(found, scene, probe, notes)
+        return _measured_orbit(found, scene, probe, notes, settings)
     return _measured_run(found, scene, probe, notes)
 
 
 @kernel
-def _measured_orbit(found, scene, probe, notes):
-    """Response over one period, and the state after it."""
+def _measured_orbit(found, scene, probe, notes, settings):
+    """Response over one period, and the state after it; known only where the orbit itself is, to `settings.tolerance`."""
     state = found.orbit.state
     cycles = found.look.half // 2
     period_halves = _shortest_period(state, found, scene, probe, notes)
@@ -126,12 +127,15 @@ def _measured_orbit(found, scene, probe, notes):
     stuck = share_stuck(stretch, probe.base.frequency_ratio)
     response_class, period = periodic_class(period_halves, stuck, stretch.impacts)
     error = found.orbit.error + found.way_left
-    status = _CONVERGED if found.known else _MAX_CYCLES
+    mean = mean_of_period(notes.trace, period_halves, error)
+    # a response of the size of rounding cannot be known any better
+    is_known = found.known and found.orbit.error <= settings.tolerance * max(mean.amplitude, _ROUNDING)
+    status = _CONVERGED if is_known else _MAX_CYCLES
     response = measured_response(
         stretch,
         notes.meter.energies,
         probe.base.frequency_ratio,
-        mean_of_period(notes.trace, period_halves, error),
+        mean,
         Largest(stretch.peak, stretch.speed),
         _acceleration_of_period(period_halves, halves, notes),
         Kind(response_class, period, multiplier, error, cycles, status),

@@ -1,9 +1,10 @@
 """Rules by which a run ends, each by its name."""
 
 from math import log, pi
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.scene import Scene
 from damperlab.worker.steady.response.standard_errors import Estimate
 
 LARGEST_BURN_IN = 0.2
@@ -12,6 +13,7 @@ FEWEST_MEASURED = 768
 """Cycles before a standard error is believed."""
 
 _TRANSIENT_LEFT = 0.02  # share of a free vibration that is left after the burn-in
+_SLOW = 0.37  # frequency ratio below which what is left would be felt beside the response; 1/e
 _CORRELATIONS = 100.0  # correlation times that have to be measured
 # The next look comes after so many times the cycles of the last, at the least and at the most: an error is itself uncertain by
 # a tenth, what it asks for by a fifth, and a look further ahead would overshoot by as much.
@@ -30,17 +32,27 @@ class Settings(NamedTuple):
 
 
 @kernel
-def burn_in_of(base: Any, settings: Settings) -> int:
+def burn_in_of(scene: Scene, settings: Settings) -> int:
     """Half cycles after which the slowest free vibration, that of the structure, has all but died: it falls as e^(−ζτ).
 
-    Until `_TRANSIENT_LEFT` of it is left, ln(50) r/(2πζ) = 0.62 r/ζ cycles. What then is still no steady response is found by
-    its data (`standard_errors.estimate`).
+    Until `_TRANSIENT_LEFT` of it is left, ln(50) r/(2πζ) = 0.62 r/ζ cycles, and at least one. What then is still no steady
+    response is found by its data (`standard_errors.estimate`).
+
+    Far below resonance a run from rest begins with the velocity r of the base, beside a response whose velocity against the
+    base is of the order r³: below `_SLOW` the transient must fall by as much more, and by the rate e^(−ζτ/(1 + β)) of both
+    bodies, since the particle is carried along.
     """
     longest = LARGEST_BURN_IN * settings.max_cycles
+    base = scene.base
     if base.two_zeta <= 0.0:
         return 2 * int(longest)
-    needed = -log(_TRANSIENT_LEFT) * base.frequency_ratio / (pi * base.two_zeta)
-    return 2 * int(min(needed, longest))
+    exponent = -log(_TRANSIENT_LEFT)
+    if base.frequency_ratio < _SLOW:
+        exponent += 2.0 * log(_SLOW / base.frequency_ratio)
+        if scene.particle is not None:
+            exponent *= 1.0 + scene.particle.mass_ratio
+    needed = exponent * base.frequency_ratio / (pi * base.two_zeta)
+    return 2 * int(min(max(needed, 1.0), longest))
 
 
 @kernel

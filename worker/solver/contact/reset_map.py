@@ -101,7 +101,9 @@ def _impact(
     """An impact on the given wall, and what follows at once: a flight, riding on the wall, or being held there."""
     u_rate = state.w + phase.rate
     approach = max(wall * (u_rate - state.p_rate), 0.0)
-    scene.counts[IMPACTS] += 1
+    is_blow = approach > _SPEED_ROUNDING * (abs(u_rate) + abs(state.p_rate) + abs(phase.rate))
+    if is_blow:  # a particle that a wall pushes again where it has just let go only touches it
+        scene.counts[IMPACTS] += 1
     if meter is not None:
         meter.sums[SPEED] = max(meter.sums[SPEED], approach)
         if meter.energies is not None:
@@ -109,7 +111,7 @@ def _impact(
     before = u_rate - wall * approach
     if particle.contact_time is not None:
         # a touch at a speed that is rounding begins no contact: it would hold the particle for the whole contact time
-        if approach > _SPEED_ROUNDING * (abs(u_rate) + abs(state.p_rate) + abs(phase.rate)):
+        if is_blow:
             jump, p_rate = rebound(u_rate, before, 0.0, particle.mass_ratio)
             dwell = Dwell(particle.contact_time, approach)
             return _join(state, wall, state.w + jump, p_rate, dwell, phase, scene)

@@ -16,8 +16,8 @@ from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.physics.friction import breakaway, slip_direction
 from damperlab.worker.solver.compliant_regime import buffers_of, compliant_regime_of, wall_of
 from damperlab.worker.solver.contact.compliant.contact_segment import expand, to_event
-from damperlab.worker.solver.contact.compliant.long_step_bounds import FEWEST_STEPS, longest_step
 from damperlab.worker.solver.contact.compliant.long_step import after_long_step, coordinates_into
+from damperlab.worker.solver.contact.compliant.long_step_bounds import FEWEST_STEPS, longest_step
 from damperlab.worker.solver.contact.compliant.separation import separate
 from damperlab.worker.solver.contact.detachment import detach
 from damperlab.worker.solver.dwell import approach_speed
