@@ -1,13 +1,18 @@
 """Texts that stand where a number belongs: what was probably meant, and how it is written."""
 
 import re
+from collections.abc import Iterable
 
 _NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
 _PLAIN = re.compile(rf"\s*({_NUMBER})\s*\Z")
 _COMMA = re.compile(r"\s*([-+]?[0-9]+),([0-9]+)\s*\Z")
+_DECIMAL_COMMA = re.compile(r"\s*\"?[-+]?[0-9]+,[0-9]+(?:[eE][-+]?[0-9]+)?\"?\s*\Z")
 _PERCENT = re.compile(rf"\s*({_NUMBER})\s*%\s*\Z")
 _WITH_UNIT = re.compile(rf"\s*{_NUMBER}\s*([^\W\d_][^\s]{{0,9}}|″|\")\s*\Z")
 _SPAN = re.compile(rf"\s*({_NUMBER})\s*(?:-|–|—|\.\.+|…|:|to|bis)\s*({_NUMBER})\s*\Z")
+WRITE_POINTS = "write decimal points; a spreadsheet saves them so where its numbers are set to English"
+COMMAS_FOUND = "{field} has a number with a decimal comma."
+"""What is said of a table, once and not of each of its numbers."""
 _LONGEST = 60
 """Characters of a text that is looked at; no number that somebody writes has more."""
 
@@ -37,6 +42,11 @@ def number_advice(raw: object, unit: str = "") -> str:
             return f"write the number alone, in {unit}: the key states its unit"
         return "write the number alone: it is a ratio, without a unit"
     return "write a plain number"
+
+
+def decimal_comma(cells: Iterable[str]) -> str | None:
+    """Return the first cell that is a number with a decimal comma."""
+    return next((cell for cell in cells if _DECIMAL_COMMA.match(cell)), None)
 
 
 def range_advice(raw: object) -> str:
