@@ -42,7 +42,7 @@ from damperlab.studies.choices import (
     Start,
     Steady,
 )
-from damperlab.studies.consistency import compliant_fault, faults_between, with_defaults
+from damperlab.studies.consistency import assumed, compliant_fault, faults_between, with_defaults
 from damperlab.studies.contact import KEYS as CONTACT_KEYS
 from damperlab.studies.digest import study_digest
 from damperlab.studies.examples import EXAMPLES
@@ -187,7 +187,14 @@ class Study(Choice):
             faults.extend([fault] if fault else [])
         if study is None or faults:
             raise StudyFaults(faults)
+        # kept as a cached property is: it is no part of the definition, and equal studies may differ in it
+        study.__dict__["assumed"] = assumed(given)
         return study
+
+    @cached_property
+    def assumed(self) -> tuple[str, ...]:
+        """The dimensions that whoever wrote the study left out, and that have their defaults."""
+        return ()
 
     @cached_property
     def coordinates(self) -> Coordinates:
