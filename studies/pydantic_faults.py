@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, path, sentence, unknown_key
+from damperlab.studies.spelled_numbers import NUMBER_ALONE, number_advice
 
 _CHOICES = ("contact", "solver", "start")
 """Fields that are a choice of models: pydantic puts the name of the choice into the location."""
@@ -51,7 +52,11 @@ def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
             field, _given(found["input"]), context["expected"].replace("'", ""), "choose one of these"
         )
     if kind in _ALLOWED:
-        return Fault(field, _given(found["input"]), _ALLOWED[kind].format_map(context), "correct the value")
+        advice = "correct the value"
+        if kind == "float_parsing":
+            spelled = number_advice(found["input"])
+            advice = advice if spelled == NUMBER_ALONE else spelled
+        return Fault(field, _given(found["input"]), _ALLOWED[kind].format_map(context), advice)
     message = str(found["msg"]).removeprefix("Value error, ")
     bound = message.removeprefix("Input should be ")
     told = "" if bound != message else f"{{field}} is {_given(found['input'])}. {sentence(message)}"

@@ -10,6 +10,8 @@ _DECIMAL_COMMA = re.compile(r"\s*\"?[-+]?[0-9]+,[0-9]+(?:[eE][-+]?[0-9]+)?\"?\s*
 _PERCENT = re.compile(rf"\s*({_NUMBER})\s*%\s*\Z")
 _WITH_UNIT = re.compile(rf"\s*{_NUMBER}\s*([^\W\d_][^\s]{{0,9}}|″|\")\s*\Z")
 _SPAN = re.compile(rf"\s*({_NUMBER})\s*(?:-|–|—|\.\.+|…|:|to|bis)\s*({_NUMBER})\s*\Z")
+NUMBER_ALONE = "write a plain number"
+QUOTED = "write a plain number, without quotation marks"
 WRITE_POINTS = "write decimal points; a spreadsheet saves them so where its numbers are set to English"
 COMMAS_FOUND = "{field} has a number with a decimal comma."
 """What is said of a table, once and not of each of its numbers."""
@@ -28,9 +30,9 @@ def number_advice(raw: object, unit: str = "") -> str:
         The unit of the key; empty for a ratio.
     """
     if not isinstance(raw, str) or len(raw) > _LONGEST:
-        return "write a plain number"
+        return NUMBER_ALONE
     if _PLAIN.match(raw):
-        return "write a plain number, without quotation marks"
+        return QUOTED
     if comma := _COMMA.match(raw):
         return f"use a decimal point, as in {comma[1]}.{comma[2]}; a number has no other commas"
     if percent := _PERCENT.match(raw):
@@ -41,7 +43,7 @@ def number_advice(raw: object, unit: str = "") -> str:
         if unit:
             return f"write the number alone, in {unit}: the key states its unit"
         return "write the number alone: it is a ratio, without a unit"
-    return "write a plain number"
+    return NUMBER_ALONE
 
 
 def decimal_comma(cells: Iterable[str]) -> str | None:

@@ -111,6 +111,8 @@ def test_what_is_refused_is_named_as_it_was_asked(cube: xr.Dataset) -> None:
         resonance_map(cube, "clearance_ratio", "friction_ratio", Selection(at={"clearance_m": 5 * BASE}))
     with pytest.raises(QueryFault, match="the curve runs along it") as along:
         frequency_response(cube, Selection(at={"frequency_hz": HERTZ}))
+    with pytest.raises(QueryFault, match=r"write frequency_hz=3\.2,4, with --within"):
+        optimal_designs(cube, Judging(band=(3.2, 4.0)))
     named = [each.value.fault.field for each in (far, own, along)]
     assert named == ["clearance_m", "clearance_m", "frequency_hz"]
 
