@@ -477,6 +477,7 @@ def answer_schemas() -> dict[str, Schema]:
     estimate = _object(
         digest=TEXT, points=COUNT, blocks=COUNT, bytes=COUNT, seconds=NUMBER, seconds_low=NUMBER,
         seconds_high=NUMBER, compiling_seconds=NUMBER, kernels_missing=COUNT, definition={"type": "object"},
+        understood=_list(TEXT),
     )  # fmt: skip
     return {
         **parts,

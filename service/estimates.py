@@ -12,6 +12,7 @@ from damperlab.studies.plan import Plan
 from damperlab.studies.store.cube.cube import bytes_per_point
 from damperlab.studies.store.reuse.measured import measured_family
 from damperlab.studies.store.store import Store
+from damperlab.studies.understood import understood
 from damperlab.worker.dispatch.forecast import Forecast, known_of
 from damperlab.worker.provenance import provenance
 from damperlab.worker.scenes import Scene, scenes
@@ -33,7 +34,8 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
     dict
         ``points``, ``blocks``, ``bytes`` (before compression), ``seconds`` (of one core, compiling included) and
         ``seconds_low`` and ``seconds_high``, between which they may well be, ``compiling_seconds`` (the part of it that
-        compiling takes) and ``kernels_missing`` (scenes to compile on this machine), ``digest``, ``definition``.
+        compiling takes) and ``kernels_missing`` (scenes to compile on this machine), ``digest``, ``definition``, and
+        ``understood`` (what was assumed, the ratios that quantities make, and what is unusual, in sentences).
     """
     lacking = missing(scenes(study))
     compiling = sum(scene.seconds for scene in lacking)
@@ -52,6 +54,7 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
         "compiling_seconds": compiling,
         "kernels_missing": len(lacking),
         "definition": study.document(),
+        "understood": understood(study),
     }
 
 

@@ -23,10 +23,14 @@ from damperlab.studies.quantity import (
 )
 from damperlab.studies.reads import Reads
 from damperlab.studies.spacing import evenly_spaced, log_spaced
+from damperlab.studies.spelled_numbers import range_advice
 from damperlab.studies.vocabulary import DEFAULTS
 
 MAX_AXIS_VALUES = 1_000_000
 """Values on one axis."""
+
+LARGEST = 1e15
+"""Beyond it a step says nothing."""
 
 MAX_FAULTS_PER_AXIS = 20
 """Faulty values listed for one axis, so that one bad axis does not hide the faults of the others."""
@@ -118,7 +122,9 @@ def read_axis(raw: object, quantity: Quantity, field: str = "") -> AxisSpec:
         if isinstance(raw, int | float) and not isinstance(raw, bool):
             raise
         allowed = f"{quantity.allowed}, a list of such numbers, or {{start, stop, num, spacing}}"
-        raise StudyFaults([replace(fault, allowed=allowed) for fault in error.faults]) from None
+        span = range_advice(raw)
+        faults = [replace(fault, allowed=allowed, advice=span or fault.advice) for fault in error.faults]
+        raise StudyFaults(faults) from None
 
 
 def _read_list(raw: list[Any] | tuple[Any, ...], quantity: Quantity, field: str) -> tuple[float, ...]:
@@ -161,7 +167,7 @@ def _read_list(raw: list[Any] | tuple[Any, ...], quantity: Quantity, field: str)
 def _read_range(raw: dict[Any, Any], quantity: Quantity, field: str) -> Range:
     faults: list[Fault] = []
     known = tuple(Range.model_fields)
-    faults.extend(unknown_key(join(field, path([key])), key, known) for key in raw if key not in known)
+    faults.extend(_unknown_of_range(join(field, path([key])), key, raw) for key in raw if key not in known)
     faults.extend(
         Fault(join(field, key), "nothing", "a number", f"add `{key}`; a range needs start, stop and num")
         for key in ("start", "stop", "num")
@@ -208,6 +214,32 @@ def _read_range(raw: dict[Any, Any], quantity: Quantity, field: str) -> Range:
             ]
         )
     return result
+
+
+_COUNTS = ("step", "steps", "n", "count", "points", "number", "nums")
+"""What other programs call the number of values of a range, or give in its place."""
+
+
+def _unknown_of_range(field: str, key: object, raw: dict[Any, Any]) -> Fault:
+    """Return the fault of a key that no range has; a step becomes the number of values that it makes."""
+    known = tuple(Range.model_fields)
+    fault = unknown_key(field, key, known, raw)
+    if key not in _COUNTS:
+        return fault
+    if "num" in raw:
+        return replace(fault, advice="remove it: `num` is the number of values, both ends included")
+    advice = "write `num`, the number of values, both ends included, in its place"
+    given = (raw.get("start"), raw.get("stop"), raw[key])
+    start, stop, step = (
+        float(each)
+        if isinstance(each, int | float) and not isinstance(each, bool) and abs(each) < LARGEST
+        else math.nan
+        for each in given
+    )
+    spaced = (stop - start) / step if key == "step" and step else math.nan
+    if 1.0 <= spaced <= MAX_AXIS_VALUES and abs(spaced - round(spaced)) < 1e-6:
+        advice += f": a step of {step:g} makes `num: {round(spaced) + 1}`"
+    return replace(fault, advice=advice)
 
 
 def _distinct(span: Range) -> bool:

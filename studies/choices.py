@@ -209,7 +209,7 @@ def _without_key(
     unknown = [one for one in raw if one not in settings]
     return [
         Fault(key, NOTHING, " or ".join(tags), advice),
-        *(unknown_key(path([one]), one, (key, *settings)) for one in unknown),
+        *(unknown_key(path([one]), one, (key, *settings), raw) for one in unknown),
     ]
 
 

@@ -35,6 +35,15 @@ def compliant_fault(restitution: float, field: str) -> Fault | None:
     )
 
 
+def assumed(document: Mapping[str, Any]) -> tuple[str, ...]:
+    """Name the dimensions that a document neither gives nor makes of physical quantities, and that its scene has."""
+    axes, physical = document.get("axes") or {}, document.get("physical") or {}
+    particle = document.get("particle", True) is not False
+    made = {each.ratio for each in derivations(physical, particle=True)}
+    given = {*axes, *made, *({"damping_ratio"} & set(document))}
+    return tuple(name for name in DEFAULTS if name not in given and (particle or name not in OF_PARTICLE))
+
+
 def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
     """Return the document with defaults for ratios that it neither gives nor makes of physical quantities, and metrics."""
     physical = document.get("physical")

@@ -29,4 +29,4 @@ def parse_contact(raw: object) -> Contact:
     try:
         return _ContactAlone.model_validate({"contact": raw}).contact
     except ValidationError as error:
-        raise StudyFaults(faults_of(error, KEYS)) from None
+        raise StudyFaults(faults_of(error, KEYS, {"contact": raw})) from None

@@ -28,6 +28,7 @@ from damperlab.studies.axes import (
     Restitution,
     axis_values,
 )
+from damperlab.studies.base_motion import named_after_motion
 from damperlab.studies.choices import (
     Choice,
     Contact,
@@ -41,7 +42,7 @@ from damperlab.studies.choices import (
     Start,
     Steady,
 )
-from damperlab.studies.consistency import compliant_fault, faults_between, with_defaults
+from damperlab.studies.consistency import assumed, compliant_fault, faults_between, with_defaults
 from damperlab.studies.contact import KEYS as CONTACT_KEYS
 from damperlab.studies.digest import study_digest
 from damperlab.studies.examples import EXAMPLES
@@ -156,7 +157,7 @@ class Study(Choice):
         try:
             super().__init__(**document)
         except ValidationError as error:
-            raise StudyFaults(faults_of(error, KEYS)) from None
+            raise StudyFaults(faults_of(error, KEYS, document)) from None
 
     # so that pydantic validates documents without coming through here, which would check them twice
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
@@ -173,8 +174,9 @@ class Study(Choice):
         try:
             study = handler(with_defaults(document))
         except ValidationError as error:
-            faults.extend(named_after_force(faults_of(error, KEYS), given))
+            faults.extend(named_after_force(faults_of(error, KEYS, given), given))
         faults.extend(named_after_force(faults_between(without_force(document)), given))
+        faults = list(named_after_motion(faults, given))
         faults.extend(force_faults(document))
         if study is not None and study.physical is not None and not faults:
             faults.extend(
@@ -185,7 +187,14 @@ class Study(Choice):
             faults.extend([fault] if fault else [])
         if study is None or faults:
             raise StudyFaults(faults)
+        # kept as a cached property is: it is no part of the definition, and equal studies may differ in it
+        study.__dict__["assumed"] = assumed(given)
         return study
+
+    @cached_property
+    def assumed(self) -> tuple[str, ...]:
+        """The dimensions that whoever wrote the study left out, and that have their defaults."""
+        return ()
 
     @cached_property
     def coordinates(self) -> Coordinates:
@@ -348,7 +357,7 @@ def parse_harmonic(document: object) -> Study:
     try:
         return Study.model_validate(document)
     except ValidationError as error:
-        raise StudyFaults(faults_of(error, KEYS)) from None
+        raise StudyFaults(faults_of(error, KEYS, document)) from None
 
 
 KEYS: dict[str, tuple[str, ...]] = {

@@ -4,8 +4,9 @@ import difflib
 import json
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from damperlab.studies.user_error import UserError
 
@@ -181,9 +182,26 @@ def listing(names: Iterable[str]) -> str:
     return ", ".join(names)
 
 
-def unknown_key(field: str, key: object, known: tuple[str, ...]) -> Fault:
-    """Return the fault of a key that no document has here, with the near name where there is one."""
-    near = nearest(key, known) if isinstance(key, str) else None
+MEANT: dict[str, str] = {"frequency_hz": "excitation_frequency_hz"}
+"""Keys of other documents, and what means the same where the nearest spelling means something else."""
+
+
+def unknown_key(field: str, key: object, known: tuple[str, ...], beside: Container[Any] = ()) -> Fault:
+    """Return the fault of a key that no document has here, with the near name where there is one.
+
+    Parameters
+    ----------
+    field : str
+        Where the key stands.
+    key : object
+        The key.
+    known : tuple of str
+        The keys that may stand there.
+    beside : container
+        The keys that stand there: none of them can have been meant.
+    """
+    left = [name for name in known if name not in beside]
+    near = nearest(MEANT.get(key, key), left) if isinstance(key, str) else None
     advice = f"did you mean `{near}`? Otherwise remove it" if near else "remove it"
     found = f"the unknown key {printable(key)}" if isinstance(key, str) else f"{describe(key)} as a key"
     allowed = f"the keys {', '.join(known)}"

@@ -227,19 +227,7 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
                 told = f"{{field}} is missing: {derivation.source} needs it to give {derivation.ratio}."
                 faults.append(Fault(f"physical.{partner}", "nothing", allowed, advice, told))
     if raw.get("constant") is not None and not crossed:
-        told = "{field} needs a study over base amplitudes."
-        advice = (
-            "give `base_amplitude_m` as a list beside `clearance_m` and `friction_force_n`, or leave it out"
-        )
-        faults.append(
-            Fault(
-                "physical.constant",
-                describe(raw["constant"]),
-                "left out where the base amplitude is no axis",
-                advice,
-                told,
-            )
-        )
+        faults.append(_constant_alone(raw, particle))
     axes = [name for name, value in raw.items() if name != "constant" and is_axis(value)]
     for name in axes:
         here = f"physical.{name}"
@@ -270,6 +258,23 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
                       f"{derivation.ratio} has two axes, `physical.{several[0]}` and {{field}}; a ratio may have only one.")
             )  # fmt: skip
     return faults
+
+
+def _constant_alone(raw: Mapping[str, Any], particle: bool) -> Fault:
+    """Say how a study over base amplitudes is written; one amplitude is a list too."""
+    constant = raw["constant"]
+    amplitude = raw.get(AMPLITUDE)
+    one = isinstance(amplitude, int | float) and not isinstance(amplitude, bool)
+    shown = f"as in `{AMPLITUDE}: [{amplitude:g}]`" if one else f"as in `{AMPLITUDE}: [0.0001]`"
+    missing = [f"`{name}`" for name in RATIOS_OF if name not in raw]
+    advice = f"write the amplitude at the natural frequency as a list, also where it is one, {shown}"
+    if not particle:
+        advice += ", and `friction_force_n` as a list"
+    elif missing:
+        advice += f", and give {' and '.join(missing)}"
+    advice += "; without `constant` the displacement is the same at every frequency"
+    told = f"{{field}} needs a study over base amplitudes: a constant {constant} makes another amplitude at each frequency."
+    return Fault("physical.constant", describe(constant), f"with `{AMPLITUDE}` as a list", advice, told)
 
 
 def derived_faults(physical: Physical, particle: bool, band: NDArray[np.float64]) -> list[Fault]:

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, path, sentence, unknown_key
+from damperlab.studies.spelled_numbers import NUMBER_ALONE, number_advice
 
 _CHOICES = ("contact", "solver", "start")
 """Fields that are a choice of models: pydantic puts the name of the choice into the location."""
@@ -51,7 +52,11 @@ def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
             field, _given(found["input"]), context["expected"].replace("'", ""), "choose one of these"
         )
     if kind in _ALLOWED:
-        return Fault(field, _given(found["input"]), _ALLOWED[kind].format_map(context), "correct the value")
+        advice = "correct the value"
+        if kind == "float_parsing":
+            spelled = number_advice(found["input"])
+            advice = advice if spelled == NUMBER_ALONE else spelled
+        return Fault(field, _given(found["input"]), _ALLOWED[kind].format_map(context), advice)
     message = str(found["msg"]).removeprefix("Value error, ")
     bound = message.removeprefix("Input should be ")
     told = "" if bound != message else f"{{field}} is {_given(found['input'])}. {sentence(message)}"
@@ -63,7 +68,9 @@ def _given(value: object) -> str:
     return value.strip() if isinstance(value, str) and _NUMBER.fullmatch(value) else describe(value)
 
 
-def faults_of(error: ValidationError, keys: Mapping[str, tuple[str, ...]]) -> list[Fault]:
+def faults_of(
+    error: ValidationError, keys: Mapping[str, tuple[str, ...]], document: object = None
+) -> list[Fault]:
     """Translate every error that validation of a study raised.
 
     Parameters
@@ -72,25 +79,35 @@ def faults_of(error: ValidationError, keys: Mapping[str, tuple[str, ...]]) -> li
         What was raised.
     keys : mapping of str to tuple of str
         The keys that the mapping at each path may have, for advice; ``""`` is the document.
+    document : object
+        What was validated: a key that it has is not advised in place of another one.
     """
     faults: list[Fault] = []
     for found in error.errors(include_url=False):
         where = list(found["loc"])
         parent = path(where[:-1])
+        beside = document
         if len(where) > 1 and where[0] in _CHOICES:
             del where[1]
-        faults.extend(_translate(path(where), keys.get(parent, ()), found, keys))
+        for part in where[:-1]:
+            beside = beside.get(part) if isinstance(beside, Mapping) else None
+        there = tuple(beside) if isinstance(beside, Mapping) else ()
+        faults.extend(_translate(path(where), keys.get(parent, ()), found, keys, there))
     return faults
 
 
 def _translate(
-    field: str, known: tuple[str, ...], found: Any, keys: Mapping[str, tuple[str, ...]]
+    field: str,
+    known: tuple[str, ...],
+    found: Any,
+    keys: Mapping[str, tuple[str, ...]],
+    beside: tuple[object, ...],
 ) -> list[Fault]:
     kind, value, context = found["type"], found["input"], found.get("ctx", {})
     if kind == "value_error" and isinstance(context.get("error"), StudyFaults):
         return [fault.under(field) for fault in context["error"].faults]
     if kind in ("extra_forbidden", "invalid_key"):
-        return [_unknown(field, found["loc"][-1], known, keys)]
+        return [_unknown(field, found["loc"][-1], known, keys, beside)]
     if kind == "missing":
         return [Fault(field, NOTHING, "a value", f"add `{found['loc'][-1]}`", "{field} is missing.")]
     if kind == "model_type":
@@ -99,8 +116,14 @@ def _translate(
     return [value_fault(field, found)]
 
 
-def _unknown(field: str, key: object, known: tuple[str, ...], keys: Mapping[str, tuple[str, ...]]) -> Fault:
-    fault = unknown_key(field, key, known)
+def _unknown(
+    field: str,
+    key: object,
+    known: tuple[str, ...],
+    keys: Mapping[str, tuple[str, ...]],
+    beside: tuple[object, ...],
+) -> Fault:
+    fault = unknown_key(field, key, known, beside)
     homes = [place for place, names in keys.items() if key in names and "." not in place]
     if not homes:
         return fault

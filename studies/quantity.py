@@ -5,6 +5,7 @@ from math import isnan
 from typing import Any
 
 from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.spelled_numbers import number_advice
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,11 @@ class Quantity:
             return f"a number of at least {self.lowest:g} and below {self.highest:g}"
         return f"a number from {self.lowest:g} to {self.highest:g}"
 
+    @property
+    def unit(self) -> str:
+        """The unit as the meaning ends with it; empty for a ratio."""
+        return self.meaning[self.meaning.rindex("[") + 1 : -1] if self.meaning.endswith("]") else ""
+
     def schema(self, default: float | None = None) -> dict[str, Any]:
         """JSON schema of one such number; without a default where there is none, or it is none of its own (NaN)."""
         found: dict[str, Any] = {"type": "number", "description": self.meaning, "minimum": self.lowest}
@@ -60,10 +66,7 @@ class Quantity:
             Where `raw` is no number (a boolean and a text are none), or out of bounds.
         """
         if isinstance(raw, bool) or not isinstance(raw, int | float):
-            advice = "write a plain number"
-            if isinstance(raw, str):
-                advice += ", without quotation marks"
-            raise StudyFaults([Fault(field, describe(raw), self.allowed, advice)])
+            raise StudyFaults([Fault(field, describe(raw), self.allowed, number_advice(raw, self.unit))])
         # An integer too large for a float is compared as it is, and never converted.
         if not self.admits(raw):
             raise StudyFaults([Fault(field, describe(raw), self.allowed, self.advice)])

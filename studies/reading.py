@@ -50,9 +50,16 @@ def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:
         return named_study(path_or_name)
     if not known:
         near = nearest(path_or_name, _named_files())
-        advice = f"did you mean {near}?" if near else "`damperlab studies --named` describes the named ones"
+        advice = (
+            f"did you mean {near}?"
+            if near
+            else (
+                "name the file with its ending; a study that is stored already is shown by `damperlab show` and continued by "
+                "`damperlab resume`, and `damperlab studies --named` describes the named ones"
+            )
+        )
         allowed = f"a {', '.join(_FORMATS)} file, or one of the named studies {listing(_named_files())}"
-        told = f"There is no study {printable(path_or_name)}: name {allowed}."
+        told = f"{printable(path_or_name)} is neither a file nor a named study: name {allowed}."
         raise StudyFaults([Fault("study", describe(path_or_name), allowed, advice, told)])
     written_in = _FORMATS[path.suffix.lower()]
     try:

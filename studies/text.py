@@ -101,6 +101,8 @@ def _load_yaml(text: str) -> Any:
         return _build(text)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
+        if mark and (fault := _tab(text, mark.line)):
+            raise StudyFaults([fault]) from None
         at = f"at line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
         told = f"The document is not valid YAML {at}{error.problem}."
         raise _refused(f"{at}{error.problem}", "a YAML document", _CORRECT, told) from None
@@ -109,6 +111,19 @@ def _load_yaml(text: str) -> Any:
         told = f"The document holds characters that YAML does not allow: {found}."
         allowed = "a YAML document of printable characters"
         raise _refused(found, allowed, "remove these characters", told) from None
+
+
+def _tab(text: str, line: int) -> Fault | None:
+    """Find a tab that indents a line; what the parser says of it names no tab, or the line after it."""
+    written = text.splitlines()[: line + 1][-1:]
+    indent = re.match(r"\s*", written[0]) if written else None
+    if indent is None or "\t" not in indent[0]:
+        return None
+    place = f"line {line + 1}, column {indent[0].index(chr(9)) + 1}"
+    told = f"The document is not valid YAML at {place}: a tab indents the line, and YAML allows only spaces there."
+    return Fault(
+        "study", f"a tab at {place}", "spaces before a key", "write spaces in place of the tab", told
+    )
 
 
 class _Level:

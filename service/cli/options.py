@@ -13,6 +13,7 @@ from damperlab.service.cli.places import file_option
 from damperlab.service.scheduler_address import FORM, is_address
 from damperlab.studies.faults import Fault, describe, nearest
 from damperlab.studies.presets import CONTACT_TIMES
+from damperlab.studies.spelled_numbers import NUMBER_ALONE, QUOTED, number_advice
 from damperlab.studies.vocabulary import (
     CONTACT_MODELS,
     PRIORITIES,
@@ -290,5 +291,7 @@ def read_number(option: str, text: str) -> float:
     except ValueError:
         value = float("nan")
     if not abs(value) < float("inf"):
-        raise typer.BadParameter(f"found {text!r}, allowed: a finite number", param_hint=option)
+        spelled = number_advice(text)
+        advice = f"; {spelled}" if spelled not in (NUMBER_ALONE, QUOTED) else ""
+        raise typer.BadParameter(f"found {text!r}, allowed: a finite number{advice}", param_hint=option)
     return value

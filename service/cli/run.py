@@ -23,6 +23,7 @@ from damperlab.service.cli.options import (
 from damperlab.service.cli.output import duration, note, print_json, say, working
 from damperlab.service.cli.store import data_folder, label, open_store, settings_of
 from damperlab.service.cli.studies import summary
+from damperlab.studies.faults import counted
 
 if TYPE_CHECKING:
     from damperlab.studies.kind import AnyStudy
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     from damperlab.studies.store.store import Store
 
 BYTES_PER_MEGABYTE = 1e6
+SHORT = 0.1
+"""Seconds below which no estimate is told: it is shown to tenths."""
 
 
 @computes
@@ -69,6 +72,11 @@ def run(
     if dry_run:
         _print_size(asked, data_dir, as_json)
         return
+    if not as_json:
+        from damperlab.studies.understood import understood
+
+        for line in understood(asked):
+            note(line)
     store = open_store(data_dir, store=place, quota_bytes=quota)
     reuse = reuse and settings_of(data_dir).reuse
     record = find_or_submit(store, asked, reuse, priority=priority)
@@ -180,9 +188,14 @@ def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None
     else:
         compiling = size["compiling_seconds"]
         first = f", {duration(compiling)} of them for kernels that are compiled first" if compiling else ""
+        low, high = duration(size["seconds_low"]), duration(size["seconds_high"])
+        around = f" (between {low} and {high})"
+        taken = f"about {duration(size['seconds'])} of one core{first}{around}"
+        if size["seconds_high"] < SHORT:
+            taken = f"less than {SHORT:g} s of one core"
         say(
-            f"{asked.name or 'The study'}: {size['points']} points in {size['blocks']} blocks, "
-            f"{size['bytes'] / BYTES_PER_MEGABYTE:.3g} MB before compression, "
-            f"about {duration(size['seconds'])} of one core{first} "
-            f"(between {duration(size['seconds_low'])} and {duration(size['seconds_high'])}). Nothing was stored."
+            f"{asked.name or 'The study'}: {counted(size['points'], 'point')} in {counted(size['blocks'], 'block')}, "
+            f"{size['bytes'] / BYTES_PER_MEGABYTE:.3g} MB before compression, {taken}. Nothing was stored."
         )
+        for line in size["understood"]:
+            say(line)

@@ -78,7 +78,13 @@ def studies(
         print_json({"studies": [record.document() for record in page.records], "cursor": page.cursor})
         return
     if not page.records and page.cursor is None:
-        note("No study matches. `damperlab run figure-11` computes one.")
+        narrowed = any(each is not None for each in (state, name, tag, within))
+        advice = (
+            "Without these options every study is listed."
+            if narrowed
+            else "`damperlab run figure-11` computes one."
+        )
+        note(f"No study matches. {advice}")
         return
     print_table(
         ("id", "name", "state", "tags", "points", "done", "failed", "created"),

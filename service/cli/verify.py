@@ -9,6 +9,7 @@ from damperlab.service.cli.failures import FAILED, CommandFailed
 from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, print_json, working
 from damperlab.service.cli.store import label, open_store
+from damperlab.studies.faults import counted
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -59,7 +60,7 @@ def _verify(computer: Computer, record: "Record", repair: bool) -> dict[str, Any
     for damage in damages:
         where = damage.part if damage.block is None else f"block {damage.block}"
         note(f"damperlab: {label(record)}: {where}: {damage.found}")
-    note(f"{label(record)}: {record.blocks_done} blocks read, {len(damages)} damaged.")
+    note(f"{label(record)}: {counted(record.blocks_done, 'block')} read, {len(damages)} damaged.")
     repaired = False
     if damages and repair:
         _require_solver_of_blocks(record, damages)

@@ -170,7 +170,8 @@ class Client:
             for name in ("compiling_seconds", "seconds_low", "seconds_high")
             if name in answer
         }
-        return Estimate(**{name: answer[name] for name in names}, **more)
+        told = tuple(answer.get("understood", ()))
+        return Estimate(**{name: answer[name] for name in names}, **more, understood=told)
 
     def study(self, reference: str) -> Study:
         """Find a study.

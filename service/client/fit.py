@@ -20,11 +20,33 @@ def question(
 ) -> dict[str, Any]:
     """Give the document of a fit; see `Client.fit`."""
     ranges = fit if isinstance(fit, Mapping) else dict.fromkeys([fit] if isinstance(fit, str) else fit)
+    faults = [
+        _no_range(name, span) for name, span in ranges.items() if span is not None and not _is_range(span)
+    ]
+    if structure is not None and not isinstance(structure, Mapping):
+        advice = "name what is estimated as `fit`, the second argument, and what is known as `structure`, the third"
+        faults.append(Fault("structure", describe(structure), "a mapping of what is known", advice))
+    if faults:
+        raise refused(tuple(faults))
     given = {name: None if span is None else [float(end) for end in span] for name, span in ranges.items()}
     document = _measured(measured) | {"structure": dict(structure or {}), "fit": given}
     if specification is not None:
         document["specification"] = _specification(specification)
     return document | {name: value for name, value in numbers.items() if value is not None}
+
+
+def _is_range(span: Any) -> bool:
+    try:
+        ends = [float(end) for end in span]
+    except (TypeError, ValueError):
+        return False
+    return len(ends) > 0
+
+
+def _no_range(name: str, span: object) -> Fault:
+    allowed = "lowest and highest value, or None for the usual range"
+    advice = "give what is known, with its values, as `structure`, the third argument"
+    return Fault(f"fit.{name}", describe(span), allowed, advice)
 
 
 def _specification(specification: Mapping[str, Any] | str | Path) -> Any:

@@ -35,6 +35,8 @@ class Estimate:
         What compiling takes of `seconds` [s].
     seconds_low, seconds_high : float, optional
         Between what they may well be [s].
+    understood : tuple of str
+        What was assumed, the ratios that quantities make, and what is unusual, in sentences.
     """
 
     digest: str
@@ -46,6 +48,7 @@ class Estimate:
     compiling_seconds: float = 0.0
     seconds_low: float | None = None
     seconds_high: float | None = None
+    understood: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -282,5 +282,6 @@ function estimated(cost) {
     el("div", {}, el("dt", {}, "Time on one core"), el("dd", {}, `about ${duration(cost.seconds)}${compilingPart(cost)}, between ${duration(cost.seconds_low)} and ${duration(cost.seconds_high)}`)),
     el("div", {}, el("dt", {}, "At most"), el("dd", {}, size(cost.bytes))),
     el("div", {}, el("dt", {}, "Blocks"), el("dd", {}, count(cost.blocks))),
+    cost.understood.length > 0 && el("div", {}, el("dt", {}, "Understood as"), el("dd", {}, cost.understood.join(" "))),
   );
 }

@@ -139,7 +139,7 @@ def _generated(body: bytes) -> GroundMotion:
         faults = []
         if isinstance(document, dict):
             known = tuple(GENERATED)
-            faults = [unknown_key(str(key), key, known) for key in document if key not in known]
+            faults = [unknown_key(str(key), key, known, document) for key in document if key not in known]
         raise StudyFaults(
             faults
             or [

@@ -176,7 +176,13 @@ def within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] 
     _check_limits(field, limits)
     found = np.flatnonzero(inside(values, low, high))
     if found.size == 0:
-        raise QueryFault(empty_range(field, name, low, high, values))
+        fault = empty_range(field, name, low, high, values)
+        for each in coordinates_in_units(cube):
+            if each.source == name and inside(each.of(values), low, high).any():
+                span = f"{each.name}={low:.10g},{high:.10g}"
+                advice = f"`{field}` is in ratios; as a range in {each.units} write {span}, with --within on the command line"
+                fault = replace(fault, advice=advice)
+        raise QueryFault(fault)
     return found
 
 

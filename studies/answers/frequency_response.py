@@ -6,10 +6,10 @@ from typing import Any
 import xarray as xr
 
 from damperlab.studies.answers.between import INTERPOLATED, Between
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
     as_float,
+    check_free,
     check_metric,
     choose,
     coded,
@@ -22,7 +22,6 @@ from damperlab.studies.answers.selection import (
     say,
     scalars,
 )
-from damperlab.studies.faults import Fault, describe
 from damperlab.studies.questions import Selection
 from damperlab.studies.units import metric_in_units, place_in_units, results_in_units
 
@@ -61,18 +60,9 @@ def frequency_response(
         asked = replace(selection, metric=source[selection.metric])
         found = metric_in_units(cube, frequency_response(cube, asked), selection.metric)
         return place_in_units(cube, found)
+    check_free(cube, selection.at, (FREQUENCY,), "curve")
     at, metric = in_ratios(cube, selection.at), selection.metric or main_metric(cube)
     check_metric(cube, metric)
-    if FREQUENCY in at:
-        raise QueryFault(
-            Fault(
-                FREQUENCY,
-                describe(at[FREQUENCY]),
-                "nothing: the curve runs along frequency_ratio",
-                "leave it out: every frequency of the study is in the answer",
-                f"`{FREQUENCY}` cannot be fixed here, because the curve runs along it.",
-            )
-        )
     index = choose(cube, at, (FREQUENCY,))
     names = companions(cube, metric)
     chosen = scalars(cube, index)

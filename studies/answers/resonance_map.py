@@ -16,6 +16,7 @@ from damperlab.studies.answers.selection import (
     as_float,
     check_axis,
     check_dimension,
+    check_free,
     check_metric,
     choose,
     coded,
@@ -95,6 +96,7 @@ def resonance_map(
     units = {each.name: each for each in (*coordinates_in_units(cube), *results_in_units(cube))}
     if units.keys() & {x, y, over, selection.metric}:
         return _in_units(cube, units, (x, y, over), selection, reduce)
+    check_free(cube, selection.at, (x, y), "map")
     at, interpolate = in_ratios(cube, selection.at), selection.interpolate
     metric = selection.metric or main_metric(cube)
     check_axis(cube, "x", x)

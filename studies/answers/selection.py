@@ -11,6 +11,7 @@ import xarray as xr
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.answers.phrases import RATIOS, Phrases
+from damperlab.studies.answers.reach import check_reach
 from damperlab.studies.faults import Fault, describe, listing, nearest
 from damperlab.studies.field import At
 from damperlab.studies.ground.builtin import whole_id
@@ -108,6 +109,32 @@ def check_axis(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = (
         raise QueryFault(Fault(field, describe(name), f"one of {listing(allowed)}", advice))
 
 
+def check_free(cube: xr.Dataset, at: At, axes: Iterable[str], answer: str) -> None:
+    """Raise `QueryFault` where a value is asked for along an axis of the answer itself, under the name it was asked by.
+
+    Parameters
+    ----------
+    cube : Dataset
+        The cube.
+    at : mapping of float or str
+        The values as they were asked for, some perhaps in units.
+    axes : iterable of str
+        Dimensions of the answer.
+    answer : str
+        What the answer is called.
+    """
+    sources = {each.name: each.source for each in coordinates_in_units(cube)}
+    axes = tuple(axes)
+    for name, value in at.items():
+        if sources.get(name, name) in axes:
+            why = "the curve runs along it" if answer == "curve" else f"it is an axis of the {answer}"
+            told = f"{{field}} cannot be fixed here, because {why}."
+            advice = "leave it out: every value of it is in the answer"
+            advice += "" if answer == "curve" else "; other axes are named by `x` and `y`"
+            runs = f"the {answer} runs along {sources.get(name, name)}"
+            raise QueryFault(Fault(name, describe(value), f"nothing: {runs}", advice, told))
+
+
 def choose(cube: xr.Dataset, at: At, free: tuple[str, ...]) -> dict[str, int]:
     """Choose a grid point for every dimension that is not `free`.
 
@@ -129,7 +156,8 @@ def choose(cube: xr.Dataset, at: At, free: tuple[str, ...]) -> dict[str, int]:
     Raises
     ------
     QueryFault
-        If `at` names what is no dimension or is free, or a value is no finite number or no record of the study.
+        If `at` names what is no dimension or is free, or a value is no finite number, far outside its axis, or no record of
+        the study.
     """
     for name in at:
         check_dimension(cube, name, name, free)
@@ -158,7 +186,9 @@ def _named(dimension: str, values: np.ndarray, wanted: object) -> int:
 
 
 def _nearest(dimension: str, values: np.ndarray, wanted: object) -> int:
-    return int(np.argmin(np.abs(values - finite(dimension, wanted))))
+    asked = finite(dimension, wanted)
+    check_reach(dimension, values, asked)
+    return int(np.argmin(np.abs(values - asked)))
 
 
 def finite(dimension: str, wanted: object) -> float:
@@ -174,12 +204,14 @@ def in_ratios(cube: xr.Dataset, at: At) -> At:
     Raises
     ------
     QueryFault
-        If a dimension is given both ways.
+        If a dimension is given both ways, or a value lies far outside its axis.
     """
     units = {each.name: each for each in coordinates_in_units(cube)}
     found: dict[str, float | str] = {}
     for name, value in at.items():
         source = units[name].source if name in units else name
+        if name in units:
+            check_reach(name, units[name].of(cube[source].values), finite(name, value))
         if source in found:
             advice = f"give either {name} or {source}" if name in units else "leave one of the two out"
             told = f"{{field}} gives a second value of {source}."

@@ -11,6 +11,7 @@ from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.phrases import Phrases, noted, said
+from damperlab.studies.answers.reach import within_reach
 from damperlab.studies.answers.selection import in_ratios, require_stored
 from damperlab.studies.answers.tmd_verdict import is_judged, verdict
 from damperlab.studies.answers.verdict import NEXT_BAND
@@ -82,7 +83,14 @@ def tmd_comparison(
             raise QueryFault(Fault(name, describe(share), allowed, "write 0.05 for five per cent too high"))
     if mass_ratio is not None:
         _check_mass(mass_ratio, "correct it, or leave it out for that of the design")
-        at.setdefault("mass_ratio", mass_ratio)
+        # the mass of the absorber may be any; the study's particle nearest to it stands beside it
+        masses = cube["mass_ratio"].values
+        near = (
+            mass_ratio
+            if within_reach(masses, mass_ratio)
+            else float(np.clip(mass_ratio, masses.min(), masses.max()))
+        )
+        at.setdefault("mass_ratio", near)
     curve = frequency_response(cube, Selection(METRIC, at))
     mass = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
     _check_mass(mass, "this design has no particle's mass to compare with: name the mass of the damper")

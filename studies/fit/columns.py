@@ -63,6 +63,8 @@ CONDITIONS = tuple(name for column in COLUMNS[6:] for name in column.names)
 
 ACCELERATIONS = (
     "acceleration",
+    "acc",
+    "accel",
     "acceleration amplitude",
     "amplitude of the acceleration",
     "absolute acceleration",
@@ -98,6 +100,39 @@ OF_RESPONSE = NotFitted(
 _UNIT = re.compile(r"^(.*?)\s*[(\[]([^)\]]*)[)\]]\s*$")
 
 
+_OTHERWISE = {
+    "displacement": "amplitude",
+    "deflection": "amplitude",
+    "response": "amplitude",
+    "freq": "frequency",
+    "frq": "frequency",
+    "disp": "displacement",
+    "gap": "clearance",
+}
+"""What people write, and what it is called here."""
+
+
+def says_time(heading: str) -> bool:
+    """Whether a heading is that of a column of times."""
+    said = heading.strip().strip('"').lower().partition("(")[0].partition("[")[0].strip()
+    return said in ("time", "t", "time_s")
+
+
+def _meant(said: str, unit: str, as_written: str, columns: Sequence[Column]) -> str:
+    """Give the heading that was probably meant, with its unit where it has one: by its words, else by its unit."""
+    spellings = {spelling: column for column in columns for spelling in column.spellings}
+    near: str | None = said
+    while near is not None and near not in spellings:
+        near = _OTHERWISE.get(near)
+    near = near or nearest(said, spellings)
+    if near is None and unit:
+        of_unit = (column for column in columns if unit in (FREQUENCIES | LENGTHS) and unit in column.units)
+        near = next((column.spellings[0] for column in of_unit), None)
+    if near is None:
+        return ""
+    return f"{near} ({as_written})" if unit in spellings[near].units else near
+
+
 def read_heading(
     text: str, field: str, columns: Sequence[Column] = COLUMNS, not_fitted: NotFitted = OF_RESPONSE
 ) -> tuple[str, float] | Fault:
@@ -125,7 +160,8 @@ def read_heading(
             if written.lower() == name:
                 return name, 0.01 if units is SHARES else 1.0
     stated = _UNIT.match(written)
-    said, unit = (stated[1], stated[2].strip().lower()) if stated else (written, "")
+    said, as_written = (stated[1], stated[2].strip()) if stated else (written, "")
+    unit = as_written.lower()
     said = re.sub(r"[\s_]+", " ", said).strip().lower()
     unit = re.sub(r"\s*\*\s*|·", " ", unit.replace("″", "in").replace("μ", "µ"))
     for column in columns:
@@ -136,17 +172,20 @@ def read_heading(
                 return name, units[unit]
         allowed = f"one of the units {listing(column.units)}" if column.units else "no unit: it is a ratio"
         example = f"`{said} ({column.units[0]})`" if column.units else f"`{said}`"
+        advice = f"write the heading as {example}"
         found = f"the unit {printable(unit)}" if unit else "no unit"
         told = f"The heading {printable(written)} has {found}; it may have {allowed}."
         if not unit:
             told = f"The heading {printable(written)} states no unit; allowed are {listing(column.units)}."
-        return Fault(field, found, allowed, f"write the heading as {example}", told)
+            forms = " or ".join(f"`{said} ({unit})`" for unit in column.units[:3])
+            advice = f"state the unit that the numbers are in, as in {forms}"
+        return Fault(field, found, allowed, advice, told)
     if said in ACCELERATIONS:
         told = f"The heading {printable(written)} is an acceleration of the structure, which is not fitted. {not_fitted.why}."
         return Fault(field, printable(written), "a displacement", not_fitted.advice, told)
-    known = [spelling for column in columns for spelling in column.spellings]
-    near = nearest(said, known)
-    advice = f"did you mean `{near}`? Otherwise remove the column" if near else "remove the column"
+    advice = "name what it is by one of these; leave a column out only where it is none of them"
+    if meant := _meant(said, unit, as_written, columns):
+        advice = f"did you mean `{meant}`? Otherwise {advice}"
     allowed = f"one of {listing(column.spellings[0] for column in columns)}"
     told = f"The heading {printable(written)} names no known column; allowed are {allowed.removeprefix('one of ')}."
     return Fault(field, printable(written), allowed, advice, told)

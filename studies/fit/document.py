@@ -44,7 +44,7 @@ def read_fit(document: object) -> FitQuestion | HistoryQuestion:
     if not isinstance(document, Mapping):
         advice = "write `measured`, `structure` and `fit`"
         raise StudyFaults([Fault("body", describe(document), "a mapping", advice)])
-    faults = [unknown_key(str(key), str(key), KEYS) for key in document if key not in KEYS]
+    faults = [unknown_key(str(key), str(key), KEYS, document) for key in document if key not in KEYS]
     measured = _measured(document, faults)
     structure = document.get("structure", {})
     if not isinstance(structure, Mapping):

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from damperlab.studies.faults import Fault, StudyFaults, describe, printable
+from damperlab.studies.faults import Fault, StudyFaults, counted, describe, printable
+from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma
 
 MOST_BYTES = 4 * 1024 * 1024
 
@@ -29,6 +30,28 @@ class Lines:
     def cells(self, text: str) -> list[str]:
         """Cut one line."""
         return [cell.strip() for cell in text.split(self.separator)]
+
+
+def check_lines(lines: Lines, columns: int) -> None:
+    """Raise StudyFaults, once, for what is wrong with all lines alike: decimal commas, or another number of cells."""
+    cut = [(number, lines.cells(text)) for number, text in lines.rows]
+    for number, cells in cut:
+        cell = None if lines.separator == "," else decimal_comma(cells)
+        if cell is not None:
+            told = COMMAS_FOUND.rstrip(".") + f", {printable(cell)}; the table needs decimal points."
+            raise StudyFaults(
+                [Fault(f"line {number}", printable(cell), "decimal points", WRITE_POINTS, told)]
+            )
+    sizes = {len(cells) for _, cells in cut}
+    if len(cut) > 1 and len(sizes) == 1 and columns not in sizes:
+        (size,) = sizes
+        told = f"Each of the {len(cut)} lines after the heading has {counted(size, 'cell')}, but the heading names "
+        told += f"{counted(columns, 'column')}."
+        advice = "name every column in the heading"
+        if lines.separator == "," and size > columns:
+            advice += "; where the numbers have decimal commas, write decimal points"
+        allowed = f"{columns} cells in each line"
+        raise StudyFaults([Fault(f"line {lines.heading[0]}", counted(size, "cell"), allowed, advice, told)])
 
 
 def read_bytes(path: Path | str) -> bytes:

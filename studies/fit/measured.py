@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
-from damperlab.studies.fit.columns import CONDITIONS, PERCENT, read_heading
-from damperlab.studies.fit.lines import lines_of, read_bytes
+from damperlab.studies.fit.columns import CONDITIONS, PERCENT, read_heading, says_time
+from damperlab.studies.fit.lines import Lines, check_lines, lines_of, read_bytes
 from damperlab.studies.quantity import FREQUENCY_RATIO
 
 MOST_ROWS = 2_000
@@ -93,7 +93,8 @@ def parse_measurement(text: bytes | str, name: str = "measurement") -> Measureme
     """
     lines = lines_of(text)
     separator = lines.separator
-    names, factors = _headings(lines.heading, separator)
+    names, factors = _headings(lines)
+    check_lines(lines, len(names))
     columns = _columns(lines.rows, separator, names, factors)
     deviation = columns.pop("deviation_m", columns.pop("deviation_ratio", None))
     share = columns.pop(PERCENT, None)
@@ -102,11 +103,13 @@ def parse_measurement(text: bytes | str, name: str = "measurement") -> Measureme
     return Measurement(name, columns, deviation)
 
 
-def _headings(line: tuple[int, str], separator: str) -> tuple[list[str], list[float]]:
-    number, text = line
-    read = [read_heading(cell, f"line {number}") for cell in text.split(separator)]
+def _headings(lines: Lines) -> tuple[list[str], list[float]]:
+    number, text = lines.heading
+    read = [read_heading(cell, f"line {number}") for cell in text.split(lines.separator)]
     faults = [each for each in read if isinstance(each, Fault)]
     names = [each[0] for each in read if not isinstance(each, Fault)]
+    if faults and not names and (fault := _no_heading(lines)):
+        raise StudyFaults([fault])
     for name in sorted({name for name in names if names.count(name) > 1}):
         told = f"Line {number} names the column {name} twice."
         faults.append(
@@ -117,6 +120,37 @@ def _headings(line: tuple[int, str], separator: str) -> tuple[list[str], list[fl
     if faults:
         raise StudyFaults(faults)
     return names, [each[1] for each in read if not isinstance(each, Fault)]
+
+
+def _no_heading(lines: Lines) -> Fault | None:
+    """Say of a first line that names no column that it is a title, or that it is a row already."""
+    number, text = lines.heading
+    field, found = f"line {number}", printable(text.strip())
+    allowed = "a line that names the columns"
+    example = "`frequency (Hz), amplitude (mm)`, or `time (s), displacement (mm)` of a time history"
+    if all(_is_number(cell) for cell in lines.cells(text)):
+        told = f"{{field}} has numbers already; the first line must name the columns, each with its unit, as in {example}."
+        return Fault(
+            field, found, allowed, "write such a line above it, with the units that the numbers are in", told
+        )
+    if not lines.rows:
+        return None
+    told = f"{{field}} is {found}, which names no columns; the first line must name them, each with its unit."
+    cells = re.split(r"[;\t]" if re.search(r"[;\t]", lines.rows[0][1]) else ",", lines.rows[0][1])
+    if any(not isinstance(read_heading(cell, field), Fault) for cell in cells) or says_time(cells[0]):
+        return Fault(field, found, allowed, "remove this line, or write # before it", told)
+    if len(lines.cells(text)) == 1 and len(cells) > 1:
+        advice = f"write # before it, and below it such a line, as in {example}"
+        return Fault(field, found, allowed, advice, told)
+    return None
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
 
 
 def _faults_between(names: list[str], number: int) -> list[Fault]:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from damperlab.studies.faults import counted, describe, listing, printable
 from damperlab.studies.ground.motion import GroundMotion, checked, refused
+from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma
 from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
 
 Layout = Literal["at2", "csv"]
@@ -20,6 +21,10 @@ _NUMBERS = re.compile(rf"\s*(?:{_NUMBER}(?=[\s+-]|$)\s*)+$")
 _ONE = re.compile(_NUMBER)
 _MODERN = re.compile(rf"NPTS\s*=\s*(\d+)\s*,?\s*DT\s*=\s*({_NUMBER})", re.IGNORECASE)
 _OLD = re.compile(rf"\s*(\d+)\s+({_NUMBER})\s+NPTS\s*,\s*DT", re.IGNORECASE)
+_TIMES = {"s": 1.0, "ms": 1e-3}
+_NO_TIMES = ("min", "h", "us", "µs", "μs", "ns", "samples")
+_NOT_READ = ("mg", "µg", "μg", "ug", "mm/s2", "in/s2", "ft/s2", "mm/s/s", "in/s/s", "ft/s/s")
+"""Units that people write, and that are refused rather than passed over."""
 _HEADER_LINES = 10
 _LONGEST_LINE = 1000
 _UNEVEN = 0.02  # of a step: time stamps are often rounded
@@ -33,7 +38,8 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     text : bytes or str
         The file; bytes are UTF-8 or, as old files are, Latin-1.
     layout : {"at2", "csv"}
-        PEER's AT2; or two columns, time [s] and acceleration, apart by comma, semicolon, tab or blanks.
+        PEER's AT2; or two columns, time and acceleration, apart by comma, semicolon, tab or blanks; times in s, or in ms
+        where the heading says so.
     name : str
         Name of the record; by default what an AT2 file calls it.
     units : {"g", "m/s2", "cm/s2"}, optional
@@ -185,6 +191,10 @@ def _read_columns(lines: list[str], name: str, units: str | None) -> GroundMotio
         if not rows and not numbers:
             heading += bare
             continue
+        # apart by commas, a line has no cells by the other signs
+        apart = [cell for cell in re.split(r"[;\t]|\s+", bare) if cell]
+        if len(apart) == 2 and decimal_comma(apart):
+            raise refused(_at(number), printable(bare), "decimal points", WRITE_POINTS, COMMAS_FOUND)
         if len(cells) != 2 or len(numbers) != 2:
             allowed = "two numbers, time in s and acceleration"
             raise refused(_at(number), printable(bare), allowed, "correct the line, or remove it")
@@ -202,15 +212,34 @@ def _read_columns(lines: list[str], name: str, units: str | None) -> GroundMotio
         _units_of_heading(heading) if units is None else _agreed(units, _stated_in_heading(heading))
     ]
     time, acceleration = np.array(rows).T
+    time = time * _second_of(heading)
     step = float(time[-1] - time[0]) / (len(rows) - 1)
     _check_steps(time, step, places)
     return checked(GroundMotion(name or "record", step, acceleration * factor, "two columns"), _at(places[0]))
 
 
+def _brackets(heading: str) -> list[str]:
+    return re.findall(r"[(\[]([^)\]]*)[)\]]", heading)
+
+
 def _stated_in_heading(heading: str) -> str | None:
     # the last brackets belong to the last column
-    said = re.findall(r"[(\[]([^)\]]*)[)\]]", heading)
+    said = _brackets(heading)
+    if said and re.sub(r"[\s^]", "", said[-1].lower()).replace("²", "2") in _NOT_READ:
+        told = f"The heading gives the acceleration in {said[-1]}, which is not read; allowed are {listing(UNITS)}."
+        advice = "convert the accelerations to one of these, and write it in the heading"
+        raise refused("units", said[-1], f"one of {listing(UNITS)}", advice, told)
     return _unit(said[-1]) if said else None
+
+
+def _second_of(heading: str) -> float:
+    """Give what one of the unit of the times is in seconds; brackets before the last are those of the time."""
+    said = _brackets(heading)[-2:-1]
+    unit = said[0].strip().lower() if said else "s"
+    if unit in _NO_TIMES:
+        told = f"The heading gives the time in {said[0]}, which is not read; allowed are {listing(_TIMES)}."
+        raise refused("time", said[0], f"one of {listing(_TIMES)}", "convert the times to seconds", told)
+    return _TIMES.get(unit, 1.0)
 
 
 def _units_of_heading(heading: str) -> str:

@@ -58,7 +58,9 @@ def read_kanai_tajimi(document: object) -> GroundMotion:
     if not isinstance(document, dict):
         raise StudyFaults([Fault("kanai_tajimi", describe(document), "a mapping", 'write {"seed": 1}')])
     known = ("seed", *_QUANTITIES, "name")
-    faults = [unknown_key(path(("kanai_tajimi", key)), key, known) for key in document if key not in known]
+    faults = [
+        unknown_key(path(("kanai_tajimi", key)), key, known, document) for key in document if key not in known
+    ]
     values: dict[str, float] = {}
     seed, name = 0, document.get("name", "")
     for key, (quantity, default) in _QUANTITIES.items():

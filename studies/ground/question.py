@@ -75,7 +75,7 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
         advice = 'write keys and values, at least {"record": "loma-prieta"}'
         raise StudyFaults([Fault("body", describe(document), "a mapping", advice)])
     held, faults = guard(document)
-    faults += [unknown_key(str(key), key, KEYS) for key in held if key not in KEYS]
+    faults += [unknown_key(str(key), key, KEYS, held) for key in held if key not in KEYS]
     values: dict[str, float] = {}
     for name, (quantity, default) in QUANTITIES.items():
         raw = held.get(name)

@@ -113,7 +113,7 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
     """
     if not isinstance(raw, dict):
         return _found(*read_record_reference(raw, shelf or Shelf.none()))
-    faults = [unknown_key(key, key, _KEYS) for key in raw if key not in _KEYS]
+    faults = [unknown_key(key, key, _KEYS, raw) for key in raw if key not in _KEYS]
     if faults:
         raise StudyFaults(faults)
     ways = [way for way in GENERATED if way in raw]

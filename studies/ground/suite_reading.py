@@ -58,7 +58,7 @@ def read_suite(document: object, shelf: Shelf | None = None) -> Suite:
     if not isinstance(given, dict):
         faults.append(Fault("axes", describe(given), "a mapping", "write keys and values"))
         given = {}
-    faults += [unknown_key(f"axes.{key}", key, AXES) for key in given if key not in AXES]
+    faults += [unknown_key(f"axes.{key}", key, AXES, given) for key in given if key not in AXES]
     name = held.get("name", "")
     if not isinstance(name, str) or len(name) > MOST_NAME or not name.isprintable():
         allowed = f"a text of at most {MOST_NAME} printable characters"

@@ -76,7 +76,7 @@ def sweep_of(document: object) -> Sweep:
     if not isinstance(document, dict):
         advice = 'write {"start_hz": 6, "stop_hz": 10, "rate_hz_per_s": 0.2, "base_amplitude_m": 0.001}'
         raise StudyFaults([Fault(PLACE, describe(document), "a mapping", advice)])
-    faults = [unknown_key(path((PLACE, key)), key, KEYS) for key in document if key not in KEYS]
+    faults = [unknown_key(path((PLACE, key)), key, KEYS, document) for key in document if key not in KEYS]
     found: dict[str, float] = {}
     for key, quantity in (ENDS | PACES | AMPLITUDES | {RAMP_CYCLES.name: RAMP_CYCLES}).items():
         if key in document:

@@ -81,7 +81,7 @@ class Fields:
             return None
 
     def _unknown(self, field: str, raw: Mapping[str, Any], known: tuple[str, ...]) -> None:
-        self.faults.extend(unknown_key(join(field, key), key, known) for key in raw if key not in known)
+        self.faults.extend(unknown_key(join(field, key), key, known, raw) for key in raw if key not in known)
 
     def _fault(self, field: str, found: str, allowed: str, advice: str, told: str = "") -> None:
         self.faults.append(Fault(field, found, allowed, advice, told))

@@ -73,6 +73,13 @@ def test_every_door_gives_the_same_fit_and_it_holds_the_truth(
         assert mine.fit(table, ranges, STRUCTURE, deviation=0.01)["parameters"] == found["parameters"]
         with pytest.raises(Refused, match=r"missing\.csv"):
             mine.fit("missing.csv", ["damping_ratio"])
+        with pytest.raises(Refused, match="`structure`, the third argument") as swapped:
+            mine.fit(table, STRUCTURE, ["damping_ratio"])  # type: ignore[arg-type]
+        fields = {fault.field for fault in swapped.value.faults}
+        assert fields == {
+            "structure",
+            *(f"fit.{name}" for name, value in STRUCTURE.items() if value is not None),
+        }
 
 
 def test_a_dry_run_says_whether_kernels_are_there(client: httpx.Client, table: str) -> None:

@@ -66,7 +66,7 @@ def test_forces_are_an_axis_as_base_amplitudes_are(forces: Any) -> None:
         (physical(base_amplitude_m=1.0), "physical.base_amplitude_m", "one of them determines it"),
         (physical(mass_kg=[150, 200]), "physical.mass_kg", "over the stiffness"),
         (physical(natural_frequency_hz=None), "physical.natural_frequency_hz", "not nothing"),
-        (physical(force_n="forty"), "physical.force_n", "without quotation marks"),
+        (physical(force_n="forty"), "physical.force_n", "plain number"),
         (physical(force_n=-1), "physical.force_n", "not -1"),
         (physical(constant="velocity"), "physical.constant", "the same at every frequency"),
         (

@@ -3,9 +3,9 @@
 import numpy as np
 
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
-from damperlab.studies.fit.columns import LENGTHS, SHARES, Column, NotFitted, read_heading
+from damperlab.studies.fit.columns import LENGTHS, SHARES, Column, NotFitted, read_heading, says_time
 from damperlab.studies.fit.history.history import History
-from damperlab.studies.fit.lines import Lines, lines_of
+from damperlab.studies.fit.lines import Lines, check_lines, lines_of
 from damperlab.studies.vocabulary import ACCELERATION_UNITS
 
 LEAST_ROWS, MOST_ROWS = 24, 20_000
@@ -38,8 +38,7 @@ COLUMNS = (
 
 def is_history(lines: Lines) -> bool:
     """Whether a table is one over time: its heading says so."""
-    first = (cell.strip().strip('"').lower() for cell in lines.cells(lines.heading[1]))
-    return any(cell.partition("(")[0].partition("[")[0].strip() in ("time", "t", TIME) for cell in first)
+    return any(says_time(cell) for cell in lines.cells(lines.heading[1]))
 
 
 def parse_history(text: bytes | str, name: str = "history") -> History:
@@ -108,6 +107,7 @@ def _numbers(lines: Lines, names: list[str], factors: list[float]) -> dict[str, 
         told = f"The time history has {found}; it must have {allowed}."
         advice = "measure longer" if len(lines.rows) < LEAST_ROWS else "leave samples out, or cut the end"
         raise StudyFaults([Fault("measured", found, allowed, advice, told)])
+    check_lines(lines, len(names))
     rows: list[list[float]] = []
     for number, line in lines.rows:
         cells = lines.cells(line)

@@ -39,6 +39,28 @@ def test_a_value_is_refused_with_its_option_what_was_found_and_what_is_allowed(
 
 
 @pytest.mark.parametrize(
+    "asked",
+    [
+        ("simulate", "--damping-ratio", "1.1%"),
+        ("response", "x", "--at", "restitution=1.1 %"),
+        ("tmd", "x", "--detuning", "1.1%"),
+        ("fit", "x.csv", "--fit", "damping_ratio=1.1%,0.02"),
+    ],
+)
+def test_a_per_cent_is_answered_with_its_share(tmp_path: Path, asked: tuple[str, ...]) -> None:
+    told = run(
+        *asked, *(("--data-dir", tmp_path) if asked[0] in ("response", "tmd") else ()), status=2
+    ).stderr
+    assert "write the share as a number: 1.1 % is 0.011" in told.replace("Write", "write"), told
+
+
+def test_a_tag_that_no_study_has_is_not_answered_with_a_study_to_compute(tmp_path: Path) -> None:
+    assert "figure-11" in run("studies", "--data-dir", tmp_path).stderr
+    told = run("studies", "--tag", "mine", "--data-dir", tmp_path).stderr
+    assert told.strip() == "No study matches. Without these options every study is listed."
+
+
+@pytest.mark.parametrize(
     ("name", "text", "told"),
     [
         ("WORKERS", "abc", 'must be a whole number, not the text "abc".'),

@@ -104,6 +104,19 @@ def test_points_ranges_and_results_in_units_are_those_in_ratios(cube: xr.Dataset
         np.testing.assert_allclose(lengths[name], cube[source] * FACTORS[name], rtol=1e-15)
 
 
+def test_what_is_refused_is_named_as_it_was_asked(cube: xr.Dataset) -> None:
+    with pytest.raises(QueryFault, match=r"Write 0\.0075 if 7\.5 mm is meant") as far:
+        frequency_response(cube, Selection(at={"clearance_m": 7.5}))
+    with pytest.raises(QueryFault, match="it is an axis of the map") as own:
+        resonance_map(cube, "clearance_ratio", "friction_ratio", Selection(at={"clearance_m": 5 * BASE}))
+    with pytest.raises(QueryFault, match="the curve runs along it") as along:
+        frequency_response(cube, Selection(at={"frequency_hz": HERTZ}))
+    with pytest.raises(QueryFault, match=r"write frequency_hz=3\.2,4, with --within"):
+        optimal_designs(cube, Judging(band=(3.2, 4.0)))
+    named = [each.value.fault.field for each in (far, own, along)]
+    assert named == ["clearance_m", "clearance_m", "frequency_hz"]
+
+
 def test_one_dimension_is_not_given_twice(cube: xr.Dataset) -> None:
     twice = {"clearance_ratio": 5.0, "clearance_m": 5 * BASE}
     for ask in (

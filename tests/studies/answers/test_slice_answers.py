@@ -216,7 +216,7 @@ def test_a_map_where_nothing_is_known_is_empty_not_wrong(cube):
         ({"reduce": "max"}, "reduce", "name the dimension"),
         ({"over": "restitution", "metric": "response_class"}, "metric", "codes"),
         ({"at": {"gap": 1.0}}, "gap", "one of"),
-        ({"at": {"clearance_ratio": 1.0}}, "clearance_ratio", "no other argument"),
+        ({"at": {"clearance_ratio": 1.0}}, "clearance_ratio", "it is an axis of the map"),
         ({"at": {"restitution": float("nan")}}, "restitution", "finite"),
         ({"interpolate": True, "metric": "response_class"}, "interpolate", "codes"),
         ({"interpolate": True, "over": "restitution"}, "interpolate", "leave `over` out"),
@@ -226,6 +226,36 @@ def test_a_map_that_cannot_be_drawn_is_refused_with_what_can(cube, question, fie
     with pytest.raises(QueryFault, match=f"(?i){words}") as caught:
         resonance_map(cube, **split({"x": "clearance_ratio", "y": "friction_ratio", **question}))
     assert caught.value.fault.field == field
+
+
+@pytest.mark.parametrize(
+    ("at", "allowed"),
+    [
+        ({"clearance_ratio": 4000.0}, "a value from 1 to 20"),
+        ({"clearance_ratio": -20.0}, "a value from 1 to 20"),
+        ({"restitution": 47.0}, "a value from 0.2 to 0.8"),
+        ({"mass_ratio": 100.0}, "a value from 0.1"),
+    ],
+)
+@pytest.mark.parametrize("interpolate", [False, True])
+def test_a_value_far_outside_its_axis_is_refused(cube, at, allowed, interpolate):
+    with pytest.raises(QueryFault, match="the nearest grid point would answer another question") as caught:
+        frequency_response(cube, Selection(at=at, interpolate=interpolate))
+    (name,) = at
+    assert (caught.value.fault.field, caught.value.fault.allowed) == (name, allowed)
+
+
+def test_a_value_a_step_beyond_its_axis_is_answered_at_its_end(cube):
+    at = {"clearance_ratio": 30.0, "friction_ratio": 0.8, "restitution": 0.9, "mass_ratio": 0.3}
+    answer = frequency_response(cube, Selection(at=at))
+    ends = {name: answer[name].item() for name in at}
+    assert ends == {
+        "clearance_ratio": 20.0,
+        "friction_ratio": pytest.approx(0.6),
+        "restitution": 0.8,
+        "mass_ratio": 0.1,
+    }
+    assert answer.attrs["note"].count("the grid point nearest to the") == 4
 
 
 def test_a_curve_runs_along_the_frequency(cube, whole):

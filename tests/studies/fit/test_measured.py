@@ -7,7 +7,7 @@ import pytest
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.measured import Measurement, parse_measurement, read_measurement
 from damperlab.studies.fit.structure import read_structure
-from damperlab.studies.fit.table import read_table
+from damperlab.studies.fit.table import parse_table, read_table
 
 
 @pytest.mark.parametrize(
@@ -52,12 +52,22 @@ def test_ratios_and_conditions_are_read_and_an_empty_condition_is_none(tmp_path:
         ("frequency, X/Z\n1, 2", 'The heading "frequency" states no unit; allowed are hz, khz, rad/s, rpm.'),
         ("frequency (mm), X/Z\n1, 2", 'has the unit "mm"'),
         ("r (Hz), X/Z\n1, 2", "it may have no unit: it is a ratio"),
-        ("r, ampiltude (mm)\n1, 2", "Did you mean `amplitude`?"),
+        ("r, ampiltude (mm)\n1, 2", "Did you mean `amplitude (mm)`?"),
         ("r, X/Z, X/Z\n1, 2, 2", "Line 1 names the column amplitude_ratio twice."),
         ("r, restitution\n1, 0.5", "The table has no column of amplitude; it must have one."),
         ("r, frequency (Hz), X/Z\n1, 2.5, 3", "The table has two columns of frequency; it must have one."),
         ("r, X/Z, deviation (mm)\n1, 2, 3", "must both be lengths or both be ratios"),
         ("r, X/Z, clearance (mm), clearance ratio\n1, 2, 3, 4", "both clearance_m and clearance_ratio"),
+        ("f (Hz), Displacement (mm)\n9, 1", "Did you mean `amplitude (mm)`?"),
+        ("f (Hz), disp\n9, 1", "Did you mean `amplitude`?"),
+        ("frq (Hz), peak (µm)\n9, 1", "Did you mean `frequency (Hz)`?"),
+        ("f (Hz), peak (µm)\n9, 1", "Did you mean `amplitude (µm)`?"),
+        ("f (Hz), amplitude\n9, 1", "State the unit that the numbers are in, as in `amplitude (m)` or"),
+        ("Run 4\nf (Hz), amplitude (mm)\n9, 1", "Remove this line, or write # before it."),
+        ("Run 4, Monday\nf (Hz); amplitude (mm)\n9; 1", "Remove this line, or write # before it."),
+        ("Run 4\ntime (s), displacement (mm)\n9, 1", "Remove this line, or write # before it."),
+        ("Run 4\n9, 1\n10, 2", "Write # before it, and below it such a line"),
+        ("9, 1\n10, 2", "Write such a line above it, with the units that the numbers are in."),
         ("r, X/Z\n1, 2, 3", "Line 2 has 3 cells, but the heading names 2 columns."),
         ("r, X/Z\n1,", "`line 2.amplitude_ratio` must be a number above 0, not an empty cell."),
         ("r, X/Z\n1, twelve", '`line 2.amplitude_ratio` must be a number above 0, not "twelve".'),
@@ -72,6 +82,36 @@ def test_a_fault_is_told_with_its_place(text: str, said: str) -> None:
     with pytest.raises(StudyFaults) as caught:
         parse_measurement(text)
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize("heading", ["frequency (Hz);amplitude (mm)", "time (s);displacement (mm)"])
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_decimal_commas_are_told_once(heading: str, separator: str) -> None:
+    rows = [f"{9 + row / 10:.3f};{2 + row / 100:.3f}".replace(".", ",") for row in range(50)]
+    with pytest.raises(StudyFaults) as caught:
+        parse_table("\n".join([heading, *rows]).replace(";", separator))
+    (fault,) = caught.value.faults
+    assert fault.field == "line 2"
+    assert 'a decimal comma, "9,000"' in fault.sentence
+    assert "write decimal points" in fault.advice
+
+
+def test_lines_that_are_all_cut_alike_are_told_once() -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_table("frequency (Hz),amplitude (mm)\n" + "9,000,0,100\n" * 50)
+    (fault,) = caught.value.faults
+    assert (
+        "Each of the 50 lines after the heading has 4 cells, but the heading names 2 columns."
+        in fault.sentence
+    )
+    assert "decimal commas" in fault.advice
+
+
+@pytest.mark.parametrize("heading", ["displacement (mm)", "Disp", "peak (mm)", "temperature"])
+def test_nobody_is_told_to_remove_the_measurement(heading: str) -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_measurement(f"frequency (Hz), {heading}\n9, 1\n")
+    assert "emove" not in str(caught.value)
 
 
 def test_every_fault_is_told_together() -> None:

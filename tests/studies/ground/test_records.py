@@ -121,6 +121,29 @@ def test_bad_columns_are_told_by_their_line(text: str, field: str) -> None:
     assert fault_of(text, "csv").field == field
 
 
+def test_times_in_milliseconds_are_read_as_such() -> None:
+    motion = read_record("time (ms), acc (g)\n0, 0\n20, 0.1\n40, 0.2\n", "csv")
+    assert motion.step_s == pytest.approx(0.02, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "units", "field", "said"),
+    [
+        ("time (ms), acceleration (mg)\n0,0\n1,1\n", None, "units", "in mg, which is not read"),
+        ("time (ms), acceleration (mg)\n0,0\n1,1\n", "g", "units", "in mg, which is not read"),
+        ("time (min), acceleration (g)\n0,0\n1,1\n", None, "time", "in min, which is not read"),
+        ("t (s); a (g)\n0,0; 0\n0,1; 1,5\n", None, "line 2", "a decimal comma"),
+        ("t (s) a (g)\n0 0\n1 1,5\n", None, "line 3", "a decimal comma"),
+    ],
+)
+def test_units_and_commas_that_are_not_read_are_named(
+    text: str, units: str | None, field: str, said: str
+) -> None:
+    fault = fault_of(text, "csv", units)
+    assert fault.field == field
+    assert said in fault.sentence
+
+
 @pytest.mark.parametrize(
     ("text", "layout", "own", "other"),
     [

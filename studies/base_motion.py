@@ -1,0 +1,64 @@
+"""Keys that a specification of a design has for the motion of the base: what a study writes in their place."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from damperlab.studies.amplitudes import AMPLITUDE, CONSTANT, RATIOS_OF
+from damperlab.studies.faults import NOTHING, Fault, describe
+
+KEYS = {"base_velocity_m_per_s": "velocity", "base_acceleration_m_per_s2": "acceleration"}
+"""The keys, and the entry of `constant` that each of them stands for."""
+
+
+def named_after_motion(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterator[Fault]:
+    """Say how a study writes a velocity or an acceleration of the base; leave out the faults that follow from the key."""
+    physical = raw.get("physical")
+    written = [key for key in KEYS if isinstance(physical, dict) and key in physical]
+    if not isinstance(physical, dict) or not written:
+        yield from faults
+        return
+    fields = {f"physical.{key}": key for key in written}
+    for fault in faults:
+        if fault.field in fields:
+            yield _as_constant(fault, fields[fault.field], physical)
+        elif not (fault.field == f"physical.{AMPLITUDE}" and fault.found == NOTHING) and (
+            fault.field != "physical.constant" or physical.get("constant") not in CONSTANT
+        ):
+            yield fault
+
+
+def _as_constant(fault: Fault, key: str, physical: Mapping[str, Any]) -> Fault:
+    constant = KEYS[key]
+    power = CONSTANT[constant]
+    law = "A/ω_n²" if power > 1 else "V/ω_n"
+    amplitude = _amplitude(physical[key], physical.get("natural_frequency_hz"), power)
+    value = f"`{AMPLITUDE}: [{amplitude}]`"
+    beside = (
+        ""
+        if all(name in physical for name in RATIOS_OF)
+        else f", beside {' and '.join(f'`{n}`' for n in RATIOS_OF)}"
+    )
+    if amplitude is None:
+        value = f"`{AMPLITUDE}` as the list of its values {law}"
+    advice = (
+        f"write `constant: {constant}` and {value} in its place{beside}: the amplitude {law} at the natural frequency, "
+        "as a list, also of one value"
+    )
+    told = f"{{field}} is a key of designs; a study writes this {constant} of the base as `constant: {constant}`."
+    return replace(fault, found=describe(physical[key]), advice=advice, message=told)
+
+
+def _amplitude(level: object, frequency_hz: object, power: int) -> str | None:
+    """Give the amplitudes at the natural frequency as they are written; None where the two numbers do not make them."""
+    levels = level if isinstance(level, list | tuple) else [level]
+    numbers = [
+        each
+        for each in (*levels, frequency_hz)
+        if isinstance(each, int | float) and not isinstance(each, bool)
+    ]
+    if not levels or len(numbers) != len(levels) + 1 or not all(0.0 < each < 1e12 for each in numbers):
+        return None
+    rate = (2.0 * math.pi * numbers[-1]) ** power
+    return ", ".join(f"{each / rate:.10g}" for each in numbers[:-1])

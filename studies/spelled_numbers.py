@@ -1,0 +1,58 @@
+"""Texts that stand where a number belongs: what was probably meant, and how it is written."""
+
+import re
+from collections.abc import Iterable
+
+_NUMBER = r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+_PLAIN = re.compile(rf"\s*({_NUMBER})\s*\Z")
+_COMMA = re.compile(r"\s*([-+]?[0-9]+),([0-9]+)\s*\Z")
+_DECIMAL_COMMA = re.compile(r"\s*\"?[-+]?[0-9]+,[0-9]+(?:[eE][-+]?[0-9]+)?\"?\s*\Z")
+_PERCENT = re.compile(rf"\s*({_NUMBER})\s*%\s*\Z")
+_WITH_UNIT = re.compile(rf"\s*{_NUMBER}\s*([^\W\d_][^\s]{{0,9}}|″|\")\s*\Z")
+_SPAN = re.compile(rf"\s*({_NUMBER})\s*(?:-|–|—|\.\.+|…|:|to|bis)\s*({_NUMBER})\s*\Z")
+NUMBER_ALONE = "write a plain number"
+QUOTED = "write a plain number, without quotation marks"
+WRITE_POINTS = "write decimal points; a spreadsheet saves them so where its numbers are set to English"
+COMMAS_FOUND = "{field} has a number with a decimal comma."
+"""What is said of a table, once and not of each of its numbers."""
+_LONGEST = 60
+"""Characters of a text that is looked at; no number that somebody writes has more."""
+
+
+def number_advice(raw: object, unit: str = "") -> str:
+    """Say how the number that a text probably means is written.
+
+    Parameters
+    ----------
+    raw : object
+        What stands there.
+    unit : str
+        The unit of the key; empty for a ratio.
+    """
+    if not isinstance(raw, str) or len(raw) > _LONGEST:
+        return NUMBER_ALONE
+    if _PLAIN.match(raw):
+        return QUOTED
+    if comma := _COMMA.match(raw):
+        return f"use a decimal point, as in {comma[1]}.{comma[2]}; a number has no other commas"
+    if percent := _PERCENT.match(raw):
+        if unit:
+            return f"write the number alone, in {unit}"
+        return f"write the share as a number: {percent[1]} % is {float(percent[1]) / 100.0:.12g}"
+    if _WITH_UNIT.match(raw):
+        if unit:
+            return f"write the number alone, in {unit}: the key states its unit"
+        return "write the number alone: it is a ratio, without a unit"
+    return NUMBER_ALONE
+
+
+def decimal_comma(cells: Iterable[str]) -> str | None:
+    """Return the first cell that is a number with a decimal comma."""
+    return next((cell for cell in cells if _DECIMAL_COMMA.match(cell)), None)
+
+
+def range_advice(raw: object) -> str:
+    """Say how a range is written where a text looks like one; empty where it does not."""
+    if not isinstance(raw, str) or len(raw) > _LONGEST or not (span := _SPAN.match(raw)):
+        return ""
+    return f"write a range as {{start: {span[1]}, stop: {span[2]}, num: 11}}, with as many values as you need"

@@ -1,0 +1,115 @@
+"""What a study was understood as, in sentences: what was assumed, what its quantities make as ratios, what is unusual."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
+from damperlab.studies.axes import AxisSpec
+from damperlab.studies.definition import Study
+from damperlab.studies.kind import AnyStudy
+from damperlab.studies.physical import derivations
+from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
+from damperlab.studies.vocabulary import DEFAULTS
+
+FEW, MANY = 0.1, 100.0
+"""Clearance over base amplitude below which the particle has no room, and friction over kZ above which nothing slides: far
+from every damper that is built, as after a slip of a unit."""
+
+Ends = tuple[float, float]
+
+
+def understood(study: AnyStudy) -> list[str]:
+    """Say how a study was understood.
+
+    Parameters
+    ----------
+    study : AnyStudy
+        As it was read: what was left out is known of a definition that somebody wrote, and of a stored one no more.
+
+    Returns
+    -------
+    list of str
+        Sentences: what was assumed; of a study in units its ratios, and which of them are certainly unusual; and that two
+        frequencies are two frequencies. None of a ground-motion suite.
+    """
+    if not isinstance(study, Study):
+        return []
+    found = []
+    if study.assumed:
+        names = ", ".join(
+            f"{DIMENSION_NAMES[name]} {_spelled(name, (DEFAULTS[name],) * 2)}" for name in study.assumed
+        )
+        found.append(f"Not given, and assumed: {names}.")
+    made = ratios(study)
+    if made:
+        found.append(f"In ratios: {', '.join(_spelled(name, ends) for name, ends in made.items())}.")
+    found += _unusual(study, made)
+    found += _two_frequencies(study)
+    return found
+
+
+def ratios(study: Study) -> dict[str, Ends]:
+    """Give the least and the largest value of every ratio that a physical block makes."""
+    if study.physical is None:
+        return {}
+    given = study.physical.values()
+    names = [each.ratio for each in derivations(given, study.particle)]
+    values: Mapping[str, NDArray[Any]] = study.coordinates
+    if study.over_amplitudes:
+        sources = (*RATIOS_OF, AMPLITUDE, "frequency_ratio")
+        ends = np.meshgrid(*(values[name][[0, -1]] for name in sources))
+        corners = {name: each.ravel() for name, each in zip(sources, ends, strict=True)}
+        values = {**values, **study.physical.ratios_at(corners, study.particle)}
+    return {name: (float(np.min(values[name])), float(np.max(values[name]))) for name in names}
+
+
+def _spelled(name: str, ends: Ends) -> str:
+    low, high = ends
+    return f"{SYMBOLS[name]} = {low:.3g}" + (f" to {high:.3g}" if low < high else "")
+
+
+def _unusual(study: Study, made: Mapping[str, Ends]) -> list[str]:
+    found = []
+    if "mass_ratio" in made and made["mass_ratio"][1] > 1.0:
+        shown = _spelled("mass_ratio", made["mass_ratio"])
+        found.append(f"The particle is heavier than the structure ({shown}): check the masses.")
+    if "clearance_ratio" in made:
+        low, high = made["clearance_ratio"]
+        shown = _spelled("clearance_ratio", (low, high))
+        if high < FEW:
+            found.append(
+                f"The base moves more than {1.0 / FEW:g} times as far as the clearance ({shown}): check the units of "
+                "`clearance_m` and `base_amplitude_m`, which are in m."
+            )
+        damping = float(study.coordinates["damping_ratio"][0])
+        # undamped by anything else the structure moves Z/(2ζ) at resonance, and never more than twice that on the way there
+        if damping > 0.0 and low > max(1.0 / damping, MANY):
+            found.append(
+                f"The clearance is larger than any motion ({shown}), so that the particle meets no wall: check the units of "
+                "`clearance_m` and `base_amplitude_m`, which are in m."
+            )
+    if "friction_ratio" in made and made["friction_ratio"][0] > MANY:
+        found.append(
+            f"The friction force is more than {MANY:g} times the force that the base exerts "
+            f"({_spelled('friction_ratio', made['friction_ratio'])}): check the units of the physical block."
+        )
+    return found
+
+
+def _two_frequencies(study: Study) -> list[str]:
+    """Say that a list of two is two values: people mean a range."""
+    in_units = study.physical is not None and study.physical.excitation_frequency_hz is not None
+    spec: AxisSpec | None = study.axes.frequency_ratio
+    if study.physical is not None and in_units:
+        spec = study.physical.excitation_frequency_hz
+    if not isinstance(spec, tuple) or len(spec) != 2:
+        return []
+    low, high = (f"{each:.10g}" for each in spec)
+    name = "excitation frequencies" if in_units else "frequency ratios"
+    return [
+        f"Two {name} are computed, {low} and {high}{' Hz' if in_units else ''}, and none between; a range is written as "
+        f"{{start: {low}, stop: {high}, num: 21}}."
+    ]

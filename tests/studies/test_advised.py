@@ -1,0 +1,131 @@
+"""What a refused study advises leads to the study that was meant."""
+
+import math
+from typing import Any
+
+import pytest
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.reading import parse_study_text
+
+FRAME: dict[str, Any] = {
+    "mass_kg": 42,
+    "natural_frequency_hz": 11.3,
+    "base_amplitude_m": 8e-5,
+    "particle_mass_kg": 3,
+    "clearance_m": [0.0002, 0.0004],
+    "friction_force_n": [0, 16],
+    "excitation_frequency_hz": [11, 12],
+}
+
+
+def frame(**changes: Any) -> dict[str, Any]:
+    return {"physical": {name: value for name, value in (FRAME | changes).items() if value is not None}}
+
+
+def faults(document: dict[str, Any]) -> tuple[Fault, ...]:
+    with pytest.raises(StudyFaults) as caught:
+        parse_study(document)
+    return caught.value.faults
+
+
+@pytest.mark.parametrize(
+    ("key", "constant", "law"),
+    [
+        ("base_acceleration_m_per_s2", "acceleration", lambda level, rate: level / rate**2),
+        ("base_velocity_m_per_s", "velocity", lambda level, rate: level / rate),
+    ],
+)
+@pytest.mark.parametrize("more", [{}, {"constant": True}, {"base_amplitude_m": 8e-5}])
+def test_a_key_of_designs_for_the_base_leads_to_the_study_that_keeps_it(
+    key: str, constant: str, law: Any, more: dict[str, Any]
+) -> None:
+    given: dict[str, Any] = {"base_amplitude_m": None, key: 0.196} | more
+    if "constant" in more:
+        given["constant"] = constant
+    (fault,) = faults(frame(**given))
+    amplitude = law(0.196, 2 * math.pi * 11.3)
+    assert fault.field == f"physical.{key}"
+    assert f"`constant: {constant}` and `base_amplitude_m: [{amplitude:.10g}]`" in fault.advice
+    written = parse_study(frame(constant=constant, base_amplitude_m=[float(f"{amplitude:.10g}")]))
+    assert isinstance(written, Study)
+    assert written.over_amplitudes
+
+
+def test_the_amplitude_of_a_constant_acceleration_is_a_list_also_where_it_is_one() -> None:
+    (fault,) = faults(frame(constant="acceleration"))
+    assert fault.field == "physical.constant"
+    assert "`base_amplitude_m: [8e-05]`" in fault.advice
+    assert parse_study(frame(constant="acceleration", base_amplitude_m=[8e-5]))
+
+
+@pytest.mark.parametrize(
+    ("field", "text", "advised"),
+    [
+        ("damping_ratio", "1.1 %", "1.1 % is 0.011"),
+        ("damping_ratio", "0,011", "use a decimal point, as in 0.011"),
+        ("damping_ratio", "0.011", "without quotation marks"),
+        ("physical.base_amplitude_m", "0.08 mm", "write the number alone, in m"),
+        ("physical.friction_force_n", "5 %", "write the number alone, in N"),
+        ("physical.excitation_frequency_hz", "9-14", "{start: 9, stop: 14, num: 11}"),
+        ("physical.excitation_frequency_hz", "9 to 14", "{start: 9, stop: 14, num: 11}"),
+    ],
+)
+def test_a_text_in_place_of_a_number_is_answered_with_the_number_that_is_meant(
+    field: str, text: str, advised: str
+) -> None:
+    name = field.removeprefix("physical.")
+    document = frame() | {name: text} if name == field else frame(**{name: text})
+    (fault,) = faults(document)
+    assert fault.field == field
+    assert advised in fault.advice
+    assert ("quotation" in fault.advice) == (text == "0.011")
+
+
+@pytest.mark.parametrize(
+    ("more", "advised"),
+    [
+        ({"step": 0.25}, "`num: 21`"),
+        ({"step": 0.3}, "`num`"),
+        ({"steps": 21}, "`num`"),
+        ({"steps": 21, "num": 21}, "remove it"),
+        ({"numb": 21}, "`num`"),
+    ],
+)
+def test_a_step_of_a_range_becomes_the_number_of_its_values(more: dict[str, Any], advised: str) -> None:
+    found = faults(frame(excitation_frequency_hz={"start": 9, "stop": 14} | more))
+    (key,) = (name for name in more if name != "num")
+    (fault,) = (each for each in found if each.field.endswith(f".{key}"))
+    assert advised in fault.advice
+    assert "stop" not in fault.advice
+
+
+def test_a_key_that_stands_there_is_not_advised_again() -> None:
+    def advice(document: dict[str, Any], key: str) -> str:
+        (found,) = (each.advice for each in faults(document) if each.field.endswith(key))
+        return found
+
+    assert "excitation_frequency_hz" in advice(
+        frame(excitation_frequency_hz=None, frequency_hz=10), ".frequency_hz"
+    )
+    assert advice(frame(mass_k=42), "mass_k") == "remove it"
+    assert "mass_kg" in advice(frame(mass_kg=None, mass_k=42), "mass_k")
+    assert advice(frame() | {"solvr": {}, "solver": {"method": "event"}}, "solvr") == "remove it"
+    contact = {"model": "dwell", "contact_time": 0.1, "contact_tim": 0.1}
+    assert advice(frame() | {"contact": contact}, "contact_tim") == "remove it"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "axes:\n\tfrequency_ratio: 1",
+        "axes:\n  clearance_ratio:\t1\n\tfrequency_ratio: 1",
+        "axes:\n  clearance_ratio: 1\n\t  frequency_ratio: 1",
+    ],
+)
+def test_a_tab_before_a_key_is_called_a_tab(text: str) -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_study_text(text, "yaml")
+    (fault,) = caught.value.faults
+    assert f"at line {text.count(chr(10)) + 1}, column 1: a tab" in fault.sentence

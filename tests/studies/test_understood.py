@@ -1,0 +1,82 @@
+"""What is said of how a study was understood: of what was left out, of its ratios, and of what is certainly a slip."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.understood import ratios, understood
+
+FRAME: dict[str, Any] = {
+    "mass_kg": 42,
+    "natural_frequency_hz": 11.3,
+    "base_amplitude_m": 8e-5,
+    "particle_mass_kg": 3,
+    "clearance_m": [0.0002, 0.002],
+    "friction_force_n": [0, 16],
+    "excitation_frequency_hz": [9, 11, 14],
+}
+
+
+def said(physical: dict[str, Any], **more: Any) -> str:
+    return "\n".join(understood(parse_study({"physical": physical} | more)))
+
+
+def test_what_was_left_out_is_said_with_the_value_that_it_has() -> None:
+    assert said(FRAME).splitlines()[0] == (
+        "Not given, and assumed: structural damping ratio ζ = 0.0038, coefficient of restitution e = 0.47."
+    )
+    ratio = parse_study({"axes": {"frequency_ratio": 1, "clearance_ratio": 3, "friction_ratio": 0.1}})
+    (line,) = understood(ratio)
+    assert "ζ = 0.0038" in line
+    assert "β = 0.1" in line
+    assert "γ_F" not in line
+    (alone,) = understood(parse_study({"particle": False, "axes": {"frequency_ratio": 1}}))
+    assert alone == "Not given, and assumed: structural damping ratio ζ = 0.0038, friction ratio γ_F = 0."
+    assert "assumed" not in said(FRAME, damping_ratio=0.011, axes={"restitution": 0.47})
+    assert understood(parse_study(ratio.document())) == []
+    assert parse_study(ratio.document()) == ratio
+
+
+def test_the_ratios_of_a_physical_study_are_told_in_one_line() -> None:
+    (line,) = [each for each in said(FRAME).splitlines() if each.startswith("In ratios")]
+    assert line == "In ratios: β = 0.0714, d/Z = 2.5 to 25, γ_F = 0 to 0.945, r = 0.796 to 1.24."
+
+
+def test_over_base_amplitudes_the_ratios_reach_from_corner_to_corner() -> None:
+    study = parse_study({"physical": FRAME | {"base_amplitude_m": [4e-5, 8e-5], "constant": "acceleration"}})
+    assert isinstance(study, Study)
+    grids = np.meshgrid(*study.coordinates.values(), indexing="ij")
+    every = study.ratios(dict(zip(study.coordinates, grids, strict=True)))
+    for name, ends in ratios(study).items():
+        assert ends == (every[name].min(), every[name].max())
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"particle_mass_kg": 3000}, "The particle is heavier than the structure (β = 71.4)"),
+        ({"base_amplitude_m": 0.08}, "The base moves more than 10 times as far as the clearance"),
+        ({"clearance_m": [0.2, 2.0]}, "The clearance is larger than any motion"),
+        ({"friction_force_n": [16e3, 32e3]}, "The friction force is more than 100 times"),
+    ],
+)
+def test_what_is_certainly_unusual_is_remarked(changed: dict[str, Any], words: str) -> None:
+    assert words in said(FRAME | changed)
+    assert "check" not in said(FRAME)
+
+
+@pytest.mark.parametrize(
+    ("document", "told"),
+    [
+        ({"physical": FRAME | {"excitation_frequency_hz": [9, 14]}}, "{start: 9, stop: 14, num: 21}"),
+        ({"axes": {"frequency_ratio": [0.9, 1.1], "clearance_ratio": 3}}, "{start: 0.9, stop: 1.1, num: 21}"),
+        ({"axes": {"frequency_ratio": [0.9, 1, 1.1], "clearance_ratio": 3}}, ""),
+        ({"axes": {"frequency_ratio": {"start": 1, "stop": 2, "num": 2}, "clearance_ratio": 3}}, ""),
+    ],
+)
+def test_two_frequencies_are_said_to_be_two(document: dict[str, Any], told: str) -> None:
+    lines = [each for each in understood(parse_study(document)) if each.startswith("Two ")]
+    assert len(lines) == bool(told)
+    assert told in "".join(lines)
