@@ -24,7 +24,14 @@ export class Shown {
     const length = physical ? unitFactor("clearance_ratio", physical) : null;
     const hertz = physical ? unitFactor("frequency_ratio", physical) : null;
     const force = physical ? unitFactor("friction_ratio", physical) : null;
-    const results = { impact_speed_max: length && hertz && length * 2 * Math.PI * hertz, dissipation_per_cycle: length && force && length * force };
+    const rate = hertz && 2 * Math.PI * hertz;
+    const acceleration = length && rate && length * rate * rate;
+    const results = {
+      impact_speed_max: length && rate && length * rate,
+      dissipation_per_cycle: length && force && length * force,
+      acceleration_ratio: acceleration,
+      acceleration_ratio_rms: acceleration,
+    };
     /** @type {Record<string, number>} */
     this.factors = {};
     for (const [name, [, , , scale]] of Object.entries(QUANTITIES)) {

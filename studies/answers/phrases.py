@@ -15,7 +15,7 @@ from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.rounding import is_rounding
-from damperlab.studies.unit_names import AMPLITUDES, ENERGY, RESULTS, SPEED
+from damperlab.studies.unit_names import ACCELERATIONS, AMPLITUDES, ENERGY, RESULT_NAMES, RESULTS, SPEED
 from damperlab.studies.units import InUnits, coordinates_in_units, in_si, results_in_units
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 
@@ -41,6 +41,7 @@ PRINTED: dict[str, Printed] = {
     "impact_speed_max": Printed("v", "largest impact speed", "m/s", 1.0),
     "dissipation_per_cycle": Printed("ΔE", "energy dissipated per cycle", "J", 1.0),
     **{name: Printed("X", "amplitude X", "mm", 1e3) for name in AMPLITUDES},
+    **{ratio: Printed("a", RESULT_NAMES[name], "m/s²", 1.0) for ratio, name in ACCELERATIONS.items()},
 }
 """What is written for a ratio in a study in units."""
 
@@ -57,7 +58,7 @@ PRINTED_OF_SI: dict[str, Printed] = {
     BASE_AMPLITUDE: Printed("Z", "base amplitude Z", "mm", 1e3),
     "particle_mass_kg": PRINTED["mass_ratio"],
     "frequency_hz": PRINTED[FREQUENCY],
-    **{name: PRINTED[source] for source, name in AMPLITUDES.items()},
+    **{name: PRINTED[source] for source, name in (AMPLITUDES | ACCELERATIONS).items()},
     SPEED: PRINTED["impact_speed_max"],
     ENERGY: PRINTED["dissipation_per_cycle"],
     "natural_frequency_hz": Printed("f_n", "natural frequency f_n", "Hz", 1.0),
@@ -134,7 +135,7 @@ class Phrases:
         if not self._has(quantity):
             return f"{name} {SYMBOLS[name]}" if name in SYMBOLS else name
         of_a_dimension = name in TERMS and name not in RESULTS
-        named = _SI_SUFFIX.sub("", AMPLITUDES.get(name, name))
+        named = _SI_SUFFIX.sub("", (AMPLITUDES | ACCELERATIONS).get(name, name))
         return f"{self.label(name) if of_a_dimension else named} [{_PRINTED[quantity].unit}]"
 
     def printed(self, name: str, value: float) -> float:
@@ -175,7 +176,7 @@ class Phrases:
 
 
 RATIOS = Phrases()
-_SI_SUFFIX = re.compile(r"_(m_per_s|m_s2|m_s|m|j|s)$")  # the unit stands beside it
+_SI_SUFFIX = re.compile(r"_(m_per_s2|m_per_s|m_s2|m_s|m|j|s)$")  # the unit stands beside it
 
 
 def said(cube: xr.Dataset, say: Callable[[Phrases], dict[str, Any]]) -> dict[str, Any]:
