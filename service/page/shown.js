@@ -102,9 +102,10 @@ export class Shown {
     return `± ${this.value(name, error, 2)}`;
   }
 
-  /** What a variable is called. @param {string} name @param {string} otherwise */
+  /** What a variable is called, with its unit or what it is over. @param {string} name @param {string} otherwise */
   variable(name, otherwise) {
-    return this.has(name) ? `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]` : otherwise;
+    if (this.has(name)) return `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]`;
+    return name in WORDS.over && !otherwise.includes("/") ? `${otherwise} over ${WORDS.over[name]}` : otherwise;
   }
 
   /** The words of an answer: those in units where the study is shown so. @param {any} answer @returns {{note: string, verdict: string[]}} */

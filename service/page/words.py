@@ -33,6 +33,7 @@ from damperlab.studies.unit_names import (
     AMPLITUDES,
     COORDINATE_SOURCES,
     ENERGY,
+    OVER,
     RESULT_NAMES,
     SPEED,
 )
@@ -90,6 +91,7 @@ def _words() -> dict[str, Any]:
         },
         "stands_for": {ratio: made.source for ratio, made in DERIVATIONS.items()},
         "in_units": _in_units(),
+        "over": OVER,
         "rounding": {"share": ROUNDING, "word": ROUNDING_WORD},
         "names_in_si": _names_in_si_of_ratios(),
         "states": STATES,
