@@ -193,14 +193,7 @@ def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np
     )
 
 
-def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str:
-    """Say at which frequencies designs were judged, of how many that were computed, and within which limits."""
-    return " ".join(
-        filter(None, (_say_frequencies(question, computed, phrases), _say_limits(question, phrases)))
-    )
-
-
-def _say_limits(question: DesignQuestion, phrases: Phrases) -> str:
+def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
     """Say which results designs must have, as ratios and, where the study is given in units, in them too."""
 
     def spelled(name: str, *ends: float) -> str:
@@ -217,7 +210,8 @@ def _say_limits(question: DesignQuestion, phrases: Phrases) -> str:
     return f"Allowed at every frequency that counts: {'; '.join(told)}." if told else ""
 
 
-def _say_frequencies(question: DesignQuestion, computed: int, phrases: Phrases) -> str:
+def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str:
+    """Say at which frequencies designs were judged, of how many that were computed."""
     low, high = question.frequencies[0], question.frequencies[-1]
     if question.frequencies.size == 1:
         why = "was computed" if computed == 1 else "counts here"

@@ -201,3 +201,8 @@ def test_limits_on_results_are_told_as_ratios_and_in_units(cube: xr.Dataset) -> 
         ranges={"amplitude_m": (0.0, 8 * BASE), "impact_speed_max_m_per_s": (0.0, 3.9 * speed)},
     )
     assert optimal_designs(cube, in_units).attrs["in_units"]["note"] == told
+    front = pareto_front(cube, ("amplitude", "-mass"), Judging(max_impact_speed=3.9))
+    assert f"impacts of at most 3.9 Z·ω_n = {3.9 * speed:.6g} m/s." in front.attrs["in_units"]["note"]
+    # over base amplitudes a speed that is one ratio is another one at each of them
+    along = robust_designs(cube, (0.5, 1.0), Judging(max_impact_speed=3.9)).attrs["in_units"]["note"]
+    assert "impacts of at most 3.9 Z·ω_n. " in along
