@@ -14,6 +14,7 @@ from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
+from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import dimensions_of, main_metric
@@ -158,9 +159,7 @@ def _maps(cube: xr.Dataset, best: Mapping[str, Any] | None) -> Iterable[str]:
     for x, y in list(combinations(axes, 2))[:MAPS]:
         at = {} if best is None else {name: best[name] for name in designs if name not in (x, y)}
         answer = resonance_map(cube, units.get(x, x), units.get(y, y), Selection(shown, at))
-        yield drawing(
-            draw_map(answer, shown), f"{answer[shown].attrs['long_name']}. {_words(answer)['note']}"
-        )
+        yield drawing(draw_map(answer, shown), f"{_captioned(cube, answer, shown)}. {_words(answer)['note']}")
 
 
 def _best(cube: xr.Dataset, ranked: xr.Dataset) -> Iterable[str]:
@@ -178,7 +177,7 @@ def _best(cube: xr.Dataset, ranked: xr.Dataset) -> Iterable[str]:
     if curve.sizes["frequency_ratio"] > 1:
         yield drawing(
             draw_response(_over_hertz(curve, units), shown),
-            f"{curve[shown].attrs['long_name']}. {_words(curve)['note']}",
+            f"{_captioned(cube, curve, shown)}. {_words(curve)['note']}",
         )
     try:
         compared = tmd_comparison(cube, at=at)
@@ -190,6 +189,11 @@ def _best(cube: xr.Dataset, ranked: xr.Dataset) -> Iterable[str]:
     yield drawing(
         draw_comparison(place_in_units(cube, _in_metres(_over_hertz(compared, units), units))), words["note"]
     )
+
+
+def _captioned(cube: xr.Dataset, answer: xr.Dataset, shown: str) -> str:
+    """Name what a figure shows, with its unit."""
+    return Phrases.of(cube).as_named(shown).shown(shown, answer[shown])
 
 
 def _over_hertz(answer: xr.Dataset, units: Mapping[str, InUnits]) -> xr.Dataset:

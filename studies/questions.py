@@ -55,7 +55,10 @@ class Judging:
         "base amplitude varies, at every amplitude.",
     )
     max_impact_speed: float | None = asked(
-        None, "Exclude designs with impacts faster than this speed, in units of Z·ω_n.", least=0
+        None,
+        "Exclude designs with impacts faster than this speed, in units of Z·ω_n; in m/s by a range of "
+        "impact_speed_max_m_per_s.",
+        least=0,
     )
     ranges: Ranges = asked(
         NONE,

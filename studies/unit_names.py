@@ -26,6 +26,14 @@ ACCELERATIONS: dict[str, str] = {
 SPEED = "impact_speed_max_m_per_s"
 ENERGY = "dissipation_per_cycle_j"
 
+OVER: dict[str, str] = {
+    **dict.fromkeys(AMPLITUDES, "Z"),
+    **dict.fromkeys(ACCELERATIONS, "Z·ω_n²"),
+    "impact_speed_max": "Z·ω_n",
+    "dissipation_per_cycle": "k·Z²",
+}
+"""What each result that is a ratio is over; all others are counts, shares, codes and the like."""
+
 COORDINATE_NAMES = {
     "clearance_m": "clearance d on either side",
     "friction_force_n": "friction force",
@@ -48,4 +56,11 @@ RESULT_NAMES[SPEED] = "largest approach speed at an impact"
 RESULT_NAMES[ENERGY] = VARIABLES["dissipation_per_cycle"].long_name
 LONG_NAMES = COORDINATE_NAMES | RESULT_NAMES
 """Every coordinate and every result in units, by name."""
+
+
+def with_what_it_is_over(name: str, long_name: str) -> str:
+    """Add to what a result is called what it is over, where neither that nor a unit is said: ``… over Z·ω_n``."""
+    return long_name if name not in OVER or "/" in long_name else f"{long_name} over {OVER[name]}"
+
+
 COORDINATES, RESULTS = tuple(COORDINATE_NAMES), tuple(RESULT_NAMES)

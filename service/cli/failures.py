@@ -6,9 +6,10 @@ import typer
 
 from damperlab.service.cli.output import note, print_json
 from damperlab.studies.faults import Fault, StudyFaults, nearest
-from damperlab.studies.field import fields_of
+from damperlab.studies.field import fields_of, option_of
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.questions import (
+    EVERY_AXIS,
     Amplitudes,
     Boundary,
     Judging,
@@ -158,8 +159,15 @@ def _with_nearest(text: str) -> str:
 
 
 def _spelled(text: str) -> str:
-    """Name the fields of questions, which a message quotes as `field`, as the command line spells them."""
-    return re.sub(r"`(\w+)`", lambda found: SPELLED.get(found[1], found[0]), text)
+    """Name the fields of questions, which a message quotes as `field` or `field=value`, as the command line spells them."""
+    text = re.sub(r"`(\w+)`", lambda found: SPELLED.get(found[1], found[0]), text)
+    return re.sub(r"`(\w+)=([^`]*)`", lambda found: _with_value(found[1], found[2]) or found[0], text)
+
+
+def _with_value(name: str, value: str) -> str:
+    """Spell a field, or a dimension, with its value; empty for what is neither."""
+    option = SPELLED.get(name) or (option_of(name) if name in EVERY_AXIS else "")
+    return f"{option} {value}".rstrip() if option else ""
 
 
 def _kebab(name: str) -> str:

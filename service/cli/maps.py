@@ -59,7 +59,7 @@ def map_(
         return draw_map(answer, metric) if second.minus is None else draw_difference(answer, metric, names)
 
     def tell() -> None:
-        phrases = Phrases.of(cube)
+        phrases = Phrases.of(cube).as_named(selection.metric)
         whose = names[0] if second.minus is None else f"{names[0]} less {names[1]}"
         say(slice_sentence(answer, metric, whose, phrases))
         print_table(*map_table(answer, metric, phrases, None if second.minus is None else "difference"))

@@ -76,7 +76,7 @@ def response(
         return draw_response(answer, metric) if second.with_ is None else draw_compared(answer, metric, names)
 
     def tell() -> None:
-        phrases = Phrases.of(cube)
+        phrases = Phrases.of(cube).as_named(selection.metric)
         say(slice_sentence(answer, metric, label(record), phrases))
         print_table(
             *rows_table(answer, phrases, {"other": metric, "other_amplitude_error": "amplitude_error"})

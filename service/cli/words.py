@@ -141,13 +141,13 @@ def words_of(answer: "xr.Dataset") -> "Mapping[str, Any]":
 
 def slice_sentence(answer: "xr.Dataset", metric: str, study: str, phrases: "Phrases") -> str:
     """Say what a map or a curve shows, and of what."""
-    long_name = phrases.about(str(answer[metric].attrs.get("long_name", metric)))
+    shown = phrases.shown(metric, answer[metric])
     reduced = (
         f", {answer.attrs['reduce']} over {phrases.label(answer.attrs['over'])}"
         if "over" in answer.attrs
         else ""
     )
-    return f"{study}: {long_name}{reduced}. {words_of(answer)['note']}"
+    return f"{study}: {shown}{reduced}. {words_of(answer)['note']}"
 
 
 def found_sentence(found: "Mapping[str, Any]", phrases: "Phrases") -> str:

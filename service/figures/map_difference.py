@@ -78,6 +78,6 @@ def draw_difference(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> 
         if isinstance(norm, LogNorm):
             ticks_1_2_5(shared.ax.yaxis)
         own = figure.colorbar(meshes[2], ax=axes[2], pad=0.02, aspect=28)
-        own.set_label(title_of(answer[DIFFERENCE]))
+        own.set_label(title_of(answer[DIFFERENCE].rename(metric)))
         figure.suptitle(fixed_title(answer.drop_vars(list(elsewhere))), fontsize=STYLE["axes.titlesize"])
     return figure

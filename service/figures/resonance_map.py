@@ -81,7 +81,8 @@ def draw_map(answer: xr.Dataset, metric: str) -> Figure:
             handles.extend(_stars(axes, answer, x, y, shown))
         hatched = (axes, x.values, y.values)
         if locked is not None and locked.any():
-            handles.append(_hatch(*hatched, locked, "....", "white", DARK, "locked to the base"))
+            label = f"locked to the base{_where(answer)}"
+            handles.append(_hatch(*hatched, locked, "....", "white", DARK, label))
         failed = status > Status.MAX_CYCLES
         if failed.any():
             handles.append(_hatch(*hatched, failed, "xxxx", "black", EMPTY, "failed"))
@@ -132,7 +133,7 @@ def _stars(
     kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)
     quiet = np.isin(kinds, QUIET) | ~_weighs(answer, shown)
     stars = []
-    acting = "best with impacts" + (" where it is largest" if "reduce" in answer.attrs else "")
+    acting = f"best with impacts{_where(answer)}"
     rounds = (
         ("optimum", kinds == ResponseClass.LOCKED, VERMILION, "white"),
         (acting, quiet, "white", VERMILION),
@@ -151,6 +152,12 @@ def _stars(
         if not quiet[row, column]:
             break
     return stars
+
+
+def _where(answer: xr.Dataset) -> str:
+    """Say which point along the dimension that was reduced a class of response is that of."""
+    words = {"max": " where it is largest", "min": " where it is smallest"}
+    return words.get(str(answer.attrs.get("reduce")), "")
 
 
 def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[np.bool_]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
-from damperlab.studies.unit_names import COORDINATE_SOURCES
+from damperlab.studies.unit_names import COORDINATE_SOURCES, with_what_it_is_over
 from damperlab.studies.variables import SYMBOLS as RATIO_SYMBOLS
 
 STYLE: dict[str, Any] = {
@@ -50,6 +50,9 @@ BLUE, VERMILION, GREY = "#0072b2", "#d55e00", "#8c8c8c"
 MILLIMETRES = 1e3
 DARK, EMPTY = "#3b3b6d", "#e6e6e6"
 """Behind the hatch of locked points in the legend; where a map has no value."""
+
+_SPELLED = {"m s-1": "m/s", "m s-2": "m/s²"}
+"""Units of CF conventions as an axis carries them."""
 
 LOG_FROM = 10.0
 """Largest over smallest value from which a scale is logarithmic."""
@@ -99,9 +102,13 @@ def save(figure: Figure, path: Path) -> None:
 def title_of(array: xr.DataArray) -> str:
     """Long name and unit of an array as an axis carries them; symbols are set as in the paper."""
     name = str(array.attrs.get("long_name", array.name))
+    units = str(array.attrs.get("units", "1"))
+    if units == "1":
+        name = with_what_it_is_over(str(array.name), name)
     for plain, typeset in (
         ("γ_F", "$γ_F$"),
         ("F_f", "$F_f$"),
+        ("over Z", "over $Z$"),
         ("ω_n", "$ω_n$"),
         ("d/Z", "$d/Z$"),
         ("X/Z", "$X/Z$"),
@@ -109,8 +116,7 @@ def title_of(array: xr.DataArray) -> str:
         ("r = ω/", "$r$ = ω/"),
     ):
         name = name.replace(plain, typeset)
-    units = str(array.attrs.get("units", "1"))
-    return name[:1].upper() + name[1:] + ("" if units == "1" else f" [{units}]")
+    return name[:1].upper() + name[1:] + ("" if units == "1" else f" [{_SPELLED.get(units, units)}]")
 
 
 def told(name: str, value: float | str, units: str = "1") -> str:

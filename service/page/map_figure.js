@@ -8,6 +8,8 @@ import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
 /** Symbols of one class on one map; more would hide the values. */
 const MOST_SYMBOLS = 900;
 const LOCKED = 1;
+/** Of which point the class of response is, where a map is reduced over a dimension. @type {Record<string, string>} */
+const WHERE = { max: " where it is largest", min: " where it is smallest" };
 const FAILED_FROM = 2;
 /** Values of an axis that are each written beside it. */
 const FEW = 8;
@@ -56,7 +58,7 @@ export function mapTraces(map, overlays, marks, words, beside) {
   }
   const kinds = map.metric === "response_class" ? map.values : map.response_class;
   if (kinds && overlays.classes) traces.push(...classSymbols(map, kinds, words));
-  else if (kinds) traces.push(...where(map, kinds, (kind) => kind === LOCKED, "locked to the base", { symbol: "circle", size: 4, color: "white", line: { width: 1, color: "#444" } }));
+  else if (kinds) traces.push(...where(map, kinds, (kind) => kind === LOCKED, `locked to the base${WHERE[map.reduce] ?? ""}`, { symbol: "circle", size: 4, color: "white", line: { width: 1, color: "#444" } }));
   const status = map.metric === "status" ? map.values : map.status;
   traces.push(...where(map, status, (code) => code >= FAILED_FROM, "failed", { symbol: "x-thin", size: 8, line: { width: 2, color: colour("fault") } }));
   traces.push(...markers(marks));

@@ -24,7 +24,14 @@ export class Shown {
     const length = physical ? unitFactor("clearance_ratio", physical) : null;
     const hertz = physical ? unitFactor("frequency_ratio", physical) : null;
     const force = physical ? unitFactor("friction_ratio", physical) : null;
-    const results = { impact_speed_max: length && hertz && length * 2 * Math.PI * hertz, dissipation_per_cycle: length && force && length * force };
+    const rate = hertz && 2 * Math.PI * hertz;
+    const acceleration = length && rate && length * rate * rate;
+    const results = {
+      impact_speed_max: length && rate && length * rate,
+      dissipation_per_cycle: length && force && length * force,
+      acceleration_ratio: acceleration,
+      acceleration_ratio_rms: acceleration,
+    };
     /** @type {Record<string, number>} */
     this.factors = {};
     for (const [name, [, , , scale]] of Object.entries(QUANTITIES)) {
@@ -95,9 +102,10 @@ export class Shown {
     return `± ${this.value(name, error, 2)}`;
   }
 
-  /** What a variable is called. @param {string} name @param {string} otherwise */
+  /** What a variable is called, with its unit or what it is over. @param {string} name @param {string} otherwise */
   variable(name, otherwise) {
-    return this.has(name) ? `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]` : otherwise;
+    if (this.has(name)) return `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]`;
+    return name in WORDS.over && !otherwise.includes("/") ? `${otherwise} over ${WORDS.over[name]}` : otherwise;
   }
 
   /** The words of an answer: those in units where the study is shown so. @param {any} answer @returns {{note: string, verdict: string[]}} */

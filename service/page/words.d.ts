@@ -32,9 +32,11 @@ export const WORDS: {
   stands_for: Record<string, string>;
   /** What stands in units for a ratio: symbol, name, unit, and that unit in units of SI. */
   in_units: Record<string, [string, string, string, number]>;
-  /** The name by which a ratio is asked for in SI units. */
+  /** What each result that is a ratio is over. */
+  over: Record<string, string>;
   /** Errors below this share of their value are rounding, and what a table says of them. */
   rounding: { share: number; word: string };
+  /** The name by which a ratio is asked for in SI units. */
   names_in_si: Record<string, string>;
   /** States of a study, and those at which nothing more happens by itself. */
   states: string[];

@@ -28,7 +28,15 @@ from damperlab.studies.specification.record_fields import TAIL
 from damperlab.studies.specification.scene import EXCITATION_KEYS, MOST_EXCITATIONS, STRUCTURE_KEYS
 from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, RATIO_OF
-from damperlab.studies.unit_names import AMPLITUDES, COORDINATE_SOURCES, ENERGY, RESULT_NAMES, SPEED
+from damperlab.studies.unit_names import (
+    ACCELERATIONS,
+    AMPLITUDES,
+    COORDINATE_SOURCES,
+    ENERGY,
+    OVER,
+    RESULT_NAMES,
+    SPEED,
+)
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import (
     ACCELERATION_UNITS,
@@ -43,7 +51,11 @@ from damperlab.studies.vocabulary import (
     STATES,
 )
 
-_RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"}  # of results that are no lengths
+_IN_SI = AMPLITUDES | ACCELERATIONS | {"impact_speed_max": SPEED, "dissipation_per_cycle": ENERGY}
+"""The name in SI units of each result that has one."""
+
+_RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"} | dict.fromkeys(ACCELERATIONS.values(), "m/s²")
+"""Of results that are no lengths."""
 
 MODULE = "words.js"
 """Under this name the page's modules import it; `words.d.ts` has its types."""
@@ -70,11 +82,7 @@ def _words() -> dict[str, Any]:
         "amplitude_damper": AMPLITUDES_KIND.designs,
         "results_in_units": {
             name: (source, RESULT_NAMES[name], _RESULT_UNITS.get(name, "m"))
-            for source, name in (
-                *AMPLITUDES.items(),
-                ("impact_speed_max", SPEED),
-                ("dissipation_per_cycle", ENERGY),
-            )
+            for source, name in _IN_SI.items()
         },
         "design_point": DESIGN_POINT,
         "prototype": prototype,
@@ -83,6 +91,7 @@ def _words() -> dict[str, Any]:
         },
         "stands_for": {ratio: made.source for ratio, made in DERIVATIONS.items()},
         "in_units": _in_units(),
+        "over": OVER,
         "rounding": {"share": ROUNDING, "word": ROUNDING_WORD},
         "names_in_si": _names_in_si_of_ratios(),
         "states": STATES,
@@ -201,7 +210,7 @@ def _in_units() -> dict[str, tuple[str, str, str, float]]:
 def _names_in_si_of_ratios() -> dict[str, str]:
     """Give the name by which a ratio is asked for in SI units."""
     coordinates = {ratio: name for name, ratio in COORDINATE_SOURCES.items()}
-    return coordinates | AMPLITUDES | {"impact_speed_max": SPEED, "dissipation_per_cycle": ENERGY}
+    return coordinates | _IN_SI
 
 
 def _capital(words: str) -> str:

@@ -1,6 +1,7 @@
 """Two curves of one design: hysteresis, and whatever else differs between two studies on the same frequencies."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -135,7 +136,10 @@ def compared_response(
             words += f" At {lacking} one of the two has no value, so nothing is said there."
         return words
 
-    answer.attrs |= noted(first.attrs, said(cube, lambda phrases: {"note": sentence(phrases)}))
+    def words(phrases: Phrases) -> dict[str, Any]:
+        return {"note": sentence(phrases.as_named(selection.metric))}
+
+    answer.attrs |= noted(first.attrs, said(cube, words))
     return answer
 
 

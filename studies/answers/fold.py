@@ -4,14 +4,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from damperlab.studies.variables import Status
+from damperlab.studies.variables import ResponseClass, Status
 
 
 class Extremum:
     """The largest value (sign 1) or the smallest (sign −1) along the first axis, with what stands beside.
 
     A point that failed may be larger than any other: its response may be unbounded. So the largest is not known where one
-    failed, and what stands beside is that point's. The smallest is that of the points that have a value.
+    failed, and what stands beside is that point's. The smallest is that of the points that have a value. Of points with the
+    same value, as those without an impact, one stands for them at which the mass moves, if there is one: they are locked
+    only where all of them are.
     """
 
     def __init__(self, sign: float) -> None:
@@ -23,7 +25,12 @@ class Extremum:
         ranked = np.where(np.isnan(values), -np.inf, self._sign * values)
         if self._sign > 0.0:
             ranked[beside["status"] > Status.MAX_CYCLES] = np.inf
-        place = ranked.argmax(axis=0)[None]
+        first = ranked.argmax(axis=0)
+        moving = _moves(beside, ranked)
+        if moving is not None:
+            equal = (ranked == ranked.max(axis=0)) & moving
+            first = np.where(equal.any(axis=0), equal.argmax(axis=0), first)
+        place = first[None]
 
         def pick(array: np.ndarray) -> np.ndarray:
             return np.asarray(np.take_along_axis(array, place, axis=0)[0])
@@ -34,12 +41,24 @@ class Extremum:
             self._best = found
             return
         better = found["rank"] > self._best["rank"]
+        before, now = _moves(self._best, self._best["rank"]), _moves(found, found["rank"])
+        if before is not None and now is not None:
+            better |= (found["rank"] == self._best["rank"]) & now & ~before
         for name, array in found.items():
             self._best[name] = np.where(better, array, self._best[name])
 
     def result(self) -> dict[str, np.ndarray]:
         """Give the value, the index where it lies, with what stands beside."""
         return {name: array for name, array in self._best.items() if name != "rank"}
+
+
+def _moves(beside: Mapping[str, np.ndarray], ranked: np.ndarray) -> np.ndarray | None:
+    """Say at which points that have a value the mass is known to move; None where the study keeps no class."""
+    if "response_class" not in beside:
+        return None
+    held = (ResponseClass.UNKNOWN, ResponseClass.LOCKED)
+    moves: np.ndarray = np.isfinite(ranked) & ~np.isin(beside["response_class"], held)
+    return moves
 
 
 class Mean:

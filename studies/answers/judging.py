@@ -11,7 +11,8 @@ from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC,
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.portable import product
 from damperlab.studies.store.export.slabs import slabs
-from damperlab.studies.variables import DIMENSIONS, NONE_IS_ZERO, ResponseClass, Status
+from damperlab.studies.unit_names import OVER
+from damperlab.studies.variables import DIMENSIONS, NONE_IS_ZERO, VARIABLES, ResponseClass, Status
 
 REASONS: dict[str, str] = {
     "incomplete": "not computed yet at every frequency that counts",
@@ -190,6 +191,23 @@ def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np
     return xr.Dataset(
         {name: ("rank", found[name], attributes) for name, attributes in named.items()}, coordinates
     )
+
+
+def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
+    """Say which results designs must have, as ratios and, where the study is given in units, in them too."""
+
+    def spelled(name: str, *ends: float) -> str:
+        ratio = " to ".join(f"{end:.6g}" for end in ends) + (f" {OVER[name]}" if name in OVER else "")
+        unit = phrases.unit(name)
+        return f"{ratio} = {' to '.join(phrases.number(name, end) for end in ends)}{unit}" if unit else ratio
+
+    told = [
+        f"{VARIABLES[name].long_name} from {spelled(name, low, high)}"
+        for name, (low, high) in question.limits.items()
+    ]
+    if question.max_impact_speed is not None:
+        told.insert(0, f"impacts of at most {spelled('impact_speed_max', question.max_impact_speed)}")
+    return f"Allowed at every frequency that counts: {'; '.join(told)}." if told else ""
 
 
 def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str:

@@ -100,7 +100,7 @@ def map_difference(
 
     spoken = words(RATIOS)
     if "in_units" in first.attrs:
-        spoken["in_units"] = words(_phrases(cube, other))
+        spoken["in_units"] = words(_phrases(cube, other).as_named(selection.metric))
     answer.attrs |= noted(first.attrs, spoken)
     return answer
 

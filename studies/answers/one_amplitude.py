@@ -4,7 +4,7 @@ import json
 
 import xarray as xr
 
-from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
+from damperlab.studies.amplitudes import AMPLITUDE, CONSTANT, RATIOS_OF
 from damperlab.studies.answers.excited import amplitude_called
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.phrases import noted
@@ -27,9 +27,11 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     Returns
     -------
     Dataset
-        Lazily, over the six ratios, with that number in the definition of its attribute `study`.
+        Lazily, over the six ratios, with that number in the definition of its attribute `study`. Where a velocity or an
+        acceleration of the base is constant the ratios of a damper are others at each frequency: the cube is then still
+        one over clearances and forces, with one base amplitude.
     mapping of float
-        The point without its base amplitude.
+        The point in what the cube has: without its base amplitude where the cube has ratios.
 
     Raises
     ------
@@ -42,13 +44,19 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     if AMPLITUDE not in at and values.size > 1:
         ends = f"one base amplitude from {values[0]:g} to {values[-1]:g} m, of which the nearest of {values.size} is taken"
         told = f"This question is about one base amplitude, and the study has {values.size}."
-        raise QueryFault(Fault(AMPLITUDE, "nothing", ends, f"name it: {AMPLITUDE}={values[-1]:g}", told))
+        raise QueryFault(Fault(AMPLITUDE, "nothing", ends, f"name it: `{AMPLITUDE}={values[-1]:g}`", told))
     asked = {AMPLITUDE: at[AMPLITUDE]} if AMPLITUDE in at else {}
     others = tuple(str(name) for name in cube["status"].dims if name != AMPLITUDE)
-    chosen = float(values[choose(cube, asked, others)[AMPLITUDE]])
+    place = choose(cube, asked, others)[AMPLITUDE]
+    chosen = float(values[place])
+    definition = json.loads(cube.attrs["study"])
+    if definition["physical"].get("constant") is not None:
+        part = cube.isel({AMPLITUDE: [place]})
+        definition["physical"][AMPLITUDE] = [chosen]
+        part.attrs["study"] = json.dumps(definition)
+        return part, at
     part = cube.sel({AMPLITUDE: chosen}).swap_dims(RATIOS_OF)
     part = part.drop_vars([*RATIOS_OF, AMPLITUDE, *(name for name in RESULT_NAMES if name in part)])
-    definition = json.loads(cube.attrs["study"])
     definition["physical"][AMPLITUDE] = chosen
     part.attrs["study"] = json.dumps(definition)
     return part, {name: value for name, value in at.items() if name != AMPLITUDE}
@@ -58,12 +66,19 @@ def said_of_it(answer: xr.Dataset, cube: xr.Dataset, whole: xr.Dataset) -> xr.Da
     """Have the note of an answer name the base amplitude that `at_one_amplitude` took of the whole cube, if any."""
     if AMPLITUDE not in whole.sizes:
         return answer
-    metres = json.loads(cube.attrs["study"])["physical"][AMPLITUDE]
-    called = amplitude_called(cube).capitalize()
-    words = {
-        "note": f"{called} Z = {metres:g} m.",
-        "in_units": {"note": f"{called} Z = {1e3 * metres:g} mm."},
-    }
+    physical = json.loads(cube.attrs["study"])["physical"]
+    metres, constant = physical[AMPLITUDE], physical.get("constant")
+    if constant is None:
+        called = amplitude_called(cube).capitalize()
+        first = {"note": f"{called} Z = {metres:g} m."}
+        in_units = {"note": f"{called} Z = {1e3 * metres:g} mm."}
+    else:  # what follows names the base amplitude among the other dimensions
+        power = {1: "", 2: "²"}[CONSTANT[constant]]
+        first = in_units = {
+            "note": f"The {constant} of the base is the same at every frequency, and Z is its amplitude at the natural "
+            f"frequency; X/Z is over the amplitude at the frequency itself, Z/r{power}."
+        }
+    words = {**first, "in_units": in_units}
     answer.attrs |= noted(
         words, {name: answer.attrs[name] for name in ("note", "in_units") if name in answer.attrs}
     )

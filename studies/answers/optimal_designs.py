@@ -9,7 +9,15 @@ import xarray as xr
 from damperlab.studies.answers.contenders import DOUBT, Doubt
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
 from damperlab.studies.answers.flatness import flatness, say_flatness
-from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally, say_judged
+from damperlab.studies.answers.judging import (
+    REASONS,
+    attributes_of,
+    described,
+    judged,
+    new_tally,
+    say_judged,
+    say_limits,
+)
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.answers.phrases import Phrases, said, together
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
@@ -135,10 +143,11 @@ def _note(
     sentences = [
         f"Ranked by the {phrases.about(question.long_name)}; smaller is better.",
         say_judged(question, computed, phrases),
+        say_limits(question, phrases),
     ]
     left_out = [f"{tally[name]} {reason}" for name, reason in REASONS.items() if tally[name]]
     if left_out:
         sentences.append(f"Left out of {counted(tally['designs'], 'design')}: {', '.join(left_out)}.")
     if ranked == 0:
         sentences.append("No design is left.")
-    return " ".join(sentences)
+    return " ".join(filter(None, sentences))

@@ -8,7 +8,15 @@ import xarray as xr
 
 from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
-from damperlab.studies.answers.judging import REASONS, attributes_of, described, judged, new_tally, say_judged
+from damperlab.studies.answers.judging import (
+    REASONS,
+    attributes_of,
+    described,
+    judged,
+    new_tally,
+    say_judged,
+    say_limits,
+)
 from damperlab.studies.answers.phrases import FREQUENCY, Phrases, said
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.faults import Fault, counted, describe, listing, nearest
@@ -90,9 +98,10 @@ def pareto_front(
         sentences = [
             f"{counted(length, 'design')} that no other design beats in all of: {wanted}.{listed}",
             say_judged(question, cube.sizes[FREQUENCY], phrases),
+            say_limits(question, phrases),
             *_remarks(tally, doubt),
         ]
-        return {"note": " ".join(sentences)}
+        return {"note": " ".join(filter(None, sentences))}
 
     answer.attrs |= said(cube, note)
     return answer

@@ -15,9 +15,18 @@ from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.rounding import is_rounding
-from damperlab.studies.unit_names import AMPLITUDES, ENERGY, RESULTS, SPEED
+from damperlab.studies.unit_names import (
+    ACCELERATIONS,
+    AMPLITUDES,
+    ENERGY,
+    OVER,
+    RESULT_NAMES,
+    RESULTS,
+    SPEED,
+    with_what_it_is_over,
+)
 from damperlab.studies.units import InUnits, coordinates_in_units, in_si, results_in_units
-from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
+from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS, VARIABLES
 
 AMPLITUDE = "amplitude_ratio"
 FREQUENCY = "frequency_ratio"
@@ -41,6 +50,7 @@ PRINTED: dict[str, Printed] = {
     "impact_speed_max": Printed("v", "largest impact speed", "m/s", 1.0),
     "dissipation_per_cycle": Printed("ΔE", "energy dissipated per cycle", "J", 1.0),
     **{name: Printed("X", "amplitude X", "mm", 1e3) for name in AMPLITUDES},
+    **{ratio: Printed("a", RESULT_NAMES[name], "m/s²", 1.0) for ratio, name in ACCELERATIONS.items()},
 }
 """What is written for a ratio in a study in units."""
 
@@ -57,7 +67,7 @@ PRINTED_OF_SI: dict[str, Printed] = {
     BASE_AMPLITUDE: Printed("Z", "base amplitude Z", "mm", 1e3),
     "particle_mass_kg": PRINTED["mass_ratio"],
     "frequency_hz": PRINTED[FREQUENCY],
-    **{name: PRINTED[source] for source, name in AMPLITUDES.items()},
+    **{name: PRINTED[source] for source, name in (AMPLITUDES | ACCELERATIONS).items()},
     SPEED: PRINTED["impact_speed_max"],
     ENERGY: PRINTED["dissipation_per_cycle"],
     "natural_frequency_hz": Printed("f_n", "natural frequency f_n", "Hz", 1.0),
@@ -109,6 +119,19 @@ class Phrases:
         """Give those of ratios; what the cube has in SI units itself stands in units all the same."""
         return cls({each.source: each for each in in_si(cube)}, amplitude_called(cube))
 
+    def as_named(self, metric: str | None) -> "Phrases":
+        """Give those for a table of a result that somebody named: one that is named as a ratio stays one, and all beside it.
+
+        Parameters
+        ----------
+        metric : str or None
+            As it was named; None where nobody did.
+        """
+        if metric not in VARIABLES:
+            return self
+        kept = {name: each for name, each in self.quantities.items() if name not in VARIABLES}
+        return replace(self, quantities=kept)
+
     def _has(self, name: str) -> bool:
         return name in self.quantities
 
@@ -132,9 +155,12 @@ class Phrases:
         """Name a column of a table, with its unit in brackets; `quantity` is what an answer's own name stands for."""
         quantity = quantity or name
         if not self._has(quantity):
-            return f"{name} {SYMBOLS[name]}" if name in SYMBOLS else name
+            if name in SYMBOLS:
+                return f"{name} {SYMBOLS[name]}"
+            # what is called a ratio, or stands beside one, is over Z by its name
+            return f"{name} [{OVER[quantity]}]" if quantity in _OVER_MORE_THAN_Z else name
         of_a_dimension = name in TERMS and name not in RESULTS
-        named = _SI_SUFFIX.sub("", AMPLITUDES.get(name, name))
+        named = _SI_SUFFIX.sub("", (AMPLITUDES | ACCELERATIONS).get(name, name))
         return f"{self.label(name) if of_a_dimension else named} [{_PRINTED[quantity].unit}]"
 
     def printed(self, name: str, value: float) -> float:
@@ -167,15 +193,28 @@ class Phrases:
             return f"{self.value(AMPLITUDE, value)} (error not known)"
         return f"{self.number(AMPLITUDE, value)} ± {self.value(AMPLITUDE, error, '.2g')}"
 
+    def shown(self, name: str, array: xr.DataArray) -> str:
+        """Name a result that a table shows, with its unit or what it is over: ``amplitude X in mm``."""
+        units = str(array.attrs.get("units", "1"))
+        told = self.about(with_what_it_is_over(name, str(array.attrs.get("long_name", name))))
+        if self._has(name):
+            units = _PRINTED[name].unit
+            told = (
+                _PRINTED[name].label if name in ACCELERATIONS else self.about(str(array.attrs["long_name"]))
+            )
+        return told if units == "1" else f"{told}{',' if ',' in told else ''} in {units}"
+
     def about(self, long_name: str) -> str:
         """Name what designs are judged by."""
         if self._has(AMPLITUDE):
-            long_name = long_name.replace("X/Z", "X").replace("amplitude ratio", "amplitude")
+            for ratio, length in (("X/Z", "X"), ("amplitude ratio", "amplitude"), ("|x−z|/Z", "|x−z|")):
+                long_name = long_name.replace(ratio, length)
         return long_name.replace("r = 1", self.equal(FREQUENCY, 1.0))
 
 
+_OVER_MORE_THAN_Z = OVER.keys() - AMPLITUDES.keys() - ACCELERATIONS.keys()
 RATIOS = Phrases()
-_SI_SUFFIX = re.compile(r"_(m_per_s|m_s2|m_s|m|j|s)$")  # the unit stands beside it
+_SI_SUFFIX = re.compile(r"_(m_per_s2|m_per_s|m_s2|m_s|m|j|s)$")  # the unit stands beside it
 
 
 def said(cube: xr.Dataset, say: Callable[[Phrases], dict[str, Any]]) -> dict[str, Any]:

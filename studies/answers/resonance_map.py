@@ -81,7 +81,8 @@ def resonance_map(
     Dataset
         Dimensions (y, x). The metric, and its `amplitude_error`, `response_class` and `status` where the
         cube has them; of a maximum or minimum they are those of the point where it lies, which `<over>_at`
-        names, or of the point whose failure leaves the maximum unknown. Of a mean, the error is the mean error and the
+        names, or of the point whose failure leaves the maximum unknown; of points with the same value it is one at which the
+        mass moves, if there is one. Of a mean, the error is the mean error and the
         status the worst, and there is no class.
         Reduced, `computed_share` is the share of the points that were reduced to one that were computed. The other
         dimensions are coordinates without a dimension. Attributes: `complete` (share of the points of

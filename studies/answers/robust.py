@@ -16,8 +16,8 @@ import xarray as xr
 from damperlab.studies.answers.contenders import ties
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
-from damperlab.studies.answers.judging import attributes_of, judge, new_tally, say_judged
-from damperlab.studies.answers.phrases import AMPLITUDE, Phrases, said
+from damperlab.studies.answers.judging import attributes_of, judge, new_tally, say_judged, say_limits
+from damperlab.studies.answers.phrases import AMPLITUDE, RATIOS, Phrases, said
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.answers.verdict import say_ties
 from damperlab.studies.faults import Fault, counted
@@ -296,6 +296,7 @@ def _note(
     sentences = [
         f"Ranked by the {question.long_name}, the worst over {over}",
         say_judged(question, cube.sizes[FREQUENCY], phrases),
+        say_limits(question, RATIOS),  # in units they are others at each base amplitude
     ]
     tally = answer.attrs
     reasons = {
@@ -313,4 +314,4 @@ def _note(
             "Grid points nearest to the ray stand for it, at most a share of "
             f"{float(answer['distance'].max()):.3g} off for the dampers shown."
         )
-    return " ".join(sentences)
+    return " ".join(filter(None, sentences))

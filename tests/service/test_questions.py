@@ -55,6 +55,39 @@ def test_map_reduced_over_frequency_holds_the_peak(client: httpx.Client, curve: 
     assert answer["frequency_ratio_at"] == [[1.0]]
 
 
+@pytest.mark.parametrize("constant", ["velocity", "acceleration"])
+def test_a_tuned_mass_damper_is_compared_where_the_base_amplitude_falls_with_the_frequency(
+    client: httpx.Client, helpers: Any, constant: str
+) -> None:
+    study = {
+        "particle": False,
+        "damping_ratio": 0.05,
+        "physical": {
+            "mass_kg": 2.0,
+            "natural_frequency_hz": 4.0,
+            "base_amplitude_m": [0.002, 0.003],
+            "constant": constant,
+            "friction_force_n": [0.0, 0.1],
+            "excitation_frequency_hz": [3.6, 4.0, 4.4],
+        },
+    }
+    record = client.post(STUDIES, json=study).raise_for_status().json()
+    helpers.wait_for(client, record["id"], helpers.ended)
+    asked = {"friction_force_n": 0.0, "base_amplitude_m": 0.003, "mass_ratio": 0.05}
+    answer = client.get(f"{STUDIES}/{record['id']}/tmd-comparison", params=asked).raise_for_status().json()
+    np.testing.assert_allclose(
+        answer["hybrid"], [_closed_form(0.05, f / 4.0) for f in (3.6, 4.0, 4.4)], rtol=1e-12
+    )
+    assert f"The {constant} of the base is the same at every frequency" in answer["note"]
+    unnamed = client.get(f"{STUDIES}/{record['id']}/tmd-comparison", params={"friction_force_n": 0.0})
+    assert unnamed.status_code == 422
+    with Client(str(client.base_url)) as damperlab:
+        found = damperlab.study(record["id"]).tmd_comparison(
+            mass_ratio=0.05, friction_force_n=0.0, base_amplitude_m=0.003
+        )
+        np.testing.assert_array_equal(found["hybrid"], answer["hybrid"])
+
+
 def test_a_study_in_units_is_asked_and_exported_in_units(client: httpx.Client, helpers: Any) -> None:
     hertz = [3.6, 4.0, 4.4]
     study = {

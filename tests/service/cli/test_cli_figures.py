@@ -1,5 +1,6 @@
 """Figures of answers whose content is known."""
 
+import json
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -107,6 +108,46 @@ def test_locked_failed_and_missing_points_are_told_apart() -> None:
         "failed",
         "not computed",
     ]
+
+
+def test_a_design_is_hatched_as_locked_only_where_its_largest_value_is() -> None:
+    """Of equal values, as those without an impact, one at which the mass moves stands for all."""
+    values = np.zeros((X.size, Y.size, 2))
+    kinds = np.full(values.shape, int(ResponseClass.LOCKED), np.int8)
+    kinds[:5, :, 1] = ResponseClass.NO_IMPACT  # locked at the first frequency alone
+    values[5, :, 0] = 1.0
+    kinds[5, :, 1] = ResponseClass.SYMMETRIC  # largest where it is locked
+    axes = {"frequency_ratio": np.array([0.9, 1.0])}
+    study = cube(values, kinds, np.zeros(values.shape, np.int8), axes)
+    over = resonance_map(
+        study, "clearance_ratio", "friction_ratio", Selection("amplitude_ratio"), "frequency_ratio"
+    )
+    locked = over["response_class"].values.T == ResponseClass.LOCKED
+    np.testing.assert_array_equal(locked, np.repeat(np.arange(X.size) >= 5, Y.size).reshape(X.size, Y.size))
+    assert "locked to the base where it is largest" in labels(draw_map(over, "amplitude_ratio"))
+
+
+@pytest.mark.parametrize(
+    ("metric", "title"),
+    [
+        ("impact_speed_max", "Largest impact speed over $Z$·$ω_n$"),
+        ("amplitude_ratio", "Amplitude ratio $X/Z$"),
+        ("impact_speed_max_m_per_s", "Largest approach speed at an impact [m/s]"),
+    ],
+)
+def test_the_scale_of_colours_says_its_unit_or_what_it_is_over(metric: str, title: str) -> None:
+    values = np.random.default_rng(1).uniform(1, 2, (X.size, Y.size))
+    kinds = np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
+    study = cube(values, kinds, np.zeros(values.shape, np.int8))
+    attributes = {"units": "1", "long_name": "largest impact speed"}
+    study["impact_speed_max"] = study["amplitude_ratio"].copy()
+    study["impact_speed_max"].attrs = attributes
+    study["amplitude_ratio"].attrs = {"units": "1", "long_name": "amplitude ratio X/Z"}
+    study.attrs["study"] = json.dumps(
+        {"physical": {"mass_kg": 2.0, "natural_frequency_hz": 4.0, "base_amplitude_m": 0.001}}
+    )
+    figure = draw_map(resonance_map(study, "clearance_ratio", "friction_ratio", Selection(metric)), metric)
+    assert figure.axes[1].get_ylabel() == title
 
 
 def symmetric_map(values: np.ndarray) -> Figure:

@@ -74,7 +74,7 @@ def test_tables_of_a_study_in_units_are_in_millimetres_and_hertz(tmp_path: Path)
     run("run", file, *data)
     amplitudes = {f: 1e3 * base * transmissibility(f / hertz, 0.05) for f in (6.0, 9.0)}
     said, head, *rows = run("response", "in units", *data).stdout.splitlines()
-    assert "amplitude X." in said
+    assert "amplitude X in mm." in said
     assert "X/Z" not in said + head
     assert head.startswith("excitation frequency f [Hz]  amplitude [mm]")
     for row, (f, amplitude) in zip(rows, amplitudes.items(), strict=True):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import pytest
 from tests.service.page.looking import until
 
 STUDY: dict[str, Any] = {
@@ -65,3 +66,25 @@ def test_a_figure_as_a_table_has_axes_without_what_conversion_leaves(
     assert head == "Clearance d [mm],Friction force F_f [N],amplitude X [mm]"
     places = [",".join(row.split(",")[:2]) for row in rows]
     assert places == ["3,0.05", "6,0.05", "9,0.05", "3,0.11", "6,0.11", "9,0.11"]
+
+
+def test_a_map_of_accelerations_is_in_metres_per_second_squared(
+    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
+) -> None:
+    metrics = ["amplitude_ratio", "acceleration_ratio", "acceleration_ratio_rms"]
+    study = STUDY | {"name": "felt", "metrics": metrics}
+    record = client.post("/api/v1/studies", json=study).raise_for_status().json()
+    helpers.wait_for(client, record["id"], helpers.ended)
+    asked = {"x": "clearance_m", "y": "friction_force_n", "metric": "acceleration_m_per_s2"}
+    answer = (
+        client.get(f"/api/v1/studies/{record['id']}/resonance-map", params=asked).raise_for_status().json()
+    )
+    page = open_page().go(f"#/studies/{record['id']}?metric=acceleration_ratio")
+    until(page, QUIET, lambda empty: empty == 0)
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Download as CSV: Resonance map of felt").click()
+    head, *rows = Path(download.value.path()).read_text().splitlines()
+    assert head == "Clearance d [mm],Friction force F_f [N],acceleration of the structure [m/s²]"
+    shown = [float(row.split(",")[2]) for row in rows]
+    # the page multiplies in another order
+    assert shown == pytest.approx([value for row in answer["values"] for value in row], rel=1e-9)

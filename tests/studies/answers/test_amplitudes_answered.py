@@ -277,3 +277,24 @@ def test_what_a_study_over_base_amplitudes_does_not_answer_says_what_does(asked:
     assert fault.field == "study"
     assert fault.allowed == f"a study with one base amplitude for {asked}"
     assert instead in fault.advice
+
+
+@pytest.mark.parametrize(("constant", "power"), [("velocity", 1), ("acceleration", 2)])
+def test_a_tuned_mass_damper_is_compared_where_the_base_amplitude_falls_with_the_frequency(
+    stored: tuple[Store, str], constant: str, power: int
+) -> None:
+    store, _ = stored
+    whole = store.cube(keep(store, PHYSICAL | {"constant": constant}))
+    at = {"clearance_m": 0.01, "friction_force_n": 1.5, "base_amplitude_m": 0.0021}
+    one, rest = at_one_amplitude(whole, at)
+    answer = said_of_it(tmd_comparison(one, Tuning(mass_ratio=0.05), rest), one, whole)
+    np.testing.assert_array_equal(answer["hybrid"], whole["amplitude_ratio"].values[0, 0, 0, 1, 2, 1])
+    same = frequency_response(whole, Selection("amplitude_ratio", at))
+    np.testing.assert_array_equal(answer["hybrid"], same["amplitude_ratio"])
+    for words in (answer.attrs, answer.attrs["in_units"]):
+        assert words["note"].startswith(f"The {constant} of the base is the same at every frequency")
+        assert f"over the amplitude at the frequency itself, Z/r{'²' * (power == 2)}." in words["note"]
+        assert words["verdict"]
+    assert "base amplitude Z = 2 mm (the grid point nearest to the 2.1 mm asked for)" in answer.attrs["note"]
+    with pytest.raises(QueryFault, match="about one base amplitude, and the study has 3"):
+        at_one_amplitude(whole, {})

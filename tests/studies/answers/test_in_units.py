@@ -191,3 +191,31 @@ def test_a_figure_of_what_was_asked_in_units_tells_its_place_in_them(cube: xr.Da
     ratios = fixed_title(resonance_map(cube, "clearance_ratio", "friction_ratio"))
     assert "$β$ = 0.05" in ratios
     assert ratios.endswith("; max over $r$")
+
+
+def test_limits_on_results_are_told_as_ratios_and_in_units(cube: xr.Dataset) -> None:
+    asked = Judging(
+        max_impact_speed=3.5, ranges={"amplitude_ratio": (0.0, 8.0), "impact_speed_max": (0.0, 3.9)}
+    )
+    answer = optimal_designs(cube, asked)
+    speed, length = 2 * np.pi * HERTZ * BASE, BASE * 1e3
+    ratios = (
+        "Allowed at every frequency that counts: impacts of at most 3.5 Z·ω_n; amplitude ratio X/Z from 0 to 8 Z; "
+        "largest impact speed from 0 to 3.9 Z·ω_n."
+    )
+    assert ratios in answer.attrs["note"]
+    told = answer.attrs["in_units"]["note"]
+    assert f"impacts of at most 3.5 Z·ω_n = {3.5 * speed:.6g} m/s;" in told
+    assert f"from 0 to 8 Z = 0 to {8 * length:.6g} mm;" in told
+    assert f"largest impact speed from 0 to 3.9 Z·ω_n = 0 to {3.9 * speed:.6g} m/s." in told
+    # what was asked in m/s is the same question, and is told so
+    in_units = Judging(
+        max_impact_speed=3.5,
+        ranges={"amplitude_m": (0.0, 8 * BASE), "impact_speed_max_m_per_s": (0.0, 3.9 * speed)},
+    )
+    assert optimal_designs(cube, in_units).attrs["in_units"]["note"] == told
+    front = pareto_front(cube, ("amplitude", "-mass"), Judging(max_impact_speed=3.9))
+    assert f"impacts of at most 3.9 Z·ω_n = {3.9 * speed:.6g} m/s." in front.attrs["in_units"]["note"]
+    # over base amplitudes a speed that is one ratio is another one at each of them
+    along = robust_designs(cube, (0.5, 1.0), Judging(max_impact_speed=3.9)).attrs["in_units"]["note"]
+    assert "impacts of at most 3.9 Z·ω_n. " in along
