@@ -13,6 +13,7 @@ from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC,
 from damperlab.studies.answers.ends import end_of, say_ends
 from damperlab.studies.answers.flatness import NO_VALUE
 from damperlab.studies.answers.phrases import RATIOS, Phrases, said
+from damperlab.studies.answers.ranked_peaks import RankedPeaks
 from damperlab.studies.faults import counted
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
@@ -44,6 +45,7 @@ def verdict(
     ranked: xr.Dataset,
     active: Mapping[str, Any] | None,
     flat: list[dict[str, Any]],
+    homes: Mapping[str, xr.Dataset] | None = None,
 ) -> dict[str, Any]:
     """Judge a ranking.
 
@@ -57,6 +59,8 @@ def verdict(
         Of `best_with_impacts`.
     flat : list of dict
         Of `flatness.flatness`.
+    homes : mapping of Dataset, optional
+        The studies that hold the designs, by the id that stands as `study` in `ranked`; `cube` holds all of them if not given.
 
     Returns
     -------
@@ -81,10 +85,12 @@ def verdict(
     if question.frequencies.size == 1:
         found["next_frequencies"] = dict(NEXT_BAND)
     ties = _say_ties(ranked, found, bool(np.isnan(errors[0])))
+    peaks = RankedPeaks.of(cube, question, ranked, active, homes)
 
     def sentences(phrases: Phrases) -> dict[str, Any]:
         every = [
             f"Optimum: {say_design(ranked, 0, phrases)}",
+            peaks.say(phrases),
             ties,
             *_say_idle(cube, ranked, active, phrases),
             _say_alone(cube, question, phrases),
