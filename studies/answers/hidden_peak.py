@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.store.export.slabs import BUDGET
 from damperlab.studies.variables import ResponseClass
 
 FREQUENCY = "frequency_ratio"
@@ -119,6 +120,54 @@ def hidden_of(cube: xr.Dataset, r: NDArray[np.float64], design: Mapping[str, Any
     return np.asarray(hidden(r, values[None], kinds[None], zeta, beta)[0])
 
 
+def hidden_on(
+    cube: xr.Dataset, metric: str, plane: tuple[str, str], index: Mapping[str, int]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.float64]]:
+    """Ask as `hidden` for every place of a map of the largest values over the frequency.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study of the response to a harmonic base.
+    metric : str
+        An amplitude of the structure.
+    plane : tuple of str
+        Dimensions of the map.
+    index : mapping of int
+        Grid points of the other dimensions.
+
+    Returns
+    -------
+    (r, where, damping_ratio)
+        As `say_hidden` takes them, a row for each place; none where the frequencies are close enough, of which nothing is read.
+    """
+    order = np.argsort(cube[FREQUENCY].values)
+    r = cube[FREQUENCY].values[order]
+    part = cube.isel({name: place for name, place in index.items() if name != FREQUENCY})
+    one = part["status"].isel({FREQUENCY: 0})
+
+    def each(name: str) -> NDArray[np.float64]:
+        return np.asarray(part[name].broadcast_like(one).transpose(*plane).values, np.float64).ravel()
+
+    zeta, beta = each("damping_ratio"), each("mass_ratio")
+    if not (np.diff(r) > zeta.min()).any():
+        return r, np.zeros((0, r.size - 1), np.bool_), zeta[:0]
+    where = np.zeros((zeta.size, r.size - 1), np.bool_)
+    extent, across = (part.sizes[name] for name in plane)
+    step = max(1, BUDGET // (across * r.size))
+    for start in range(0, extent, step):
+        some = part.isel({plane[0]: slice(start, start + step), FREQUENCY: order})
+        rows = slice(start * across, (start + step) * across)
+
+        def load(name: str, some: xr.Dataset = some) -> NDArray[Any]:
+            return np.asarray(some[name].transpose(*plane, FREQUENCY).values).reshape(-1, r.size)
+
+        values = load(metric).astype(np.float64)
+        kinds = load("response_class") if "response_class" in cube else np.full(values.shape, -1, np.int8)
+        where[rows] = hidden(r, values, kinds, zeta[rows], beta[rows])
+    return r, where, zeta
+
+
 def say_hidden(
     whose: str,
     r: NDArray[np.float64],
@@ -152,10 +201,11 @@ def say_hidden(
     if r.size == 2:
         low, high = phrases.number(FREQUENCY, r[0], ".10g"), phrases.value(FREQUENCY, r[1], ".10g")
         few = f"The band is two frequencies, {low} and {high}, with nothing between them. "
+    higher = "far higher" if apart > 2.0 * bandwidth else "more than a tenth higher"
     name = "excitation_frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
     start, stop = (phrases.number(FREQUENCY, end, ".10g") for end in (r[0], r[-1]))
     return (
-        f"{few}{whose} may be more than a tenth higher between two frequencies: near the resonance these are up to "
+        f"{few}{whose} may be {higher} between two frequencies: near the resonance these are up to "
         f"{phrases.value(FREQUENCY, apart, '.3g')} apart, and {wide}. An error, also where it is rounding, is that of the "
         f"computed points, not of the peak. Compute `{name}: {{start: {start}, stop: {stop}, num: {_number(r, bandwidth)}}}`."
     )

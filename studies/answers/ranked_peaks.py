@@ -39,8 +39,8 @@ class RankedPeaks:
         cube: xr.Dataset,
         question: DesignQuestion,
         ranked: xr.Dataset,
-        active: Mapping[str, Any] | None,
-        homes: Mapping[str, xr.Dataset] | None,
+        active: Mapping[str, Any] | None = None,
+        homes: Mapping[str, xr.Dataset] | None = None,
     ) -> "RankedPeaks":
         """Ask the first designs of a ranking, and the best with impacts."""
         r = question.frequencies
@@ -55,24 +55,24 @@ class RankedPeaks:
             designs += [] if acting in designs else [acting]
         where = [hidden_of(homes[each["study"]] if homes else cube, r, each) for each in designs]
         zeta = np.array([each["damping_ratio"] for each in designs])
-        return cls(listed, r, np.array(where, np.bool_).reshape(len(designs), -1), zeta)
+        return cls(listed, r, np.array(where, np.bool_).reshape(len(designs), r.size - 1), zeta)
 
-    def say(self, phrases: Phrases) -> str:
+    def say(self, phrases: Phrases, noun: str = "design") -> str:
         """Say whose peaks they are, and what to compute; nothing where none hides."""
-        hides = self.where.any(axis=1)
+        hides = np.asarray(self.where.any(axis=1))
         count = int(hides[: self.listed].sum())
         whose = []
         if count and self.listed == 1:
-            whose.append("the largest value of the optimum")
+            whose.append(f"the largest value of the best {noun}")
         elif count:
-            among = ", the optimum among them," if hides[0] else ""
+            among = f", the best {noun} among them," if hides[0] else ""
             values = "value" if count == 1 else "values"
-            whose.append(f"the largest {values} of {count} of the first {self.listed} designs{among}")
+            whose.append(f"the largest {values} of {count} of the first {self.listed} {noun}s{among}")
         if hides[self.listed :].any():
             whose.append(
-                "that of the best design with impacts"
+                "that of the best {noun} with impacts"
                 if whose
-                else "the largest value of the best design with impacts"
+                else "the largest value of the best {noun} with impacts"
             )
         words = " and ".join(whose)
         return say_hidden(f"{words[:1].upper()}{words[1:]}", self.r, self.where, self.damping_ratio, phrases)

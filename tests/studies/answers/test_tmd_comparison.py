@@ -120,10 +120,12 @@ def test_that_a_peak_is_lower_is_said_only_where_the_frequencies_are_close_enoug
     coarse = tmd_comparison(linear([0.8, 1.2, 1.6], 0.02), tuning)
     assert coarse.attrs["ratio"] < 1
     assert not coarse.attrs["judged"]
-    (sentence,) = coarse.attrs["verdict"]
+    sentence, remark = coarse.attrs["verdict"]
     assert sentence.startswith("Which damper has the lower peak over r = 0.8 to 1.6 is not known")
     assert "at 3 frequencies" in sentence
-    assert "Compute more frequencies." in sentence
+    # the bandwidth is 2ζ = 0.04; of intervals of 0.4 each the fortieth part is a quarter of it
+    assert "up to 0.4 apart, and its half-power bandwidth 2ζ is 0.04." in remark
+    assert "Compute `frequency_ratio: {start: 0.8, stop: 1.6, num: 81}`." in remark
     assert "Peaks" not in coarse.attrs["note"]
     fine = tmd_comparison(linear(np.linspace(0.8, 1.6, 161), 0.02), tuning)
     assert fine.attrs["judged"]
