@@ -14,6 +14,7 @@ from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
+from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import dimensions_of, main_metric
@@ -74,15 +75,6 @@ def study_report(record: Record, cube: xr.Dataset) -> str:
     versions = {name: text for name, text in record.provenance.items() if name not in PRIVATE}
     parts += ["<h2>Versions</h2>", table("Versions of programs", ("What", "Version"), versions.items())]
     return page(record.name or record.id, parts)
-
-
-def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
-    """Give the design that a ranking leads to: the best whose damper does something, as the page and the verdict have it."""
-    if ranked.sizes["rank"] == 0:
-        return None
-    first = {str(name): array.values[0].item() for name, array in ranked.variables.items()}
-    acting = ranked.attrs.get("best_with_impacts")
-    return dict(acting) if acting and first["impact_share"] == 0 else first
 
 
 def _words(answer: xr.Dataset) -> Mapping[str, Any]:
