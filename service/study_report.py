@@ -22,6 +22,7 @@ from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.kinds import HARMONIC, kind_of
 from damperlab.studies.questions import Judging, Ranking, Selection, Varied
+from damperlab.studies.rounding import ROUNDING_WORD, is_rounding
 from damperlab.studies.store.record import Record
 from damperlab.studies.units import InUnits, coordinates_in_units, place_in_units, results_in_units
 
@@ -92,22 +93,30 @@ def _designs(cube: xr.Dataset, ranked: xr.Dataset, worst_case: bool) -> Iterable
         *((name, name) for name in names),
     ]
     head = ["rank", *(_head(ranked, units, name, column) for name, column in columns)]
-    rows = [_row(ranked, units, rank, columns) for rank in range(ranked.sizes["rank"])]
+    ranks = (
+        {column: ranked[column].values[rank] for _, column in columns} for rank in range(ranked.sizes["rank"])
+    )
+    rows = [(str(rank), *_row(ranked, units, row, columns)) for rank, row in enumerate(ranks, 1)]
     best = None if worst_case else leading(ranked)
     if best is not None and best["value"] != ranked["value"].values[0]:
-        cells = [_number(best[column], _scale(ranked, units, name, column)) for name, column in columns]
-        rows.append(("best with impacts", *cells))
+        rows.append(("best with impacts", *_row(ranked, units, best, columns)))
     yield table("Ranking", head, rows)
     yield said(words["note"], "quiet")
 
 
 def _row(
-    ranked: xr.Dataset, units: Mapping[str, InUnits], rank: int, columns: Iterable[tuple[str, str]]
-) -> tuple[str, ...]:
-    cells = (
-        _number(ranked[column].values[rank], _scale(ranked, units, name, column)) for name, column in columns
-    )
-    return (str(rank + 1), *cells)
+    ranked: xr.Dataset,
+    units: Mapping[str, InUnits],
+    row: Mapping[str, Any],
+    columns: Iterable[tuple[str, str]],
+) -> list[str]:
+    """Spell one design, its error by a word where that is rounding."""
+    return [
+        ROUNDING_WORD
+        if column == "error" and is_rounding(row["value"], row["error"])
+        else _number(row[column], _scale(ranked, units, name, column))
+        for name, column in columns
+    ]
 
 
 def _unit(ranked: xr.Dataset, units: Mapping[str, InUnits], name: str, column: str) -> str:
