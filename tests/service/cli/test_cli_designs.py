@@ -116,7 +116,12 @@ def test_frequencies_that_may_miss_the_peak_are_remarked_until_those_are_compute
 ) -> None:
     """Without a stop friction of 0.1 leaves a resonance of 1/(2ζ) about; with ζ = 0.02 two frequencies see nothing of it."""
     among = ["map", "--x", "friction_ratio", "--y", "damping_ratio"]
-    questions = [["optimum"], among, ["tmd", "--mass-ratio", "0.1"], ["robust", "--amplitudes", "1,1"]]
+    questions = [
+        ["optimum"],
+        among,
+        ["tmd", "--mass-ratio", "0.1", "--at", "damping_ratio=0.02"],
+        ["robust", "--amplitudes", "1,1"],
+    ]
     axes: dict[str, Any] = {"friction_ratio": [0.05, 0.1], "frequency_ratio": [0.8, 1.25]}
     for name, advised in (("ends", True), ("band", False)):
         study = {**FRICTION, "name": name, "damping_ratio": [DAMPING, 0.1], "axes": axes}
