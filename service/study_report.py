@@ -14,6 +14,7 @@ from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
+from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.resonance_map import resonance_map
@@ -22,6 +23,7 @@ from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.kinds import HARMONIC, kind_of
 from damperlab.studies.questions import Judging, Ranking, Selection, Varied
+from damperlab.studies.rounding import ROUNDING_WORD, is_rounding
 from damperlab.studies.store.record import Record
 from damperlab.studies.units import InUnits, coordinates_in_units, place_in_units, results_in_units
 
@@ -77,15 +79,6 @@ def study_report(record: Record, cube: xr.Dataset) -> str:
     return page(record.name or record.id, parts)
 
 
-def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
-    """Give the design that a ranking leads to: the best whose damper does something, as the page and the verdict have it."""
-    if ranked.sizes["rank"] == 0:
-        return None
-    first = {str(name): array.values[0].item() for name, array in ranked.variables.items()}
-    acting = ranked.attrs.get("best_with_impacts")
-    return dict(acting) if acting and first["impact_share"] == 0 else first
-
-
 def _words(answer: xr.Dataset) -> Mapping[str, Any]:
     return {**answer.attrs, **answer.attrs.get("in_units", {})}
 
@@ -101,22 +94,30 @@ def _designs(cube: xr.Dataset, ranked: xr.Dataset, worst_case: bool) -> Iterable
         *((name, name) for name in names),
     ]
     head = ["rank", *(_head(ranked, units, name, column) for name, column in columns)]
-    rows = [_row(ranked, units, rank, columns) for rank in range(ranked.sizes["rank"])]
+    ranks = (
+        {column: ranked[column].values[rank] for _, column in columns} for rank in range(ranked.sizes["rank"])
+    )
+    rows = [(str(rank), *_row(ranked, units, row, columns)) for rank, row in enumerate(ranks, 1)]
     best = None if worst_case else leading(ranked)
     if best is not None and best["value"] != ranked["value"].values[0]:
-        cells = [_number(best[column], _scale(ranked, units, name, column)) for name, column in columns]
-        rows.append(("best with impacts", *cells))
+        rows.append(("best with impacts", *_row(ranked, units, best, columns)))
     yield table("Ranking", head, rows)
     yield said(words["note"], "quiet")
 
 
 def _row(
-    ranked: xr.Dataset, units: Mapping[str, InUnits], rank: int, columns: Iterable[tuple[str, str]]
-) -> tuple[str, ...]:
-    cells = (
-        _number(ranked[column].values[rank], _scale(ranked, units, name, column)) for name, column in columns
-    )
-    return (str(rank + 1), *cells)
+    ranked: xr.Dataset,
+    units: Mapping[str, InUnits],
+    row: Mapping[str, Any],
+    columns: Iterable[tuple[str, str]],
+) -> list[str]:
+    """Spell one design, its error by a word where that is rounding."""
+    return [
+        ROUNDING_WORD
+        if column == "error" and is_rounding(row["value"], row["error"])
+        else _number(row[column], _scale(ranked, units, name, column))
+        for name, column in columns
+    ]
 
 
 def _unit(ranked: xr.Dataset, units: Mapping[str, InUnits], name: str, column: str) -> str:

@@ -51,8 +51,8 @@ class Judging:
     band: Range | None = asked(None, "Consider only frequency ratios in this band.", form="LO,HI")
     exclude_locked: bool = asked(
         False,
-        "Exclude designs in which friction locks the mass to its base at the considered frequency ratio nearest 1; where the "
-        "base amplitude varies, at every amplitude.",
+        "Exclude designs in which friction locks the mass to its base near resonance: at the considered frequency ratio "
+        "nearest 1, and where the base amplitude varies, at every amplitude. Designs locked only at other ones stay.",
     )
     max_impact_speed: float | None = asked(
         None,

@@ -41,7 +41,7 @@ class Status(IntEnum):
 
 _STATUS_SENTENCES = {
     Status.NOT_COMPUTED: "This point has not been computed yet.",
-    Status.CONVERGED: "The steady response was found: its orbit, or its mean to `steady.tolerance`.",
+    Status.CONVERGED: "The steady response was found: it repeats, or else its mean is known to within `steady.tolerance`.",
     Status.MAX_CYCLES: (
         "The run reached its limit on cycles or events before the mean was known to `steady.tolerance`; values are given "
         "with their standard error. It falls as 1/√cycles: half the error takes four times `steady.max_cycles`. Where the "

@@ -13,6 +13,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+ROBUST_COLUMNS = {
+    "value": "worst X/Z",
+    "error": "error of it",
+    "best_case": "best X/Z",
+    "nominal": "X/Z at the nominal amplitude",
+    "distance": "share off the grid",
+}
+"""What columns of a robust ranking are called on a terminal: its values are ratios, whatever the study is given in."""
+
+
 @asks
 def tmd(
     study: StudyId,
@@ -76,7 +86,7 @@ def robust(
     from damperlab.studies.answers.phrases import Phrases
     from damperlab.studies.answers.robust import robust_designs
 
-    with working("Following the rays"):
+    with working("Judging the dampers"):
         answer = robust_designs(cube, amplitudes.amplitudes, judging, amplitudes.top)
 
     def tell() -> None:
@@ -86,6 +96,7 @@ def robust(
         if phrases.unit("amplitude_ratio"):
             # the ratios of the grid point are over the base amplitude of the worst case; `distance` says how far off it is
             shown = shown.drop_vars([name for name in answer.data_vars if str(name).endswith("_used")])
-        print_table(*rows_table(shown, phrases, {"base_amplitude": "amplitude_ratio"}, axes_of(cube)))
+        head, rows = rows_table(shown, phrases, {"base_amplitude": "amplitude_ratio"}, axes_of(cube))
+        print_table(tuple(ROBUST_COLUMNS.get(name, name) for name in head), rows)
 
     hand_out(record, answer, output, as_json, None, lambda: designs_document(answer), tell)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from damperlab.service.cli.output import number
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import EVERY_DIMENSION, kind_of
-from damperlab.studies.rounding import ROUNDING_WORD, VALUE_OF_ERROR, is_rounding
+from damperlab.studies.rounding import ROUNDING_WORD, is_rounding, value_of_error
 from damperlab.studies.variables import VARIABLES, Status
 
 if TYPE_CHECKING:
@@ -111,8 +111,8 @@ def rows_table(
     names += [str(name) for name in answer.data_vars]
     means = {name: name for name in names} | dict(meant or {})
     columns = [
-        _errors(answer, name, means[name], phrases)
-        if VALUE_OF_ERROR.get(name) in answer
+        _errors(answer, value, name, means[name], phrases)
+        if (value := value_of_error(name, answer))
         else [_spelled(means[name], value, phrases) for value in answer[name].values.tolist()]
         for name in names
     ]
@@ -120,9 +120,9 @@ def rows_table(
     return head, list(zip(*columns, strict=True))
 
 
-def _errors(answer: "xr.Dataset", name: str, means: str, phrases: "Phrases") -> list[str]:
+def _errors(answer: "xr.Dataset", value_name: str, name: str, means: str, phrases: "Phrases") -> list[str]:
     """Spell a column of errors: a word for those that are rounding."""
-    values = answer[VALUE_OF_ERROR[name]].values.tolist()
+    values = answer[value_name].values.tolist()
     return [
         ROUNDING_WORD if is_rounding(value, error) else _spelled(means, error, phrases)
         for value, error in zip(values, answer[name].values.tolist(), strict=True)

@@ -43,9 +43,15 @@ def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
     return name not in used and cube.sizes[name] > 1
 
 
-def say_frequency(cube: xr.Dataset, r: float, phrases: Phrases = RATIOS) -> str:
-    """Say that an answer holds at one frequency, and what can be done about it."""
+def say_frequency(cube: xr.Dataset, r: float, codes: bool = False, phrases: Phrases = RATIOS) -> str:
+    """Say that an answer holds at one frequency, and what can be done about it; of `codes` there is no worst over a band."""
     at = phrases.equal(FREQUENCY, r, ".10g")
+    if has_band(cube) and codes:
+        name = "frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
+        return (
+            f"Shown at {at} alone: a class has no largest value over the band. Name another frequency with `{name}`, or ask "
+            "for a quantity."
+        )
     if has_band(cube):
         return f"Judged at {at} alone; leave the frequency out for the worst over the band."
     return f"Only one frequency was computed, {at}: the judgement holds at that frequency only. {WHY}"

@@ -1,7 +1,24 @@
 """Whether a peak may lie between the frequencies at which a response was computed."""
 
+import math
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
+
+from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.store.export.slabs import BUDGET
+from damperlab.studies.variables import ResponseClass
+
+FREQUENCY = "frequency_ratio"
+HIGHER = 1.1
+"""A peak that is no more than this times as high as the largest value is no surprise."""
+PER_BANDWIDTH = 4
+"""Steps in the bandwidth of a resonance that see it: what they miss of its height is 3 % at most."""
+MOST_FREQUENCIES = 1001
+"""No more are advised at once."""
 
 
 def may_hide(r: NDArray[np.float64], values: NDArray[np.float64], peak: float, mass_ratio: float) -> bool:
@@ -23,3 +40,189 @@ def may_hide(r: NDArray[np.float64], values: NDArray[np.float64], peak: float, m
     """
     half = 0.5 * (1.0 + mass_ratio) * np.diff(r * r)
     return bool((np.maximum(values[:-1], values[1:]) >= 1.0 / np.sqrt(half**2 + peak**-2.0)).any())
+
+
+def hidden(
+    r: NDArray[np.float64],
+    values: NDArray[np.float64],
+    kinds: NDArray[np.int8],
+    damping_ratio: NDArray[np.float64],
+    mass_ratio: NDArray[np.float64],
+) -> NDArray[np.bool_]:
+    """Between which frequencies the response of each design may be more than `HIGHER` times as high as its largest value.
+
+    Only where the frequencies are coarse: where an interval meets the natural frequencies from 1/√(1 + β), the particle's mass
+    riding on the structure, to 1, and is wider than ζ, half of the half-power bandwidth. There a peak may hide
+
+    * of a resonance that both ends see, as in `may_hide`, but for that of the structure alone, 1/(2ζ) high, nothing is higher;
+    * or where the particle strikes at one end only: the response jumps between them, and the resonance that one end sees may
+      go on as far as the other. By the same law without its height, it reaches 1/(1/X − (1 + β) Δr²) at most.
+
+    Between two frequencies at which friction holds the mass nothing hides: the force that it takes grows with the frequency.
+
+    Parameters
+    ----------
+    r : ndarray, (n,)
+        Ascending frequencies.
+    values, kinds : ndarray, (designs, n)
+        Amplitude ratio and class of response there. Where one is not known, nothing is said.
+    damping_ratio, mass_ratio : ndarray, (designs,)
+        ζ and β.
+
+    Returns
+    -------
+    ndarray, (designs, n − 1)
+    """
+    zeta, beta = damping_ratio[:, None], mass_ratio[:, None]
+    ends = values[:, :-1], values[:, 1:]
+    known = np.isfinite(ends[0]) & np.isfinite(ends[1])
+    highest = np.nanmax(np.where(np.isfinite(values), values, 0.0), axis=1, keepdims=True)
+    coarse = (r[1:] >= 1.0 / np.sqrt(1.0 + beta)) & (r[:-1] <= 1.0) & (np.diff(r) > zeta)
+    with np.errstate(divide="ignore"):
+        flank = 1.0 / np.where(known, np.maximum(*ends), np.inf)
+        limit = 1.0 / (HIGHER * highest)
+        alone = np.sqrt(1.0 + beta) * np.sqrt(1.0 + 4.0 * zeta**2) / (2.0 * zeta)
+    width = (1.0 + beta) * np.diff(r * r)
+    strikes = (kinds >= ResponseClass.SYMMETRIC) & (beta > 0)
+    jumps = (strikes[:, :-1] != strikes[:, 1:]) & (kinds[:, :-1] >= 0) & (kinds[:, 1:] >= 0)
+    held = (kinds[:, :-1] == ResponseClass.LOCKED) & (kinds[:, 1:] == ResponseClass.LOCKED)
+    seen_by_both = flank**2 - (0.5 * width) ** 2 < limit**2
+    seen_by_one = jumps & (flank - width < limit)
+    return np.asarray(
+        known & coarse & ~held & (HIGHER * highest < alone) & (seen_by_both | seen_by_one), np.bool_
+    )
+
+
+def hidden_of(cube: xr.Dataset, r: NDArray[np.float64], design: Mapping[str, Any]) -> NDArray[np.bool_]:
+    """Ask as `hidden` for one design of a study; nothing of it is read where the frequencies are close enough.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study of the response to a harmonic base.
+    r : ndarray, (n,)
+        Those of its frequencies that count, ascending.
+    design : mapping
+        The other five dimensions.
+
+    Returns
+    -------
+    ndarray, (n − 1,)
+    """
+    zeta, beta = (np.array([float(design[name])]) for name in ("damping_ratio", "mass_ratio"))
+    if not (np.diff(r) > zeta).any():
+        return np.zeros(r.size - 1, np.bool_)
+    wanted = {str(name): design[str(name)] for name in cube["status"].dims if name != FREQUENCY}
+    place = {name: int(np.abs(cube[name].values - value).argmin()) for name, value in wanted.items()}
+    one = cube.isel(place).sel({FREQUENCY: r})
+    kinds = one["response_class"].values if "response_class" in cube else np.full(r.size, -1, np.int8)
+    values = np.asarray(one["amplitude_ratio"].values, np.float64)
+    return np.asarray(hidden(r, values[None], kinds[None], zeta, beta)[0])
+
+
+def hidden_on(
+    cube: xr.Dataset, metric: str, plane: tuple[str, str], index: Mapping[str, int]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.float64]]:
+    """Ask as `hidden` for every place of a map of the largest values over the frequency.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study of the response to a harmonic base.
+    metric : str
+        An amplitude of the structure.
+    plane : tuple of str
+        Dimensions of the map.
+    index : mapping of int
+        Grid points of the other dimensions.
+
+    Returns
+    -------
+    (r, where, damping_ratio)
+        As `say_hidden` takes them, a row for each place; none where the frequencies are close enough, of which nothing is read.
+    """
+    order = np.argsort(cube[FREQUENCY].values)
+    r = cube[FREQUENCY].values[order]
+    part = cube.isel({name: place for name, place in index.items() if name != FREQUENCY})
+    one = part["status"].isel({FREQUENCY: 0})
+
+    def each(name: str) -> NDArray[np.float64]:
+        return np.asarray(part[name].broadcast_like(one).transpose(*plane).values, np.float64).ravel()
+
+    zeta, beta = each("damping_ratio"), each("mass_ratio")
+    if not (np.diff(r) > zeta.min()).any():
+        return r, np.zeros((0, r.size - 1), np.bool_), zeta[:0]
+    where = np.zeros((zeta.size, r.size - 1), np.bool_)
+    extent, across = (part.sizes[name] for name in plane)
+    step = max(1, BUDGET // (across * r.size))
+    for start in range(0, extent, step):
+        some = part.isel({plane[0]: slice(start, start + step), FREQUENCY: order})
+        rows = slice(start * across, (start + step) * across)
+
+        def load(name: str, some: xr.Dataset = some) -> NDArray[Any]:
+            return np.asarray(some[name].transpose(*plane, FREQUENCY).values).reshape(-1, r.size)
+
+        values = load(metric).astype(np.float64)
+        kinds = load("response_class") if "response_class" in cube else np.full(values.shape, -1, np.int8)
+        where[rows] = hidden(r, values, kinds, zeta[rows], beta[rows])
+    return r, where, zeta
+
+
+def say_hidden(
+    whose: str,
+    r: NDArray[np.float64],
+    where: NDArray[np.bool_],
+    damping_ratio: NDArray[np.float64],
+    phrases: Phrases,
+) -> str:
+    """Say that a largest value over a band is not that of the peak, and which frequencies to compute; nothing if none hides.
+
+    Parameters
+    ----------
+    whose : str
+        What may be higher: the subject of the sentence.
+    r, where : ndarray, (n,) and (designs, n − 1)
+        Of `hidden`.
+    damping_ratio : ndarray, (designs,)
+        ζ of each.
+    phrases : Phrases
+        How quantities are spelled.
+    """
+    if not where.any():
+        return ""
+    steps = np.diff(r)
+    apart = float(steps[where.any(axis=0)].max())
+    bandwidth = 2.0 * float(damping_ratio[where.any(axis=1)].min())
+    times = "2ζ·f_n" if phrases.unit(FREQUENCY) else "2ζ"
+    wide = f"its half-power bandwidth {times} is {phrases.value(FREQUENCY, bandwidth, '.3g')}"
+    if bandwidth == 0.0:
+        wide = "without damping it has no width"
+    few = ""
+    if r.size == 2:
+        low, high = phrases.number(FREQUENCY, r[0], ".10g"), phrases.value(FREQUENCY, r[1], ".10g")
+        few = f"The band is two frequencies, {low} and {high}, with nothing between them. "
+    higher = "far higher" if apart > 2.0 * bandwidth else "more than a tenth higher"
+    name = "excitation_frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
+    start, stop = (phrases.number(FREQUENCY, end, ".10g") for end in (r[0], r[-1]))
+    return (
+        f"{few}{whose} may be {higher} between two frequencies: near the resonance these are up to "
+        f"{phrases.value(FREQUENCY, apart, '.3g')} apart, and {wide}. An error, also where it is rounding, is that of the "
+        f"computed points, not of the peak. Compute `{name}: {{start: {start}, stop: {stop}, num: {_number(r, bandwidth)}}}`."
+    )
+
+
+def _number(r: NDArray[np.float64], bandwidth: float) -> int:
+    """How many frequencies see the resonance; on an even axis they hold those that are computed already."""
+    steps = np.diff(r)
+    wanted = bandwidth / PER_BANDWIDTH
+    twice = 2 * r.size - 1
+    if wanted * MOST_FREQUENCIES < r[-1] - r[0]:
+        return max(twice, MOST_FREQUENCIES)
+    if np.allclose(steps, steps[0], rtol=1e-6):
+        return (r.size - 1) * _ceiling(float(steps[0]) / wanted) + 1
+    return max(twice, _ceiling(float(r[-1] - r[0]) / wanted) + 1)
+
+
+def _ceiling(steps: float) -> int:
+    # a step of just the wanted width is not cut in two for its rounding
+    return math.ceil(steps * (1.0 - 1e-9))

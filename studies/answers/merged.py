@@ -89,7 +89,7 @@ def merged_designs(
     merged = f"Merged with {counted(len(ids) - 1, 'follow-up')}."
     words = noted(first.attrs, said(cubes[ids[0]], lambda _: {"note": merged}))
     if places.size:
-        words = together(words, _verdict(cubes, ranked, replace(question, doubt=doubt)))
+        words = together(words, _verdict(cubes, ranked, replace(question, top=top, doubt=doubt)))
     ranked.attrs |= words
     return ranked.isel(rank=slice(top))
 
@@ -108,7 +108,7 @@ def _verdict(
     theirs = replace(question, axes={**everything, FREQUENCY: _frequencies(home, question)})
     design = {name: int(np.abs(home[name].values - ranked[name].values[0]).argmin()) for name in DESIGN}
     flat = flatness(home, theirs, design, float(ranked["value"].values[0]))
-    return {"flatness": flat, **verdict(cube, question, ranked, active, flat)}
+    return {"flatness": flat, **verdict(cube, question, ranked, active, flat, cubes)}
 
 
 def _frequencies(home: xr.Dataset, question: DesignQuestion) -> np.ndarray:

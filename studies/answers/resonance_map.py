@@ -11,6 +11,7 @@ from damperlab.studies.answers.band import FREQUENCY, say_frequency, say_worst, 
 from damperlab.studies.answers.between import INTERPOLATED, Between
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.fold import Extremum, Mean
+from damperlab.studies.answers.hidden_peak import hidden_on, say_hidden
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
     as_float,
@@ -31,7 +32,7 @@ from damperlab.studies.answers.selection import (
 )
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.field import At
-from damperlab.studies.kinds import kind_of
+from damperlab.studies.kinds import HARMONIC, kind_of
 from damperlab.studies.questions import Selection
 from damperlab.studies.units import (
     InUnits,
@@ -43,6 +44,9 @@ from damperlab.studies.units import (
 from damperlab.studies.variables import Status
 from damperlab.studies.vocabulary import REDUCTIONS
 
+PEAKS = ("amplitude_ratio", "amplitude_ratio_max")
+"""Amplitudes of the structure, whose resonance may lie between the frequencies."""
+NO_PEAKS = np.zeros(0), np.zeros((0, 0), np.bool_), np.zeros(0)
 BUDGET = 2**20
 """Points that are reduced at once, four variables of them; a chunk that is cut between two slabs is read twice."""
 
@@ -156,6 +160,9 @@ def resonance_map(
         answer = _slice(cube, x, y, metric, index)
     else:
         answer = _reduced(cube, (y, x), metric, (over, inner), reduce, index)
+    # a study over base amplitudes has no ratios of mass and damping that its places could be asked by
+    peaks = (over, reduce) == (FREQUENCY, "max") and metric in PEAKS and kind_of(cube.sizes) is HARMONIC
+    r, where, zeta = hidden_on(cube, metric, (y, x), index) if peaks else NO_PEAKS
 
     def note(phrases: Phrases) -> dict[str, Any]:
         sentences = [say(cube, index, at, phrases)]
@@ -169,8 +176,11 @@ def resonance_map(
         if worst:
             sentences.append(say_worst(cube, phrases))
         elif FREQUENCY in index:
-            r = float(cube[FREQUENCY].values[index[FREQUENCY]])
-            sentences.append(say_frequency(cube, r, phrases))
+            alone = float(cube[FREQUENCY].values[index[FREQUENCY]])
+            sentences.append(say_frequency(cube, alone, coded(cube, metric), phrases))
+        hides = int(where.any(axis=1).sum())
+        whose = f"The largest {'value' if hides == 1 else 'values'} of {hides:,} of {where.shape[0]:,} places"
+        sentences.append(say_hidden(whose, r, where, zeta, phrases))
         if over is not None and answer.attrs["complete"] < 1:
             sentences.append(f"Not everything is computed: the {reduce} is that of what is there.")
         if (reduce == "max" or inner is not None) and answer.attrs["points_failed"]:

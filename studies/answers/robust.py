@@ -18,6 +18,7 @@ from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.judging import attributes_of, judge, new_tally, say_judged, say_limits
 from damperlab.studies.answers.phrases import AMPLITUDE, RATIOS, Phrases, said
+from damperlab.studies.answers.ranked_peaks import RankedPeaks
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.answers.verdict import say_ties
 from damperlab.studies.faults import Fault, counted
@@ -300,18 +301,24 @@ def _note(
     ]
     tally = answer.attrs
     reasons = {
-        "left_grid": "leave the grid",
+        "left_grid": "leave the grid, because at some base amplitude their d/Z or γ_F lies beyond its axes",
         "unknown": "meet a point without a value",
         "locked": "locked to the base near resonance at every amplitude",
     }
     left_out = [f"{tally[name]} {reason}" for name, reason in reasons.items() if tally[name]]
     if left_out:
-        sentences.append(f"Left out of {counted(tally['rays'], 'ray')}: {', '.join(left_out)}.")
+        sentences.append(f"Left out of {counted(tally['rays'], 'damper')}: {', '.join(left_out)}.")
+    sentences.append(RankedPeaks.of(cube, question, _used(answer)).say(phrases, "damper"))
     if answer.sizes["rank"] == 0:
-        sentences.append("No ray is left.")
+        sentences.append("No damper is left.")
     else:
         sentences.append(
-            "Grid points nearest to the ray stand for it, at most a share of "
-            f"{float(answer['distance'].max()):.3g} off for the dampers shown."
+            "At each base amplitude the grid point nearest to the damper's d/Z and γ_F stands for it; for the dampers shown it "
+            f"is off by {100 * float(answer['distance'].max()):.3g} % at most."
         )
     return " ".join(filter(None, sentences))
+
+
+def _used(answer: xr.Dataset) -> xr.Dataset:
+    """Give the grid points of the worst cases."""
+    return answer.assign_coords({name: answer[f"{name}_used"] for name in RAY})

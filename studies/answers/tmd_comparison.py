@@ -1,6 +1,7 @@
 """The hybrid damper beside a tuned mass damper: both curves, their peaks, and where which one is better."""
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from damperlab.studies.answers.band import FREQUENCY, WHY, runs
 from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.leading import best_at
 from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.reach import within_reach
 from damperlab.studies.answers.selection import in_ratios, require_stored
@@ -45,7 +47,8 @@ def tmd_comparison(
         without a damper, answer to a shaken base like the study's damper, or to a force on the structure: X over its static
         deflection.
     at : mapping of float, optional
-        The design, as in `frequency_response`.
+        The design, as in `frequency_response`; what is not named of it is that of the best design that has impacts, or of the
+        best of all where none has, by the largest amplitude over the band.
 
     Returns
     -------
@@ -91,7 +94,11 @@ def tmd_comparison(
             else float(np.clip(mass_ratio, masses.min(), masses.max()))
         )
         at.setdefault("mass_ratio", near)
+    # this refuses what is no point of the study; what is not named of it is that of its best design, not of the grid's corner
     curve = frequency_response(cube, Selection(METRIC, at))
+    best, called = best_at(cube, at)
+    if best:
+        curve = frequency_response(cube, Selection(METRIC, {**at, **best}))
     mass = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
     _check_mass(mass, "this design has no particle's mass to compare with: name the mass of the damper")
     structural = float(curve["damping_ratio"])
@@ -148,12 +155,22 @@ def tmd_comparison(
         spelled = phrases
         if excitation != excitation_of(cube):
             spelled = Phrases({name: each for name, each in phrases.quantities.items() if name in cube.sizes})
-        return {"verdict": verdict(answer, spelled), "note": _words(answer, spelled, excitation_of(cube))}
+        told = _say_best(best, called, bool(at), spelled) + verdict(answer, spelled)
+        return {"verdict": told, "note": _words(answer, spelled, excitation_of(cube))}
 
     if r.size == 1:
         answer.attrs["next_frequencies"] = dict(NEXT_BAND)
     answer.attrs |= noted(curve.attrs, said(cube, words))
     return answer
+
+
+def _say_best(best: Mapping[str, float], called: str, named: bool, phrases: Phrases) -> list[str]:
+    """Say which design is compared where not all of it was named."""
+    if not best:
+        return []
+    at = ", ".join(phrases.equal(name, value) for name, value in best.items())
+    among = "of those at what was named" if named else "of the study, as none was named"
+    return [f"Compared is the {called} {among}: {at}."]
 
 
 def _excitation(cube: xr.Dataset, asked: Excitation | None) -> Excitation:

@@ -4,9 +4,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from damperlab.studies.answers.band import FREQUENCY
-from damperlab.studies.answers.hidden_peak import may_hide
+from damperlab.studies.answers.hidden_peak import hidden, may_hide, say_hidden
 from damperlab.studies.answers.phrases import AMPLITUDE, Phrases
 from damperlab.studies.answers.verdict import say_next
 from damperlab.studies.variables import Status
@@ -43,6 +44,29 @@ def verdict(answer: xr.Dataset, phrases: Phrases) -> list[str]:
     phrases : Phrases
         How quantities are spelled.
     """
+    words = _which(answer, phrases)
+    where = _hidden(answer)
+    if where.any():
+        zeta = np.array([float(answer["damping_ratio"])])
+        words.append(
+            say_hidden("The largest value of this design", answer[FREQUENCY].values, where, zeta, phrases)
+        )
+    elif answer.sizes[FREQUENCY] > 1 and not answer.attrs["judged"] and not _missing(answer):
+        words.append("Compute more frequencies.")
+    return words
+
+
+def _hidden(answer: xr.Dataset) -> NDArray[np.bool_]:
+    """Where this design's peak may lie between the frequencies, as `hidden` says; nowhere where not all are known."""
+    hybrid, r = answer["hybrid"].values, answer[FREQUENCY].values
+    if r.size == 1 or not np.isfinite(hybrid).all():
+        return np.zeros((1, r.size - 1), np.bool_)
+    kinds = answer["response_class"].values if "response_class" in answer else np.full(r.size, -1, np.int8)
+    zeta, beta = (np.array([float(answer[name])]) for name in ("damping_ratio", "mass_ratio"))
+    return hidden(r, hybrid[None], kinds[None], zeta, beta)
+
+
+def _which(answer: xr.Dataset, phrases: Phrases) -> list[str]:
     found: dict[str, Any] = answer.attrs
     r = answer[FREQUENCY].values
     if np.isinf(found["hybrid_peak"]):
@@ -76,7 +100,7 @@ def verdict(answer: xr.Dataset, phrases: Phrases) -> list[str]:
             ]
         return [
             f"{told}the largest value of this design at {r.size} frequencies, {largest}, is {apart} lower than the peak of the "
-            f"tuned mass damper, {beside}, but between them it may be higher than that. Compute more frequencies."
+            f"tuned mass damper, {beside}, but between them it may be higher than that."
         ]
     if missing:
         return [

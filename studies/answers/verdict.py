@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.band import runs
 from damperlab.studies.answers.contenders import chance_of_another, contend
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.ends import end_of, say_ends
 from damperlab.studies.answers.flatness import NO_VALUE
 from damperlab.studies.answers.phrases import RATIOS, Phrases, said
+from damperlab.studies.answers.ranked_peaks import RankedPeaks
 from damperlab.studies.faults import counted
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
@@ -25,6 +27,8 @@ NO_ACTION: dict[int, str] = {
 
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
+MOST_RUNS = 3
+"""Runs of frequencies that a sentence names."""
 NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
 """Frequencies to compute next, where a study has one."""
 
@@ -44,6 +48,7 @@ def verdict(
     ranked: xr.Dataset,
     active: Mapping[str, Any] | None,
     flat: list[dict[str, Any]],
+    homes: Mapping[str, xr.Dataset] | None = None,
 ) -> dict[str, Any]:
     """Judge a ranking.
 
@@ -57,6 +62,8 @@ def verdict(
         Of `best_with_impacts`.
     flat : list of dict
         Of `flatness.flatness`.
+    homes : mapping of Dataset, optional
+        The studies that hold the designs, by the id that stands as `study` in `ranked`; `cube` holds all of them if not given.
 
     Returns
     -------
@@ -81,12 +88,15 @@ def verdict(
     if question.frequencies.size == 1:
         found["next_frequencies"] = dict(NEXT_BAND)
     ties = _say_ties(ranked, found, bool(np.isnan(errors[0])))
+    struck = [] if active is None or homes else _struck(cube, question, active)
+    peaks = RankedPeaks.of(cube, question, ranked, active, homes)
 
     def sentences(phrases: Phrases) -> dict[str, Any]:
         every = [
             f"Optimum: {say_design(ranked, 0, phrases)}",
+            peaks.say(phrases),
             ties,
-            *_say_idle(cube, ranked, active, phrases),
+            *_say_idle(cube, question, ranked, active, struck, phrases),
             _say_alone(cube, question, phrases),
             *_say_ends(cube, ranked, flat, phrases),
             _say_error(float(values[0]), float(errors[0])),
@@ -104,19 +114,35 @@ def say_next(phrases: Phrases) -> str:
 
 
 def _say_idle(
-    cube: xr.Dataset, ranked: xr.Dataset, active: Mapping[str, Any] | None, phrases: Phrases
+    cube: xr.Dataset,
+    question: DesignQuestion,
+    ranked: xr.Dataset,
+    active: Mapping[str, Any] | None,
+    struck: list[list[float]],
+    phrases: Phrases,
 ) -> list[str]:
     if not _idle(ranked, 0):
         return []
     kind = int(ranked["response_class"].values[0])
+    frequencies = question.frequencies.size
+    held = round(float(ranked["locked_share"].values[0]) * frequencies)
+    # what holds at the frequency where the response is largest need not hold at the others
+    partly = (
+        f"{NO_ACTION[ResponseClass.LOCKED]} at {held} of {frequencies} frequencies"
+        if 0 < held < frequencies
+        else ""
+    )
     if not json.loads(cube.attrs.get("study", "{}")).get("particle", True):
         # of a particle that the study leaves out there is nothing to say
-        return [f"In this design {NO_ACTION[kind]}."] if kind == ResponseClass.LOCKED else []
+        return [f"In this design {partly or NO_ACTION[kind]}."] if kind == ResponseClass.LOCKED else []
     massless = float(ranked["mass_ratio"].values[0]) == 0
-    why = NO_ACTION.get(kind, "the particle has no mass" if massless else "the particle never meets a wall")
+    still = "the particle has no mass" if massless else "the particle never meets a wall"
+    why = NO_ACTION.get(kind, still)
+    if partly:
+        why = f"{partly}, and {'' if massless else 'at the others '}{still}"
     sentences = [f"In this design {why}: it does not act as a particle damper."]
     if active is not None:
-        sentences.append(f"Best design with impacts: {_say_active(active, phrases)}")
+        sentences.append(f"Best design with impacts: {_say_active(active, frequencies, struck, phrases)}")
     elif "response_class" in cube:
         sentences.append("No design that was judged has impacts.")
     return sentences
@@ -149,12 +175,36 @@ def say_design(ranked: xr.Dataset, rank: int, phrases: Phrases = RATIOS) -> str:
     if ranked.attrs["frequencies"] == 1:
         return f"{phrases.symbol(METRIC)} = {head}, {r}. {words}".strip()
     largest = f"At its largest, {r}: {words}" if words else f"It is largest at {r}."
+    share = float(design["impact_share"])
+    if kind < ResponseClass.SYMMETRIC and share > 0:  # which alone would read as if the particle never struck
+        frequencies = int(ranked.attrs["frequencies"])
+        largest += f" The particle strikes at {round(share * frequencies)} of {frequencies} frequencies."
     return f"{phrases.about(design['value'].attrs['long_name'])} {head}. {largest}"
 
 
-def _say_active(active: Mapping[str, Any], phrases: Phrases) -> str:
+def _say_active(
+    active: Mapping[str, Any], frequencies: int, struck: list[list[float]], phrases: Phrases
+) -> str:
     kind = ResponseClass[str(active["response_class"]).upper()].sentence
-    return f"{_say_row(active, phrases)}, largest at {phrases.equal(FREQUENCY, active[FREQUENCY])}. {kind}"
+    r = phrases.equal(FREQUENCY, active[FREQUENCY])
+    if frequencies == 1:
+        return f"{_say_row(active, phrases)}, {r}. {kind}"
+    count = round(active["impact_share"] * frequencies)
+    where = "".join(f", {phrases.span(FREQUENCY, low, high)}" for low, high in struck)
+    return (
+        f"{_say_row(active, phrases)}. Its particle strikes at {count} of {frequencies} frequencies"
+        f"{where if 0 < len(struck) <= MOST_RUNS else ''}. At its largest, {r}: {kind}"
+    )
+
+
+def _struck(cube: xr.Dataset, question: DesignQuestion, design: Mapping[str, Any]) -> list[list[float]]:
+    """Give the runs of frequencies at which the particle of one design strikes while the mass moves."""
+    place = {name: int(np.abs(cube[name].values - design[name]).argmin()) for name in DESIGN}
+    one = cube.isel({**place, FREQUENCY: question.axes[FREQUENCY]})
+    strikes = one["response_class"].values >= ResponseClass.SYMMETRIC
+    if "impacts_per_cycle" in one:
+        strikes &= one["impacts_per_cycle"].values > 0
+    return runs(question.frequencies, strikes)
 
 
 def _say_row(row: Mapping[str, Any], phrases: Phrases) -> str:

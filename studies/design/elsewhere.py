@@ -6,10 +6,13 @@ from math import isfinite
 from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.front import OfMass, undominated
-from damperlab.studies.design.spelling import frequency, length, level, plural, quantity, response
+from damperlab.studies.design.spelling import frequency, length, level, plural, quantity, response, rounded_up
 from damperlab.studies.design.starts import Reached, Several, Starts
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.specification import Specification
+
+MATTERS = 0.02
+"""Share of a value above which its error is said beside it."""
 
 
 def words_of_starts(found: Found) -> Iterator[str]:
@@ -96,6 +99,10 @@ def words_of_masses(found: Found) -> Iterator[str]:
     )
     if not asked.free:
         what = "all else as given, without tolerances"
+    if any(each.score.error > MATTERS * each.score.value for each in front):
+        what += (
+            f", and what each is at most with a confidence of {asked.confidence:.3g} where its error matters"
+        )
     yield f"Mass against response, {what}: {'; '.join(_of_mass(asked, each) for each in front)}."
     good = undominated(front)[-1]
     if good is not front[-1]:
@@ -106,9 +113,10 @@ def words_of_masses(found: Found) -> Iterator[str]:
 def _of_mass(asked: Specification, one: OfMass) -> str:
     keeps = "" if one.score.violation == 0.0 else ", exceeding a limit"
     tuned = "" if one.absorber is None else f" (tuned mass damper {response(asked, one.absorber)})"
-    return (
-        f"{quantity(asked, 'particle_mass_kg', one.mass_kg)} {response(asked, one.score.value)}{keeps}{tuned}"
-    )
+    value = response(asked, one.score.value)
+    if one.score.error > MATTERS * one.score.value:
+        value += f" (at most {response(asked, rounded_up(one.score.most))})"
+    return f"{quantity(asked, 'particle_mass_kg', one.mass_kg)} {value}{keeps}{tuned}"
 
 
 def _between(counts: list[int]) -> str:

@@ -1,11 +1,8 @@
 """A design in words: what to build, what it does, what decides it, and what is not known."""
 
 from collections.abc import Iterator
-from math import isfinite, isinf
+from math import isinf
 
-from damperlab.studies.design.absorber import DETUNED, Beside
-from damperlab.studies.design.alternatives import CALLED as ALTERNATIVES
-from damperlab.studies.design.alternatives import OF_DAMPER, Alternative, without
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.elsewhere import words_of_amplitudes, words_of_masses, words_of_starts
@@ -14,11 +11,10 @@ from damperlab.studies.design.found import Found
 from damperlab.studies.design.known import words_of_known
 from damperlab.studies.design.limit_words import limits_in_words
 from damperlab.studies.design.margins import WITHIN, Margin
-from damperlab.studies.design.score import Score
+from damperlab.studies.design.others import words_of_better, words_of_others
 from damperlab.studies.design.spelling import (
     comes_to,
     frequency,
-    length,
     quantity,
     response,
     rounded_up,
@@ -29,7 +25,7 @@ from damperlab.studies.design.spelling import (
 )
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.records import Case
-from damperlab.studies.specification.specification import OF_STRUCTURE, Specification
+from damperlab.studies.specification.specification import Specification
 
 CALLED = {
     "clearance_m": "clearance",
@@ -44,8 +40,6 @@ UNDER_EVERY = {
     "records and sweeps": "under every record and sweep",
 }
 """All of `transients`."""
-SAME = 0.02
-"""Share within which two worst cases are called equal."""
 
 
 def words_of(found: Found) -> list[str]:
@@ -53,13 +47,14 @@ def words_of(found: Found) -> list[str]:
     return [
         *_damper(found),
         *_worst(found),
+        *words_of_better(found),
         *limits_in_words(found),
         *_builds(found),
         *words_of_starts(found),
         *words_of_amplitudes(found),
         *_ends(found),
         *_margins(found),
-        *_beside(found),
+        *words_of_others(found),
         *words_of_masses(found),
         *words_of_known(found),
     ]
@@ -106,7 +101,11 @@ def _worst(found: Found) -> Iterator[str]:
         near = "" if asked.measure.mean else f", near {frequency(asked, stated.frequency_ratio)}"
     # what is known of a record is as exact as the solver: there is no error to state
     most = f"with a confidence of {asked.confidence:.3g} it is at most {response(asked, rounded_up(stated.most))}"
-    error = f"; {most}" if asked.excitations else ""
+    other = ""
+    if asked.excitations and found.starts is not None and found.starts.beyond:
+        other = f" from rest, and from other starts it reaches {response(asked, found.starts.worst)}"
+    error = f"; {most}{other}" if asked.excitations else ""
+    rest = " from rest" if asked.excitations else ""
     over = f"{shaken[:1].upper()}{shaken[1:]}"
     count = len(asked.excitations) + len(asked.records)
     if count > 1:
@@ -122,7 +121,7 @@ def _worst(found: Found) -> Iterator[str]:
         )
     else:
         yield (
-            f"{over}{within}, the largest {asked.measure.judged} that was computed is "
+            f"{over}{within}, the largest {asked.measure.judged} that was computed{rest} is "
             f"{response(asked, stated.value)}{near}{error}."
         )
     if asked.tolerances:
@@ -224,76 +223,3 @@ def _margin(asked: Specification, name: str, margin: Margin) -> str:
     ]
     beyond = f" (not at {' or '.join(fails)})" if fails else ""
     return f"a {CALLED[name]} from {low} to {high}{beyond}"
-
-
-def _beside(found: Found) -> Iterator[str]:
-    asked, ours = found.asked, found.compared
-    shaker = "band" if asked.excitations else transients(asked)
-    judged = "with the corners of the same tolerances" if asked.tolerances else f"under the same {shaker}"
-    for name, other in found.others.items():
-        yield from _alternative(found, name, other, judged)
-    if found.absorber is not None:
-        yield from _absorber(asked, found.absorber, ours)
-
-
-def _alternative(found: Found, name: str, other: Alternative, judged: str) -> Iterator[str]:
-    asked, ours, theirs = found.asked, found.compared, other.score
-    called = ALTERNATIVES[name]
-    if isinf(theirs.value):
-        yield f"With {called}, {judged}, nothing bounds the response."
-        return
-    best = f"The best of {called}" if without(asked, OF_DAMPER[name]).free else _capital(called)
-    error = ""
-    if theirs.error > SAME * theirs.value:
-        most = response(asked, rounded_up(theirs.most))
-        error = f" (with a confidence of {asked.confidence:.3g} at most {most})"
-    keeps = "" if theirs.violation == 0.0 else ", and exceeds a limit"
-    value = f"{response(asked, theirs.value)}{error}{_times(theirs.value, ours.value)}"
-    yield f"{best}, {judged}, {comes_to(asked)} {value}{keeps}."
-    as_good = theirs.violation <= ours.violation and theirs.most <= ours.most * (1.0 + SAME)
-    if as_good and theirs.value <= ours.value * (1.0 + SAME) and found.build.particle_mass_kg > 0.0:
-        yield f"So {called} is as good here: the hybrid damper brings nothing that it does not."
-
-
-def _capital(words: str) -> str:
-    return f"{words[:1].upper()}{words[1:]}"
-
-
-def _absorber(asked: Specification, beside: Beside, ours: Score) -> Iterator[str]:
-    absorber = beside.absorber
-    off = (
-        " on a structure that is off by its tolerances" if set(OF_STRUCTURE) & asked.tolerances.keys() else ""
-    )
-    bands = len(asked.excitations)
-    for_what = "a harmonic base" if not beside.for_bands else "this band" if bands == 1 else "these bands"
-    exceeds = ""
-    if beside.exceeded:
-        exceeds = (
-            f", and exceeds {'a limit' if len(beside.exceeded) == 1 else f'{len(beside.exceeded)} limits'}"
-        )
-    yield (
-        f"A tuned mass damper of the same mass, tuned for {for_what}, to {absorber.tuning:.4g} of the natural "
-        f"frequency with ζ = {absorber.damping_ratio:.4g} of its own, {comes_to(asked)} {response(asked, beside.value)}{off}"
-        f"{_times(beside.value, ours.value)}{exceeds}."
-    )
-    out = f"Out of tune by up to {100 * DETUNED:.0f} %, either way, it {comes_to(asked)}"
-    yield f"{out} {response(asked, beside.detuned)}{_times(beside.detuned, ours.value)}."
-    if isfinite(beside.detuned_stroke):
-        yield (
-            f"Its mass moves against the structure by up to {length(asked, beside.stroke)} to either side{off}, and by up to "
-            f"{length(asked, beside.detuned_stroke)} out of tune."
-        )
-    if ours.violation > 0.0 and not beside.exceeded:
-        yield "It keeps every limit on results, which this damper does not."
-    if beside.value < ours.value / (1.0 + SAME) and (ours.violation > 0.0 or not beside.exceeded):
-        closely = "" if beside.detuned < ours.value else ", but only where it is tuned more closely than that"
-        yield f"So a tuned mass damper of the same mass does better here{closely}."
-
-
-def _times(other: float, ours: float) -> str:
-    if isinf(ours):
-        return ""
-    if ours == 0.0:
-        return ", as much" if other == 0.0 else ""
-    ratio = other / ours
-    return f", {ratio:.3g} times as much" if abs(ratio - 1.0) > SAME else ", as much"

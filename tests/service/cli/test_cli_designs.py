@@ -53,7 +53,10 @@ def test_the_robust_damper_is_the_one_with_the_least_worst_case(data_dir: Path, 
     assert len(document["designs"]) == 3  # 0.2 to 0.4; smaller nominal ratios leave the grid
     text = run(*asked, "--top", "1").stdout
     assert f"{peak(0.2):.6g}" in text
-    assert "2 leave the grid" in text
+    assert "Left out of 5 dampers: 2 leave the grid, because at some base amplitude" in text
+    assert "ray" not in text
+    *_, head, _ = text.splitlines()
+    assert head.index("worst X/Z") < head.index("best X/Z") < head.index("X/Z at the nominal amplitude")
     table = tmp_path / "robust.csv"
     run(*asked, "-o", table)
     with table.open(newline="") as file:
@@ -106,6 +109,38 @@ def test_what_a_study_does_not_store_is_left_out_or_refused(tmp_path: Path) -> N
     assert "amplitude_error, which the study does not store" in (
         run("response", *asked, "--metric", "amplitude_error", status=2).stderr
     )
+
+
+def test_frequencies_that_may_miss_the_peak_are_remarked_until_those_are_computed_that_are_advised(
+    tmp_path: Path,
+) -> None:
+    """Without a stop friction of 0.1 leaves a resonance of 1/(2ζ) about; with ζ = 0.02 two frequencies see nothing of it."""
+    among = ["map", "--x", "friction_ratio", "--y", "damping_ratio"]
+    questions = [
+        ["optimum"],
+        among,
+        ["tmd", "--mass-ratio", "0.1", "--at", "damping_ratio=0.02"],
+        ["robust", "--amplitudes", "1,1"],
+    ]
+    axes: dict[str, Any] = {"friction_ratio": [0.05, 0.1], "frequency_ratio": [0.8, 1.25]}
+    for name, advised in (("ends", True), ("band", False)):
+        study = {**FRICTION, "name": name, "damping_ratio": [DAMPING, 0.1], "axes": axes}
+        (tmp_path / "study.json").write_text(json.dumps(study))
+        run("run", tmp_path / "study.json", "--data-dir", tmp_path / "data")
+        asked = [name, "--data-dir", tmp_path / "data"]
+        for question in questions:
+            told = run(question[0], *asked, *question[1:]).stdout
+            remark = "The band is two frequencies, 0.8 and 1.25, with nothing between them."
+            assert (remark in told) is advised, question
+            # a step of a quarter of 2ζ: 0.45 in 45
+            assert ("`frequency_ratio: {start: 0.8, stop: 1.25, num: 46}`" in told) is advised, question
+            assert ("far higher between two frequencies" in told) is advised, question
+        report = tmp_path / f"{name}.html"
+        run("report", *asked, "-o", report)
+        assert ("half-power bandwidth 2ζ is 0.04" in report.read_text()) is advised
+        axes["frequency_ratio"] = {"start": 0.8, "stop": 1.25, "num": 46}
+    mean = run("optimum", "ends", "--objective", "band_mean", "--data-dir", tmp_path / "data").stdout
+    assert "far higher" not in mean
 
 
 def test_precision_counts_the_points_and_their_time(data_dir: Path) -> None:

@@ -30,7 +30,10 @@ def test_an_error_of_nothing_is_not_rounding() -> None:
     assert not is_rounding(0.0, 1e-20)
 
 
-@pytest.mark.parametrize(("value", "error"), [("value", "error"), ("amplitude_ratio", "amplitude_error")])
+@pytest.mark.parametrize(
+    ("value", "error"),
+    [("value", "error"), ("amplitude_ratio", "amplitude_error"), ("hybrid", "amplitude_error")],
+)
 def test_a_table_says_rounding_and_keeps_the_other_errors(value: str, error: str) -> None:
     answer = xr.Dataset(
         {value: ("rank", [1.5, 1.6, np.nan]), error: ("rank", [2e-16, 0.03, np.nan])}, {"rank": [1, 2, 3]}

@@ -10,6 +10,7 @@ import xarray as xr
 from tests.oracles import transmissibility, tuned_mass
 
 from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
@@ -105,7 +106,7 @@ def test_a_curve_that_is_not_computed_has_no_peak_and_no_ratio(whole):
     assert "6 of 6 frequencies have no value (6 failed)" in sentence
 
 
-def linear(r: Sequence[float], damping: float, **axes: float) -> xr.Dataset:
+def linear(r: Sequence[float], damping: float, **axes: float | list[float]) -> xr.Dataset:
     """The cube of a structure without a particle, solved here: without friction every value has a closed form."""
     given = {"clearance_ratio": 1.0, "friction_ratio": 0.0, "restitution": 0.5, "mass_ratio": 0.0} | axes
     study = parse_study({"damping_ratio": damping, "axes": given | {"frequency_ratio": list(r)}})
@@ -120,10 +121,12 @@ def test_that_a_peak_is_lower_is_said_only_where_the_frequencies_are_close_enoug
     coarse = tmd_comparison(linear([0.8, 1.2, 1.6], 0.02), tuning)
     assert coarse.attrs["ratio"] < 1
     assert not coarse.attrs["judged"]
-    (sentence,) = coarse.attrs["verdict"]
+    sentence, remark = coarse.attrs["verdict"]
     assert sentence.startswith("Which damper has the lower peak over r = 0.8 to 1.6 is not known")
     assert "at 3 frequencies" in sentence
-    assert "Compute more frequencies." in sentence
+    # the bandwidth is 2ζ = 0.04; of intervals of 0.4 each the fortieth part is a quarter of it
+    assert "up to 0.4 apart, and its half-power bandwidth 2ζ is 0.04." in remark
+    assert "Compute `frequency_ratio: {start: 0.8, stop: 1.6, num: 81}`." in remark
     assert "Peaks" not in coarse.attrs["note"]
     fine = tmd_comparison(linear(np.linspace(0.8, 1.6, 161), 0.02), tuning)
     assert fine.attrs["judged"]
@@ -203,6 +206,29 @@ def test_a_study_without_a_particle_must_be_given_a_mass(whole):
     assert tmd_comparison(bare, Tuning(mass_ratio=0.1)).attrs["tmd_mass_ratio"] == 0.1
 
 
+def test_what_is_not_named_of_a_design_is_that_of_the_best_and_it_is_said():
+    cube = linear(np.linspace(0.8, 1.6, 161), 0.02, friction_ratio=[0.0, 0.2, 0.4], mass_ratio=[0.05, 0.1])
+    tuning = Tuning("hinf")
+    # without a stop the least friction of these is the worst; a particle in a cavity as long as this adds to it
+    best = optimal_designs(cube, top=1)
+    active = best.attrs.get("best_with_impacts")
+    names = ("friction_ratio", "mass_ratio")
+    lead = {name: active[name] if active else float(best[name][0]) for name in names}
+    answer = tmd_comparison(cube, tuning)
+    assert {name: float(answer[name]) for name in names} == lead
+    assert answer.attrs["hybrid_peak"] == (active["value"] if active else float(best["value"][0]))
+    assert answer.attrs["verdict"][0].endswith(
+        f"of the study, as none was named: β = {lead['mass_ratio']:g}, γ_F = {lead['friction_ratio']:g}."
+    )
+    xr.testing.assert_equal(answer, tmd_comparison(cube, tuning, lead))
+    assert not tmd_comparison(cube, tuning, lead).attrs["verdict"][0].startswith("Compared")
+    partly = tmd_comparison(cube, tuning, {"mass_ratio": 0.06})
+    assert float(partly["mass_ratio"]) == 0.05
+    among = [tmd_comparison(cube, tuning, {"mass_ratio": 0.05, "friction_ratio": g}) for g in (0.0, 0.2, 0.4)]
+    assert partly.attrs["hybrid_peak"] == min(each.attrs["hybrid_peak"] for each in among)
+    assert "of those at what was named: γ_F = " in partly.attrs["verdict"][0]
+
+
 def test_at_one_frequency_nothing_is_said_to_be_better(cube):
     computed = np.flatnonzero(np.isfinite(tmd_comparison(cube)["hybrid"].values))
     alone = tmd_comparison(cube.isel(frequency_ratio=computed[:1])).attrs
@@ -215,6 +241,7 @@ def test_at_one_frequency_nothing_is_said_to_be_better(cube):
     band = tmd_comparison(cube).attrs
     assert "next_frequencies" not in band
     assert f"ratio {band['ratio']:.4g}" in band["note"]
-    (sentence,) = band["verdict"]
+    chosen, sentence, *_ = band["verdict"]
+    assert chosen.startswith("Compared is the best design")
     assert f"{100 * abs(band['ratio'] - 1):.3g} %" in sentence
     assert ("lower than" if band["ratio"] < 1 else "higher than") in sentence

@@ -108,6 +108,35 @@ def test_designs_without_impacts_are_folded_named_and_set_beside_the_best_with_i
     assert "best_with_impacts" not in none.attrs
 
 
+def test_what_is_said_of_a_design_says_of_how_many_frequencies_it_is_true():
+    locked, still, chaos = ResponseClass.LOCKED, ResponseClass.NO_IMPACT, ResponseClass.CHAOTIC
+    # the first is largest where it is locked, the second where its particle does not strike
+    values = [[1.2, 1.1, 1.0], [1.3, 1.2, 1.4]]
+    answer = optimal_designs(made(values, errors=1e-9, kinds=[[locked, still, still], [chaos, chaos, still]]))
+    assert (
+        "In this design friction locks the mass to its base at 1 of 3 frequencies, and at the others the particle never meets "
+        "a wall: it does not act as a particle damper." in said(answer)
+    )
+    best = said(answer).partition("Best design with impacts: ")[2]
+    assert best.startswith("1.4 at")
+    assert (
+        "Its particle strikes at 2 of 3 frequencies, r = 0.9 to 1. At its largest, r = 1.1: Periodic" in best
+    )
+    alone = said(optimal_designs(made(values[1:], errors=1e-9, kinds=[[chaos, chaos, still]])))
+    assert (
+        "At its largest, r = 1.1: Periodic, and the particle never meets a wall. The particle strikes at 2 of 3"
+        in alone
+    )
+    massless = made(values, errors=1e-9, kinds=[[locked, still, still], [chaos, chaos, still]])
+    told = said(optimal_designs(massless.assign_coords(mass_ratio=[0.0])))
+    assert "at 1 of 3 frequencies, and the particle has no mass: it does not act" in told
+    without = massless.assign_coords(mass_ratio=[0.0])
+    without.attrs["study"] = json.dumps({"particle": False})
+    assert "In this design friction locks the mass to its base at 1 of 3 frequencies." in said(
+        optimal_designs(without)
+    )
+
+
 def test_a_response_that_is_not_resolved_has_impacts_only_where_the_particle_strikes():
     modulated = ResponseClass.MODULATED
     cube = made([1.0, 1.2, 1.4], errors=1e-9, kinds=modulated)

@@ -7,9 +7,9 @@ import pytest
 
 from damperlab.studies.design.absorber import DETUNED, Beside, tuned_beside
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.others import _absorber
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.spelling import length
-from damperlab.studies.design.words import _absorber
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.minimax import minimax

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,12 @@ from damperlab.studies.design.book import Book, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.corners import amplitudes_of
+from damperlab.studies.design.elsewhere import words_of_masses
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import score
 from damperlab.studies.design.search import FEW
 from damperlab.studies.design.spelling import rounded_up
+from damperlab.studies.design.starts import Reached, Several, Starts
 from damperlab.studies.design.words import words_of
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.variables import Status
@@ -246,6 +249,42 @@ def test_what_is_said_to_be_the_most_is_not_less_than_it_is(limited: Found) -> N
     told = re.search(r"it is at most ([0-9.]+) mm\.", worst)
     assert told is not None
     assert float(told[1]) / 1e3 >= limited.stated.most * (1 - 1e-12)
+
+
+def test_what_is_said_first_holds_from_rest_and_what_does_better_is_said_beside_it(limited: Found) -> None:
+    one = Reached(0.03, 0.03, 1.0, "chaotic", False)
+    starts = Starts(12, 19, 1, 0.03, 1.0, 1, (Several(1.0, 1, 0.03, (one,), 0.0),))
+    told = words_of(replace(limited, starts=starts))
+    assert "the largest displacement of the structure that was computed from rest is" in told[1]
+    assert re.search(r"it is at most [0-9.]+ mm from rest, and from other starts it reaches 30 mm\.", told[1])
+    assert "other starts" not in words_of(replace(limited, starts=None))[1]
+    assert limited.absorber is not None
+    reached = limited.compared.value
+    for theirs, better in ((0.5 * reached, True), (2.0 * reached, False)):
+        beside = replace(limited.absorber, value=theirs, exceeded=())
+        told = words_of(replace(limited, absorber=beside))
+        found = [
+            n for n, each in enumerate(told) if "does not beat a tuned mass damper of the same mass" in each
+        ]
+        assert bool(found) is better
+        assert not found or max(found) <= 3  # before anything else but what alone is as good
+        assert any(each.startswith("So a tuned mass damper") for each in told) is better
+
+
+def test_an_error_that_matters_stands_beside_the_response_of_a_mass(limited: Found) -> None:
+    first, *others = limited.front
+    noisy = replace(first, score=replace(first.score, value=0.004, error=0.00032))
+    exact = [replace(each, score=replace(each.score, error=0.0)) for each in others]
+    told = next(
+        each for each in words_of_masses(replace(limited, front=(noisy, *exact))) if "against" in each
+    )
+    assert told.count("(at most ") == 1
+    assert " 4 mm (at most 4.32 mm)" in told
+    assert "what each is at most with a confidence of 0.9 where its error matters" in told
+    plain = next(
+        iter(words_of_masses(replace(limited, front=(replace(noisy, score=exact[0].score), *exact))))
+    )
+    assert "at most" not in plain
 
 
 def test_what_was_given_is_not_called_recommended() -> None:
