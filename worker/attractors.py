@@ -82,6 +82,11 @@ class Attractors:
             if self.by_a_rounding
             else " The start decides between them."
         )
+        if unsettled := sum(one.response.status == Status.MAX_CYCLES for one in self.met):
+            last = (
+                f" Of {unsettled} of them the run had not settled when it reached its limit on cycles or events: it may be on "
+                "its way to another of them."
+            )
         return f"{drawn} starts lead to {len(self.met)} responses: {shares}.{last}"
 
 
