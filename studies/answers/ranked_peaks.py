@@ -70,9 +70,9 @@ class RankedPeaks:
             whose.append(f"the largest {values} of {count} of the first {self.listed} {noun}s{among}")
         if hides[self.listed :].any():
             whose.append(
-                "that of the best {noun} with impacts"
+                f"that of the best {noun} with impacts"
                 if whose
-                else "the largest value of the best {noun} with impacts"
+                else f"the largest value of the best {noun} with impacts"
             )
         words = " and ".join(whose)
         return say_hidden(f"{words[:1].upper()}{words[1:]}", self.r, self.where, self.damping_ratio, phrases)

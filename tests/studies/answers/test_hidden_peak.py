@@ -3,11 +3,13 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from damperlab.studies.answers.hidden_peak import HIGHER, hidden, may_hide, say_hidden
 from damperlab.studies.answers.phrases import RATIOS
+from damperlab.studies.answers.ranked_peaks import RankedPeaks
 from damperlab.studies.variables import ResponseClass
 
 
@@ -109,3 +111,28 @@ def test_a_jump_hides_more_than_a_resonance_does_and_a_locked_mass_nothing() -> 
     # away from the natural frequencies, from 1/√1.1 to 1, nothing is said
     assert not hidden(np.array([1.1, 1.5]), values, np.array([[still, strikes]]), damping, heavy).any()
     assert not hidden(r, np.array([[np.nan, 2.6]]), np.array([[-1, still]]), damping, heavy).any()
+
+
+@pytest.mark.parametrize(
+    ("hides", "listed", "whose"),
+    [
+        ([True], 1, "The largest value of the best design may"),
+        ([False, True], 1, "The largest value of the best design with impacts may"),
+        (
+            [True, True],
+            1,
+            "The largest value of the best design and that of the best design with impacts may",
+        ),
+        (
+            [True, False, True],
+            3,
+            "The largest values of 2 of the first 3 designs, the best design among them, may",
+        ),
+        ([False, True, False], 3, "The largest value of 1 of the first 3 designs may"),
+    ],
+)
+def test_a_ranking_says_whose_peak_may_be_higher(hides: list[bool], listed: int, whose: str) -> None:
+    r = np.array([0.9, 1.0, 1.1])
+    where = np.array([[one, False] for one in hides])
+    peaks = RankedPeaks(listed, r, where, np.full(len(hides), 0.01))
+    assert peaks.say(RATIOS).startswith(whose)
