@@ -17,6 +17,8 @@ HIGHER = 1.1
 """A peak that is no more than this times as high as the largest value is no surprise."""
 PER_BANDWIDTH = 4
 """Steps in the bandwidth of a resonance that see it: what they miss of its height is 3 % at most."""
+FAR = 4.0
+"""Bandwidths between two frequencies from which on a resonance may all but vanish between them."""
 MOST_FREQUENCIES = 1001
 """No more are advised at once."""
 
@@ -201,7 +203,7 @@ def say_hidden(
     if r.size == 2:
         low, high = phrases.number(FREQUENCY, r[0], ".10g"), phrases.value(FREQUENCY, r[1], ".10g")
         few = f"The band is two frequencies, {low} and {high}, with nothing between them. "
-    higher = "far higher" if apart > 2.0 * bandwidth else "more than a tenth higher"
+    higher = "far higher" if apart > FAR * bandwidth else "more than a tenth higher"
     name = "excitation_frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
     start, stop = (phrases.number(FREQUENCY, end, ".10g") for end in (r[0], r[-1]))
     return (
