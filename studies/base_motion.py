@@ -20,25 +20,32 @@ def named_after_motion(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Itera
         yield from faults
         return
     fields = {f"physical.{key}": key for key in written}
+    forced = raw.get("excitation") == "force"
     for fault in faults:
-        if fault.field in fields:
-            yield _as_constant(fault, fields[fault.field], physical)
-        elif not (fault.field == f"physical.{AMPLITUDE}" and fault.found == NOTHING) and (
-            fault.field != "physical.constant" or physical.get("constant") not in CONSTANT
+        if fault.field in fields and forced:
+            told = "{field} is a key of designs, and the base of this structure stands still: a force excites it."
+            found = describe(physical[fields[fault.field]])
+            yield replace(fault, found=found, advice="remove it", message=told)
+        elif fault.field in fields:
+            yield _as_constant(fault, fields[fault.field], physical, raw.get("particle", True) is not False)
+        elif forced or (
+            not (fault.field == f"physical.{AMPLITUDE}" and fault.found == NOTHING)
+            and (fault.field != "physical.constant" or physical.get("constant") not in CONSTANT)
         ):
             yield fault
 
 
-def _as_constant(fault: Fault, key: str, physical: Mapping[str, Any]) -> Fault:
+def _as_constant(fault: Fault, key: str, physical: Mapping[str, Any], particle: bool) -> Fault:
     constant = KEYS[key]
     power = CONSTANT[constant]
     law = "A/ω_n²" if power > 1 else "V/ω_n"
     amplitude = _amplitude(physical[key], physical.get("natural_frequency_hz"), power)
     value = f"`{AMPLITUDE}: [{amplitude}]`"
+    needed = [name for name in RATIOS_OF if particle or name != "clearance_m"]
     beside = (
         ""
-        if all(name in physical for name in RATIOS_OF)
-        else f", beside {' and '.join(f'`{n}`' for n in RATIOS_OF)}"
+        if all(name in physical for name in needed)
+        else f", beside {' and '.join(f'`{n}`' for n in needed)}"
     )
     if amplitude is None:
         value = f"`{AMPLITUDE}` as the list of its values {law}"

@@ -15,33 +15,45 @@ QUOTED = "write a plain number, without quotation marks"
 WRITE_POINTS = "write decimal points; a spreadsheet saves them so where its numbers are set to English"
 COMMAS_FOUND = "{field} has a number with a decimal comma."
 """What is said of a table, once and not of each of its numbers."""
+_THOUSANDS = 3
+"""Digits behind a comma that may stand between thousands."""
 _LONGEST = 60
 """Characters of a text that is looked at; no number that somebody writes has more."""
 
 
-def number_advice(raw: object, unit: str = "") -> str:
+def number_advice(raw: object, unit: str | None = None) -> str:
     """Say how the number that a text probably means is written.
 
     Parameters
     ----------
     raw : object
         What stands there.
-    unit : str
-        The unit of the key; empty for a ratio.
+    unit : str, optional
+        The unit of the key; empty for a ratio, None where it is not known.
     """
     if not isinstance(raw, str) or len(raw) > _LONGEST:
         return NUMBER_ALONE
     if _PLAIN.match(raw):
         return QUOTED
     if comma := _COMMA.match(raw):
-        return f"use a decimal point, as in {comma[1]}.{comma[2]}; a number has no other commas"
+        point = f"use a decimal point, as in {comma[1]}.{comma[2]}"
+        if len(comma[2]) == _THOUSANDS:
+            return f"{point}, or write {comma[1]}{comma[2]} if thousands are meant; a number has no commas"
+        return f"{point}; a number has no commas"
     if percent := _PERCENT.match(raw):
         if unit:
             return f"write the number alone, in {unit}"
-        return f"write the share as a number: {percent[1]} % is {float(percent[1]) / 100.0:.12g}"
+        share = f"{percent[1]} % is {float(percent[1]) / 100.0:.12g}"
+        return (
+            f"write the number alone; a share of {share}"
+            if unit is None
+            else f"write the share as a number: {share}"
+        )
     if _WITH_UNIT.match(raw):
         if unit:
             return f"write the number alone, in {unit}: the key states its unit"
+        if unit is None:
+            return "write the number alone, without a unit"
         return "write the number alone: it is a ratio, without a unit"
     return NUMBER_ALONE
 

@@ -73,6 +73,9 @@ def _spelled(name: str, ends: Ends) -> str:
 
 def _unusual(study: Study, made: Mapping[str, Ends]) -> list[str]:
     found = []
+    moves, exerts, key = "base moves {} times as far as", "base exerts", "`base_amplitude_m`"
+    if study.forced:
+        moves, exerts, key = "static displacement is {} times", "excitation exerts", "`force_n`"
     if "mass_ratio" in made and made["mass_ratio"][1] > 1.0:
         shown = _spelled("mass_ratio", made["mass_ratio"])
         found.append(f"The particle is heavier than the structure ({shown}): check the masses.")
@@ -81,19 +84,19 @@ def _unusual(study: Study, made: Mapping[str, Ends]) -> list[str]:
         shown = _spelled("clearance_ratio", (low, high))
         if high < FEW:
             found.append(
-                f"The base moves more than {1.0 / FEW:g} times as far as the clearance ({shown}): check the units of "
-                "`clearance_m` and `base_amplitude_m`, which are in m."
+                f"The {moves.format(f'more than {1.0 / FEW:g}')} the clearance ({shown}): check the units of "
+                f"`clearance_m` and {key}."
             )
         damping = float(study.coordinates["damping_ratio"][0])
         # undamped by anything else the structure moves Z/(2ζ) at resonance, and never more than twice that on the way there
         if damping > 0.0 and low > max(1.0 / damping, MANY):
             found.append(
                 f"The clearance is larger than any motion ({shown}), so that the particle meets no wall: check the units of "
-                "`clearance_m` and `base_amplitude_m`, which are in m."
+                f"`clearance_m` and {key}."
             )
     if "friction_ratio" in made and made["friction_ratio"][0] > MANY:
         found.append(
-            f"The friction force is more than {MANY:g} times the force that the base exerts "
+            f"The friction force is more than {MANY:g} times the force that the {exerts} "
             f"({_spelled('friction_ratio', made['friction_ratio'])}): check the units of the physical block."
         )
     return found

@@ -193,6 +193,8 @@ def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None
         taken = f"about {duration(size['seconds'])} of one core{first}{around}"
         if size["seconds_high"] < SHORT:
             taken = f"less than {SHORT:g} s of one core"
+        elif size["seconds_low"] < SHORT:
+            taken = f"at most {high} of one core{first}"
         say(
             f"{asked.name or 'The study'}: {counted(size['points'], 'point')} in {counted(size['blocks'], 'block')}, "
             f"{size['bytes'] / BYTES_PER_MEGABYTE:.3g} MB before compression, {taken}. Nothing was stored."

@@ -49,8 +49,8 @@ def say_frequency(cube: xr.Dataset, r: float, codes: bool = False, phrases: Phra
     if has_band(cube) and codes:
         name = "frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
         return (
-            f"Shown at {at} alone: a class has no largest value over the band. Name another frequency with `{name}`, or ask "
-            "for a quantity."
+            f"Shown at {at} alone: a class or a code has no largest value over the band. Name another frequency "
+            f"with `{name}`, or ask for a quantity."
         )
     if has_band(cube):
         return f"Judged at {at} alone; leave the frequency out for the worst over the band."

@@ -150,7 +150,7 @@ def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
     if not units.keys() & judging.ranges.keys():
         return judging
     band, ranges = judging.band, dict(judging.ranges)
-    for name in units.keys() & judging.ranges.keys():
+    for name in [name for name in judging.ranges if name in units]:  # in their order, which words follow
         each = units[name]
         low, high = (end / each.factor for end in ranges.pop(name))
         if each.source in ranges or (each.source == FREQUENCY and band is not None):

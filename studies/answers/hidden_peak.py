@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damperlab.studies.answers.nearness import nearest
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.store.export.slabs import BUDGET
 from damperlab.studies.variables import ResponseClass
@@ -115,8 +116,9 @@ def hidden_of(cube: xr.Dataset, r: NDArray[np.float64], design: Mapping[str, Any
     if not (np.diff(r) > zeta).any():
         return np.zeros(r.size - 1, np.bool_)
     wanted = {str(name): design[str(name)] for name in cube["status"].dims if name != FREQUENCY}
-    place = {name: int(np.abs(cube[name].values - value).argmin()) for name, value in wanted.items()}
-    one = cube.isel(place).sel({FREQUENCY: r})
+    place = {name: nearest(cube[name].values, value) for name, value in wanted.items()}
+    # a follow-up may have the same frequencies but for rounding
+    one = cube.isel({**place, FREQUENCY: [nearest(cube[FREQUENCY].values, each) for each in r]})
     kinds = one["response_class"].values if "response_class" in cube else np.full(r.size, -1, np.int8)
     values = np.asarray(one["amplitude_ratio"].values, np.float64)
     return np.asarray(hidden(r, values[None], kinds[None], zeta, beta)[0])
@@ -208,8 +210,9 @@ def say_hidden(
     start, stop = (phrases.number(FREQUENCY, end, ".10g") for end in (r[0], r[-1]))
     return (
         f"{few}{whose} may be {higher} between two frequencies: near the resonance these are up to "
-        f"{phrases.value(FREQUENCY, apart, '.3g')} apart, and {wide}. An error, also where it is rounding, is that of the "
-        f"computed points, not of the peak. Compute `{name}: {{start: {start}, stop: {stop}, num: {_number(r, bandwidth)}}}`."
+        f"{phrases.value(FREQUENCY, apart, '.3g')} apart, and {wide}. Errors are those of the "
+        "computed points; they say nothing of a peak between them. "
+        f"Compute `{name}: {{start: {start}, stop: {stop}, num: {_number(r, bandwidth)}}}`."
     )
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 from damperlab.studies.answers.band import WHY
 from damperlab.studies.answers.contenders import limits
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
-from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.answers.phrases import OVER_MORE_THAN_Z, Phrases
 from damperlab.studies.portable import product
 from damperlab.studies.store.export.slabs import slabs
 from damperlab.studies.unit_names import OVER
@@ -197,7 +197,8 @@ def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
     """Say which results designs must have, as ratios and, where the study is given in units, in them too."""
 
     def spelled(name: str, *ends: float) -> str:
-        ratio = " to ".join(f"{end:.6g}" for end in ends) + (f" {OVER[name]}" if name in OVER else "")
+        over = f" {OVER[name]}" if name in OVER_MORE_THAN_Z else ""
+        ratio = " to ".join(f"{end:.6g}" for end in ends) + over
         unit = phrases.unit(name)
         return f"{ratio} = {' to '.join(phrases.number(name, end) for end in ends)}{unit}" if unit else ratio
 

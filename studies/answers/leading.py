@@ -2,15 +2,13 @@
 
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.design_question import DESIGN
+from damperlab.studies.answers.nearness import nearest
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.field import At
 from damperlab.studies.questions import Judging
-from damperlab.studies.variables import DIMENSIONS
-
-DESIGN = DIMENSIONS[:-1]
 
 
 def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
@@ -35,19 +33,22 @@ def best_at(cube: xr.Dataset, at: At) -> tuple[dict[str, float], str]:
     Returns
     -------
     dict of float
-        The dimensions of more than one value that are not named; empty where there is none, or no design is computed.
+        The dimensions of more than one value that are not named; empty where there is none, where no design is computed, and
+        for a study whose ratios are others at each frequency, whose dampers are not ranked by them.
     str
         What the design is called.
     """
+    if not set(DESIGN) <= set(cube.sizes):
+        return {}, ""
     open_ones = [name for name in DESIGN if cube.sizes[name] > 1 and name not in at]
     if not open_ones:
         return {}, ""
-    nearest = {
-        name: float(cube[name].values[np.abs(cube[name].values - float(at[name])).argmin()])
+    on_grid = {
+        name: float(cube[name].values[nearest(cube[name].values, float(at[name]))])
         for name in DESIGN
         if name in at
     }
-    ranges = {name: (value, value) for name, value in nearest.items()}
+    ranges = {name: (value, value) for name, value in on_grid.items()}
     ranked = optimal_designs(cube, Judging(ranges=ranges), 1)
     found = leading(ranked)
     if found is None:

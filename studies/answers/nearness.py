@@ -13,6 +13,11 @@ def same(a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
     return np.asarray(np.abs(first - second) <= SAME * np.maximum(np.abs(first), np.abs(second)))
 
 
+def nearest(values: ArrayLike, wanted: float) -> int:
+    """Give the place of the grid value nearest to a number, the first of equally near ones."""
+    return int(np.abs(np.asarray(values, dtype=float) - wanted).argmin())
+
+
 def inside(values: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
     """Whether values are within a range, both ends included, to a relative difference of `SAME`."""
     at = np.asarray(values, dtype=float)

@@ -51,14 +51,13 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     chosen = float(values[place])
     definition = json.loads(cube.attrs["study"])
     if definition["physical"].get("constant") is not None:
-        part = cube.isel({AMPLITUDE: [place]})
         definition["physical"][AMPLITUDE] = [chosen]
-        part.attrs["study"] = json.dumps(definition)
-        return part, at
-    part = cube.sel({AMPLITUDE: chosen}).swap_dims(RATIOS_OF)
+        return cube.isel({AMPLITUDE: [place]}).assign_attrs(study=json.dumps(definition)), at
+    # its chunks are those of the dimensions that it had
+    part = cube.sel({AMPLITUDE: chosen}).swap_dims(RATIOS_OF).drop_encoding()
     part = part.drop_vars([*RATIOS_OF, AMPLITUDE, *(name for name in RESULT_NAMES if name in part)])
     definition["physical"][AMPLITUDE] = chosen
-    part.attrs["study"] = json.dumps(definition)
+    part = part.assign_attrs(study=json.dumps(definition))
     return part, {name: value for name, value in at.items() if name != AMPLITUDE}
 
 

@@ -158,7 +158,7 @@ class Phrases:
             if name in SYMBOLS:
                 return f"{name} {SYMBOLS[name]}"
             # what is called a ratio, or stands beside one, is over Z by its name
-            return f"{name} [{OVER[quantity]}]" if quantity in _OVER_MORE_THAN_Z else name
+            return f"{name} [{OVER[quantity]}]" if quantity in OVER_MORE_THAN_Z else name
         of_a_dimension = name in TERMS and name not in RESULTS
         named = _SI_SUFFIX.sub("", (AMPLITUDES | ACCELERATIONS).get(name, name))
         return f"{self.label(name) if of_a_dimension else named} [{_PRINTED[quantity].unit}]"
@@ -212,7 +212,8 @@ class Phrases:
         return long_name.replace("r = 1", self.equal(FREQUENCY, 1.0))
 
 
-_OVER_MORE_THAN_Z = OVER.keys() - AMPLITUDES.keys() - ACCELERATIONS.keys()
+OVER_MORE_THAN_Z = OVER.keys() - AMPLITUDES.keys() - ACCELERATIONS.keys()
+"""Results whose names do not say what they are over."""
 RATIOS = Phrases()
 _SI_SUFFIX = re.compile(r"_(m_per_s2|m_per_s|m_s2|m_s|m|j|s)$")  # the unit stands beside it
 

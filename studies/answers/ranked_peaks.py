@@ -62,7 +62,7 @@ class RankedPeaks:
         hides = np.asarray(self.where.any(axis=1))
         count = int(hides[: self.listed].sum())
         whose = []
-        if count and self.listed == 1:
+        if count == 1 and hides[0]:
             whose.append(f"the largest value of the best {noun}")
         elif count:
             among = f", the best {noun} among them," if hides[0] else ""

@@ -17,6 +17,7 @@ from damperlab.studies.answers.contenders import ties
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.judging import attributes_of, judge, new_tally, say_judged, say_limits
+from damperlab.studies.answers.nearness import SAME
 from damperlab.studies.answers.phrases import AMPLITUDE, RATIOS, Phrases, said
 from damperlab.studies.answers.ranked_peaks import RankedPeaks
 from damperlab.studies.answers.selection import require_stored
@@ -129,8 +130,10 @@ def robust_designs(
     answer = _answer(cube, question, factors, {name: array[:top] for name, array in best.items()}, tally)
     answer.attrs |= equals
 
+    peaks = RankedPeaks.of(cube, question, _used(answer))
+
     def note(phrases: Phrases) -> dict[str, Any]:
-        words = _note(cube, question, factors, answer, phrases)
+        words = _note(cube, question, factors, answer, peaks, phrases)
         return {"note": f"{words} {say_ties(equals)}".strip()}
 
     answer.attrs |= said(cube, note)
@@ -282,7 +285,12 @@ def _answer(
 
 
 def _note(
-    cube: xr.Dataset, question: DesignQuestion, factors: np.ndarray, answer: xr.Dataset, phrases: Phrases
+    cube: xr.Dataset,
+    question: DesignQuestion,
+    factors: np.ndarray,
+    answer: xr.Dataset,
+    peaks: RankedPeaks,
+    phrases: Phrases,
 ) -> str:
     steps = counted(factors.size, "step")
     if phrases.unit(AMPLITUDE):
@@ -308,13 +316,15 @@ def _note(
     left_out = [f"{tally[name]} {reason}" for name, reason in reasons.items() if tally[name]]
     if left_out:
         sentences.append(f"Left out of {counted(tally['rays'], 'damper')}: {', '.join(left_out)}.")
-    sentences.append(RankedPeaks.of(cube, question, _used(answer)).say(phrases, "damper"))
+    sentences.append(peaks.say(phrases, "damper"))
     if answer.sizes["rank"] == 0:
         sentences.append("No damper is left.")
     else:
+        off = float(answer["distance"].max())
+        how_far = f"is off by {100 * off:.3g} % at most" if off > SAME else "has it exactly"
         sentences.append(
             "At each base amplitude the grid point nearest to the damper's d/Z and γ_F stands for it; for the dampers shown it "
-            f"is off by {100 * float(answer['distance'].max()):.3g} % at most."
+            f"{how_far}."
         )
     return " ".join(filter(None, sentences))
 

@@ -41,7 +41,7 @@ def tmd_comparison(
     Parameters
     ----------
     cube : Dataset
-        A study's cube; only the curve of one design is read.
+        A study's cube; where the design is named, only its curve is read.
     tuning : Tuning
         The tuned mass damper. Where its mass ratio is given, the design's own is the nearest on the grid. It, and the structure
         without a damper, answer to a shaken base like the study's damper, or to a force on the structure: X over its static

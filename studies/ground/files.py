@@ -222,23 +222,34 @@ def _brackets(heading: str) -> list[str]:
     return re.findall(r"[(\[]([^)\]]*)[)\]]", heading)
 
 
+def _units_of_columns(heading: str) -> tuple[str | None, str | None]:
+    """Give what stands in brackets behind the time and behind the acceleration."""
+    first, *others = re.split(r"[,;\t]", heading)
+    if others:
+        time, acceleration = ("".join(_brackets(cell)[-1:]) for cell in (first, others[-1]))
+    else:  # columns that spaces part: the last brackets belong to the last column
+        time, acceleration = ["", "", *_brackets(heading)][-2:]
+    return time or None, acceleration or None
+
+
 def _stated_in_heading(heading: str) -> str | None:
-    # the last brackets belong to the last column
-    said = _brackets(heading)
-    if said and re.sub(r"[\s^]", "", said[-1].lower()).replace("²", "2") in _NOT_READ:
-        told = f"The heading gives the acceleration in {said[-1]}, which is not read; allowed are {listing(UNITS)}."
+    _, said = _units_of_columns(heading)
+    if said and re.sub(r"[\s^]", "", said.lower()).replace("²", "2") in _NOT_READ:
+        told = (
+            f"The heading gives the acceleration in {said}, which is not read; allowed are {listing(UNITS)}."
+        )
         advice = "convert the accelerations to one of these, and write it in the heading"
-        raise refused("units", said[-1], f"one of {listing(UNITS)}", advice, told)
-    return _unit(said[-1]) if said else None
+        raise refused("units", said, f"one of {listing(UNITS)}", advice, told)
+    return _unit(said) if said else None
 
 
 def _second_of(heading: str) -> float:
-    """Give what one of the unit of the times is in seconds; brackets before the last are those of the time."""
-    said = _brackets(heading)[-2:-1]
-    unit = said[0].strip().lower() if said else "s"
+    """Give what one of the unit of the times is in seconds."""
+    said, _ = _units_of_columns(heading)
+    unit = said.strip().lower() if said else "s"
     if unit in _NO_TIMES:
-        told = f"The heading gives the time in {said[0]}, which is not read; allowed are {listing(_TIMES)}."
-        raise refused("time", said[0], f"one of {listing(_TIMES)}", "convert the times to seconds", told)
+        told = f"The heading gives the time in {said}, which is not read; allowed are {listing(_TIMES)}."
+        raise refused("time", str(said), f"one of {listing(_TIMES)}", "convert the times to seconds", told)
     return _TIMES.get(unit, 1.0)
 
 

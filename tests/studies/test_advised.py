@@ -53,6 +53,30 @@ def test_a_key_of_designs_for_the_base_leads_to_the_study_that_keeps_it(
     assert written.over_amplitudes
 
 
+def test_a_key_of_designs_for_the_base_is_removed_where_a_force_excites_the_structure() -> None:
+    document = frame(base_amplitude_m=None, force_n=3.0, base_acceleration_m_per_s2=0.196) | {
+        "excitation": "force"
+    }
+    (fault,) = faults(document)
+    assert fault.field == "physical.base_acceleration_m_per_s2"
+    assert fault.advice == "remove it"
+    del document["physical"]["base_acceleration_m_per_s2"]
+    assert parse_study(document)
+
+
+def test_without_a_particle_no_clearance_is_advised_beside_the_amplitude() -> None:
+    given = {
+        "base_amplitude_m": None,
+        "clearance_m": None,
+        "particle_mass_kg": None,
+        "friction_force_n": None,
+    }
+    document = frame(**given, base_acceleration_m_per_s2=0.196) | {"particle": False}
+    (advice,) = (fault.advice for fault in faults(document) if "acceleration" in fault.field)
+    assert "`friction_force_n`" in advice
+    assert "`clearance_m`" not in advice
+
+
 def test_the_amplitude_of_a_constant_acceleration_is_a_list_also_where_it_is_one() -> None:
     (fault,) = faults(frame(constant="acceleration"))
     assert fault.field == "physical.constant"
@@ -66,6 +90,7 @@ def test_the_amplitude_of_a_constant_acceleration_is_a_list_also_where_it_is_one
         ("damping_ratio", "1.1 %", "1.1 % is 0.011"),
         ("damping_ratio", "0,011", "use a decimal point, as in 0.011"),
         ("damping_ratio", "0.011", "without quotation marks"),
+        ("physical.friction_force_n", "1,000", "as in 1.000, or write 1000 if thousands are meant"),
         ("physical.base_amplitude_m", "0.08 mm", "write the number alone, in m"),
         ("physical.friction_force_n", "5 %", "write the number alone, in N"),
         ("physical.excitation_frequency_hz", "9-14", "{start: 9, stop: 14, num: 11}"),

@@ -67,6 +67,14 @@ def test_what_is_certainly_unusual_is_remarked(changed: dict[str, Any], words: s
     assert "check" not in said(FRAME)
 
 
+def test_under_a_force_what_is_unusual_is_said_of_the_force() -> None:
+    forced = {name: value for name, value in FRAME.items() if name != "base_amplitude_m"}
+    words = said(forced | {"force_n": 17e3}, excitation="force")
+    assert "The static displacement is more than 10 times the clearance (d/Z" in words
+    assert "`clearance_m` and `force_n`" in words
+    assert "base" not in words
+
+
 @pytest.mark.parametrize(
     ("document", "told"),
     [

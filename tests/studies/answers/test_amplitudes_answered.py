@@ -285,8 +285,10 @@ def test_a_tuned_mass_damper_is_compared_where_the_base_amplitude_falls_with_the
 ) -> None:
     store, _ = stored
     whole = store.cube(keep(store, PHYSICAL | {"constant": constant}))
+    definition = whole.attrs["study"]
     at = {"clearance_m": 0.01, "friction_force_n": 1.5, "base_amplitude_m": 0.0021}
     one, rest = at_one_amplitude(whole, at)
+    assert whole.attrs["study"] == definition
     answer = said_of_it(tmd_comparison(one, Tuning(mass_ratio=0.05), rest), one, whole)
     np.testing.assert_array_equal(answer["hybrid"], whole["amplitude_ratio"].values[0, 0, 0, 1, 2, 1])
     same = frequency_response(whole, Selection("amplitude_ratio", at))
@@ -298,3 +300,14 @@ def test_a_tuned_mass_damper_is_compared_where_the_base_amplitude_falls_with_the
     assert "base amplitude Z = 2 mm (the grid point nearest to the 2.1 mm asked for)" in answer.attrs["note"]
     with pytest.raises(QueryFault, match="about one base amplitude, and the study has 3"):
         at_one_amplitude(whole, {})
+
+
+def test_a_tuned_mass_damper_is_compared_with_the_best_damper_at_an_amplitude_that_alone_is_named(
+    stored: tuple[Store, str],
+) -> None:
+    store, id = stored
+    whole = store.cube(id)
+    one, rest = at_one_amplitude(whole, {"base_amplitude_m": 0.002})
+    answer = tmd_comparison(one, Tuning(mass_ratio=0.05), rest)
+    worst = whole["amplitude_ratio"].sel(base_amplitude_m=0.002).max("frequency_ratio")
+    assert float(answer["hybrid"].max()) == float(worst.min())

@@ -128,6 +128,7 @@ def test_a_jump_hides_more_than_a_resonance_does_and_a_locked_mass_nothing() -> 
             3,
             "The largest values of 2 of the first 3 designs, the best design among them, may",
         ),
+        ([True, False, False], 3, "The largest value of the best design may"),
         ([False, True, False], 3, "The largest value of 1 of the first 3 designs may"),
     ],
 )

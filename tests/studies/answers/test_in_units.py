@@ -200,13 +200,13 @@ def test_limits_on_results_are_told_as_ratios_and_in_units(cube: xr.Dataset) -> 
     answer = optimal_designs(cube, asked)
     speed, length = 2 * np.pi * HERTZ * BASE, BASE * 1e3
     ratios = (
-        "Allowed at every frequency that counts: impacts of at most 3.5 Z·ω_n; amplitude ratio X/Z from 0 to 8 Z; "
+        "Allowed at every frequency that counts: impacts of at most 3.5 Z·ω_n; amplitude ratio X/Z from 0 to 8; "
         "largest impact speed from 0 to 3.9 Z·ω_n."
     )
     assert ratios in answer.attrs["note"]
     told = answer.attrs["in_units"]["note"]
     assert f"impacts of at most 3.5 Z·ω_n = {3.5 * speed:.6g} m/s;" in told
-    assert f"from 0 to 8 Z = 0 to {8 * length:.6g} mm;" in told
+    assert f"from 0 to 8 = 0 to {8 * length:.6g} mm;" in told
     assert f"largest impact speed from 0 to 3.9 Z·ω_n = 0 to {3.9 * speed:.6g} m/s." in told
     # what was asked in m/s is the same question, and is told so
     in_units = Judging(

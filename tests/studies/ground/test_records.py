@@ -122,7 +122,9 @@ def test_bad_columns_are_told_by_their_line(text: str, field: str) -> None:
 
 
 def test_times_in_milliseconds_are_read_as_such() -> None:
-    motion = read_record("time (ms), acc (g)\n0, 0\n20, 0.1\n40, 0.2\n", "csv")
+    for heading in ("time (ms), acc (g)", "time (ms) acc (g)"):
+        assert read_record(f"{heading}\n0, 0\n20, 0.1\n40, 0.2\n", "csv").step_s == pytest.approx(0.02)
+    motion = read_record("time (ms), acc\n0, 0\n20, 0.1\n40, 0.2\n", "csv", units="g")
     assert motion.step_s == pytest.approx(0.02, rel=1e-14)
 
 

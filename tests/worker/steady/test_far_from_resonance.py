@@ -1,4 +1,4 @@
-"""Steady responses far below resonance, at rest friction of a stuck mass, and at the edge of what rounding lets be known."""
+"""Steady responses far below and far above resonance, and of a particle on a mass that friction holds."""
 
 import pytest
 
