@@ -57,7 +57,9 @@ def test_a_map_without_a_word_on_the_frequency_is_the_worst_over_the_band_and_sa
     codes = resonance_map(cube, "friction_ratio", "restitution", Selection("response_class"))
     assert codes["frequency_ratio"].item() == 1.0
     assert "leave the frequency out" not in codes.attrs["note"]
-    assert "Shown at r = 1 alone: a class or a code has no largest value over the band." in codes.attrs["note"]
+    assert (
+        "Shown at r = 1 alone: a class or a code has no largest value over the band." in codes.attrs["note"]
+    )
 
 
 def test_a_partly_computed_band_says_how_much_of_each_point_is_there(cube, whole):
