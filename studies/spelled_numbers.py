@@ -43,12 +43,7 @@ def number_advice(raw: object, unit: str | None = None) -> str:
     if percent := _PERCENT.match(raw):
         if unit:
             return f"write the number alone, in {unit}"
-        share = f"{percent[1]} % is {float(percent[1]) / 100.0:.12g}"
-        return (
-            f"write the number alone; a share of {share}"
-            if unit is None
-            else f"write the share as a number: {share}"
-        )
+        return f"write the share as a number: {percent[1]} % is {float(percent[1]) / 100.0:.12g}"
     if _WITH_UNIT.match(raw):
         if unit:
             return f"write the number alone, in {unit}: the key states its unit"

@@ -27,8 +27,8 @@ from damperlab.worker.run.runner import run_study
 
 NEUTRAL = {
     # what is said, listed, told apart, read or asked, and where it lies; no stored value goes through it
-    "studies": "digest examples faults field guard html kind kinds metrics paper pydantic_faults questions reads unit_names "
-    "user_error",
+    "studies": "base_motion digest examples faults field guard html kind kinds metrics paper pydantic_faults questions reads "
+    "spelled_numbers unit_names user_error",
     # the samples of a record are in the digest
     "studies.ground": "builtin files generated kanai_tajimi paper question response_spectrum shelf sweep sweep_reading",
     "studies.store": "faults kept_quota record solver submitter",
