@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
 from damperlab.studies.answers.follow_up import tolerance_of
 from damperlab.studies.answers.judging import judge, new_tally
-from damperlab.studies.answers.nearness import inside, same
+from damperlab.studies.answers.nearness import inside, nearest_place, same
 
 Floats = NDArray[np.float64]
 Key = tuple[float, ...]
@@ -139,7 +139,7 @@ class _Grid:
                 axes.append(values[kept].astype(float))
                 edges.append(_cut(axes[-1], *ranges[name]) if name in ranges else axes[-1])
         frequencies = cube[FREQUENCY].values
-        index[FREQUENCY] = np.array([int(np.abs(frequencies - r).argmin()) for r in question.frequencies])
+        index[FREQUENCY] = np.array([nearest_place(frequencies, r) for r in question.frequencies])
         theirs = replace(question, axes=index)
         shape = tuple(axis.size for axis in axes)
         value, error = np.full(shape, np.nan), np.full(shape, np.nan)

@@ -9,7 +9,7 @@ import xarray as xr
 from damperlab.studies.answers.band import default_objective
 from damperlab.studies.answers.contenders import DOUBT, Doubt, half_width
 from damperlab.studies.answers.faults import QueryFault, empty_range
-from damperlab.studies.answers.nearness import inside
+from damperlab.studies.answers.nearness import inside, nearest_place
 from damperlab.studies.answers.selection import check_dimension, require_stored
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.questions import MOST_DESIGNS, Judging
@@ -136,7 +136,7 @@ class DesignQuestion:
             axes,
             frequencies,
             _trapezoid(frequencies),
-            int(np.abs(frequencies - 1.0).argmin()),
+            nearest_place(frequencies, 1.0),
             judging.exclude_locked,
             max_impact_speed,
             limits,

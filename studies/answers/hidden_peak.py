@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.nearness import nearest
+from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.store.export.slabs import BUDGET
 from damperlab.studies.variables import ResponseClass
@@ -116,9 +116,9 @@ def hidden_of(cube: xr.Dataset, r: NDArray[np.float64], design: Mapping[str, Any
     if not (np.diff(r) > zeta).any():
         return np.zeros(r.size - 1, np.bool_)
     wanted = {str(name): design[str(name)] for name in cube["status"].dims if name != FREQUENCY}
-    place = {name: nearest(cube[name].values, value) for name, value in wanted.items()}
+    place = {name: nearest_place(cube[name].values, value) for name, value in wanted.items()}
     # a follow-up may have the same frequencies but for rounding
-    one = cube.isel({**place, FREQUENCY: [nearest(cube[FREQUENCY].values, each) for each in r]})
+    one = cube.isel({**place, FREQUENCY: [nearest_place(cube[FREQUENCY].values, each) for each in r]})
     kinds = one["response_class"].values if "response_class" in cube else np.full(r.size, -1, np.int8)
     values = np.asarray(one["amplitude_ratio"].values, np.float64)
     return np.asarray(hidden(r, values[None], kinds[None], zeta, beta)[0])

@@ -5,7 +5,7 @@ from typing import Any
 import xarray as xr
 
 from damperlab.studies.answers.design_question import DESIGN
-from damperlab.studies.answers.nearness import nearest
+from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.field import At
 from damperlab.studies.questions import Judging
@@ -44,7 +44,7 @@ def best_at(cube: xr.Dataset, at: At) -> tuple[dict[str, float], str]:
     if not open_ones:
         return {}, ""
     on_grid = {
-        name: float(cube[name].values[nearest(cube[name].values, float(at[name]))])
+        name: float(cube[name].values[nearest_place(cube[name].values, float(at[name]))])
         for name in DESIGN
         if name in at
     }

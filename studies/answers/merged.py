@@ -11,7 +11,7 @@ from damperlab.studies.answers.contenders import CONFIDENCE, Doubt
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion, judging_in_ratios
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.flatness import flatness
-from damperlab.studies.answers.nearness import nearest
+from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.phrases import noted, said, together
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
@@ -107,7 +107,7 @@ def _verdict(
     home = cubes[str(ranked["study"].values[0])]
     everything = {name: np.arange(home.sizes[name]) for name in DESIGN}
     theirs = replace(question, axes={**everything, FREQUENCY: _frequencies(home, question)})
-    design = {name: nearest(home[name].values, ranked[name].values[0]) for name in DESIGN}
+    design = {name: nearest_place(home[name].values, ranked[name].values[0]) for name in DESIGN}
     flat = flatness(home, theirs, design, float(ranked["value"].values[0]))
     return {"flatness": flat, **verdict(cube, question, ranked, active, flat, cubes)}
 
@@ -115,4 +115,4 @@ def _verdict(
 def _frequencies(home: xr.Dataset, question: DesignQuestion) -> np.ndarray:
     """Where the frequencies that count lie in another study; they were checked to be the same ones."""
     axis = home[FREQUENCY].values
-    return np.array([nearest(axis, r) for r in question.frequencies])
+    return np.array([nearest_place(axis, r) for r in question.frequencies])

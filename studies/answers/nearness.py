@@ -13,7 +13,7 @@ def same(a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
     return np.asarray(np.abs(first - second) <= SAME * np.maximum(np.abs(first), np.abs(second)))
 
 
-def nearest(values: ArrayLike, wanted: float) -> int:
+def nearest_place(values: ArrayLike, wanted: float) -> int:
     """Give the place of the grid value nearest to a number, the first of equally near ones."""
     return int(np.abs(np.asarray(values, dtype=float) - wanted).argmin())
 

@@ -20,6 +20,7 @@ from damperlab.studies.answers.follow_up import (
 )
 from damperlab.studies.answers.limits import check
 from damperlab.studies.answers.merged import merged_designs
+from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.phrases import RATIOS
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.definition import Study
@@ -240,7 +241,7 @@ def _line(
     """Values along a line, ascending, and the class at each, of every cube that holds the line."""
     known: dict[float, int] = {}
     for cube in cubes.values():
-        index = {name: int(np.abs(cube[name].values - value).argmin()) for name, value in chosen.items()}
+        index = {name: nearest_place(cube[name].values, value) for name, value in chosen.items()}
         if any(cube[name].values[place] != chosen[name] for name, place in index.items()):
             continue
         kind, status = (cube[name].isel(index).values for name in ("response_class", "status"))

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.faults import QueryFault
-from damperlab.studies.answers.nearness import same
+from damperlab.studies.answers.nearness import nearest_place, same
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.reach import check_reach
 from damperlab.studies.faults import Fault, describe, listing, nearest
@@ -188,7 +188,7 @@ def _named(dimension: str, values: np.ndarray, wanted: object) -> int:
 def _nearest(dimension: str, values: np.ndarray, wanted: object) -> int:
     asked = finite(dimension, wanted)
     check_reach(dimension, values, asked)
-    return int(np.argmin(np.abs(values - asked)))
+    return nearest_place(values, asked)
 
 
 def finite(dimension: str, wanted: object) -> float:

@@ -13,7 +13,7 @@ from damperlab.studies.answers.contenders import chance_of_another, contend
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.ends import end_of, say_ends
 from damperlab.studies.answers.flatness import NO_VALUE
-from damperlab.studies.answers.nearness import nearest
+from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.phrases import RATIOS, Phrases, said
 from damperlab.studies.answers.ranked_peaks import RankedPeaks
 from damperlab.studies.faults import counted
@@ -200,7 +200,7 @@ def _say_active(
 
 def _struck(cube: xr.Dataset, question: DesignQuestion, design: Mapping[str, Any]) -> list[list[float]]:
     """Give the runs of frequencies at which the particle of one design strikes while the mass moves."""
-    place = {name: nearest(cube[name].values, design[name]) for name in DESIGN}
+    place = {name: nearest_place(cube[name].values, design[name]) for name in DESIGN}
     one = cube.isel({**place, FREQUENCY: question.axes[FREQUENCY]})
     strikes = one["response_class"].values >= ResponseClass.SYMMETRIC
     if "impacts_per_cycle" in one:
