@@ -10,6 +10,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from damperlab.studies.answers.verdict import DOUBTS
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.store.record import PREPARATIONS, Record
 from damperlab.studies.store.reuse.differences import Differences
@@ -140,7 +141,7 @@ _DESIGN = _object(
     **{name: TEXT if name == "record" else NUMBER for name in EVERY_DIMENSION},
 )
 _DESIGNS = _of_cube(
-    ("points", "points_failed", "at", "meanings", "objective", "band", "frequencies", "verdict", "pareto"),
+    ("points", "points_failed", "at", "meanings", "objective", "band", "frequencies", "verdict", "doubts", "pareto"),
     units=TEXT,
     long_name=TEXT,
     designs=_list(_DESIGN),
@@ -149,6 +150,7 @@ _DESIGNS = _of_cube(
     band=RANGE,
     frequencies=COUNT,
     verdict=TEXTS,
+    doubts=_list(_object(kind=_enum(DOUBTS), sentence=TEXT)),
     pareto=_list(_enum(RESPECTS)),
 )
 _MAP = _of_cube(

@@ -1,4 +1,4 @@
-"""Progress of a design on standard error: points, what goes on and the best damper so far; lines where there is no terminal."""
+"""Progress of a design on standard error: points, time, the stage and the best damper so far; lines where there is no terminal."""
 
 import time
 from collections.abc import Iterable
@@ -12,12 +12,12 @@ from rich.text import Text
 from damperlab.service.cli.output import NOTES, duration, note
 from damperlab.service.cli.progress import BAR_WIDTH, LINE_EVERY_SECONDS
 
-RATED_SECONDS = 2.0
-"""For which points are counted before a rate is told."""
-
 
 class DesignProgress:
-    """Shows points of at most so many, what is computed, the best damper so far, and how long it takes at most.
+    """Shows the points so far, the time taken, what is computed and the best damper so far.
+
+    A search ends when it has found its damper, mostly long before its budget. So no time left is derived from the budget,
+    and the bar does not measure progress against it.
 
     Parameters
     ----------
@@ -28,12 +28,12 @@ class DesignProgress:
     def __init__(self, budget: int) -> None:
         self._budget = budget
         self._stage, self._best = "", ""
-        self._first: tuple[float, int] | None = None
+        self._began = time.monotonic()
         self._last_line = 0.0
         self._last_stage = ""
         self._bars = _Bars() if NOTES.is_terminal else None
         if self._bars is not None:
-            self._task = self._bars.add_task("", total=budget, figures="")
+            self._task = self._bars.add_task("", total=None, figures="")
 
     def __enter__(self) -> "DesignProgress":
         """Begin to draw."""
@@ -66,8 +66,7 @@ class DesignProgress:
     def update(self, points: int, preparation: str | None = None) -> None:
         """Take the points that are known now, and what goes on before the first of a study is."""
         now = time.monotonic()
-        self._first = self._first or (now, points)
-        figures = ", ".join([f"{points:,} of at most {self._budget:,} points", *self._rate(now, points)])
+        figures = f"{points:,} of at most {self._budget:,} points, {duration(now - self._began)}"
         stage = f"{self._stage} ({preparation})" if preparation else self._stage
         if self._bars is not None:
             self._bars.lines = [stage, f"Best so far: {self._best}" if self._best else ""]
@@ -76,14 +75,6 @@ class DesignProgress:
             self._last_stage, self._last_line = self._stage, now
             best = f" Best so far: {self._best}." if self._best else ""
             note(f"{figures}. Now: {stage}.{best}")
-
-    def _rate(self, now: float, points: int) -> Iterable[str]:
-        """Say how long the rest of the budget takes; a search may end before."""
-        assert self._first is not None
-        began, before = self._first
-        if now - began >= RATED_SECONDS and points > before:
-            left = (self._budget - points) * (now - began) / (points - before)
-            yield f"{duration(left)} left at most"
 
     def of_study(self, points: int) -> AbstractContextManager["OfStudy"]:
         """Give what takes the progress of a study that begins with so many points known."""

@@ -107,7 +107,8 @@ function underWay(design) {
       "section",
       { class: "box", "aria-label": "Progress" },
       el("h2", {}, "How far it is"),
-      el("progress", { max: design.budget_points, value: done, "aria-label": `Points of ${design.name || design.id}` }),
+      // no value: a search ends when it has found its damper, mostly long before its budget
+      el("progress", { "aria-label": `Points of ${design.name || design.id}` }),
       el("p", {}, `${count(done)} of at most ${counted(design.budget_points, "point")}.`),
       design.stage && el("p", {}, `${capital(design.stage)}: ${design.studies_done} of the ${design.studies.length} studies of round ${design.round} are done.`),
       !design.stage && el("p", {}, "It waits for its turn."),

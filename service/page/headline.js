@@ -8,8 +8,8 @@ import { FREQUENCY } from "./selection.js";
 export const VALUE = "amplitude_ratio";
 /** A study of which less is computed is a fragment, whose best design says little. */
 const FRAGMENT = 0.5;
-/** How the sentences begin that say why not to trust the optimum yet. */
-const OF_THE_OPTIMUM = /^The (neighbourhood of the |error of the )?optimum /;
+/** Doubts that hold for whichever design is shown; the others are about the optimum, of all that is computed. */
+const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
 
 /**
  * The design that a study leads to: the best whose damper does something, where the best of all is one in which it does
@@ -39,18 +39,15 @@ export function headline({ record, selection, shown }, ranked) {
   const next = ranked.next_frequencies;
   // while points are missing a better one may yet come, and of a band only the frequencies that are there are judged
   const soFar = record.points_done < record.points_total ? " so far" : "";
-  // what is said of the optimum is not said of the best with impacts, where that is another design
   const few = record.points_done < FRAGMENT * record.points_total;
-  const doubts = next || idle || few ? [] : shown.words(ranked).verdict.filter((sentence) => OF_THE_OPTIMUM.test(sentence));
-  const why = next && shown.words(ranked).verdict.find((sentence) => /^Only [rf] =/.test(sentence));
+  const doubts = shown.words(ranked).doubts.filter(({ kind }) => OF_EVERY_DESIGN.includes(kind) || !(next || idle || few));
   return el(
     "section",
     { class: "box headline", "aria-label": "Best design" },
     el("h2", {}, next ? "No design is recommended yet" : idle ? `Best design with impacts${soFar}` : `Best design${soFar}`),
-    why && el("p", {}, prose(why)),
     el("p", {}, capital(`${shown.has(VALUE) ? ranked.long_name.replace("amplitude ratio", "amplitude") : ranked.long_name}${next && idle ? ", the least so far with impacts" : ""}: `), el("strong", {}, value), named.length > 0 && " at ", at, "."),
     few && el("p", { class: "quiet" }, `Only ${count(record.points_done)} of ${count(record.points_total)} points are computed: a better design is likely among the others.`),
-    doubts.map((sentence) => el("p", { class: "quiet" }, prose(sentence))),
+    doubts.map(({ sentence }) => el("p", { class: "quiet" }, prose(sentence))),
     idle && el("p", { class: "quiet" }, `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle never meets a wall: these do not act as particle dampers.`),
     judgedOver(record.id, shown, next),
   );

@@ -108,9 +108,9 @@ export class Shown {
     return name in WORDS.over && !otherwise.includes("/") ? `${otherwise} over ${WORDS.over[name]}` : otherwise;
   }
 
-  /** The words of an answer: those in units where the study is shown so. @param {any} answer @returns {{note: string, verdict: string[]}} */
+  /** The words of an answer: those in units where the study is shown so. @param {any} answer @returns {{note: string, verdict: string[], doubts: {kind: string, sentence: string}[]}} */
   words(answer) {
-    return { note: "", verdict: [], ...answer, ...(this.inUnits ? answer.in_units : {}) };
+    return { note: "", verdict: [], doubts: [], ...answer, ...(this.inUnits ? answer.in_units : {}) };
   }
 
   /** The name by which a quantity is asked for in the units it is shown in. @param {string} name */

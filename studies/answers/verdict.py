@@ -28,6 +28,8 @@ NO_ACTION: dict[int, str] = {
 
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
+DOUBTS = ("one_frequency", "hidden_peak", "end_of_range", "neighbourhood_unknown", "rugged", "error")
+"""Kinds of doubt, the gravest first; those after `hidden_peak` are about the optimum alone, not about the best with impacts."""
 MOST_RUNS = 3
 """Runs of frequencies that a sentence names."""
 NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
@@ -72,11 +74,12 @@ def verdict(
         Attributes of the answer: `confidence`; `as_good`, how many further designs may be the best within their errors;
         `chance_of_another`, the probability that one of them is (left out where errors are not known);
         `best_with_impacts` (left out where there is none); `next_frequencies`, what to compute where one frequency
-        counts; `verdict`, all of it in sentences; `in_units`, the same sentences in units (left out where the study is
-        given in ratios alone).
+        counts; `verdict`, all of it in sentences; `doubts`, those of them that say why the best value may not hold, each
+        with its `kind` (`DOUBTS`); `in_units`, the same sentences in units (left out where the study is given in ratios
+        alone).
     """
     if ranked.sizes["rank"] == 0:
-        return said(cube, lambda _: {"verdict": ["There is no optimum."]})
+        return said(cube, lambda _: {"verdict": ["There is no optimum."], "doubts": []})
     values, errors = ranked["value"].values, ranked["error"].values
     may_be = contend(ranked["lowest"].values, ranked["highest"].values)
     # the first is the best, and may be it: its lower limit is below every value
@@ -93,16 +96,24 @@ def verdict(
     peaks = RankedPeaks.of(cube, question, ranked, active, homes)
 
     def sentences(phrases: Phrases) -> dict[str, Any]:
+        hidden = peaks.say(phrases)
+        alone = _say_alone(cube, question, phrases)
+        ends = _say_ends(cube, ranked, flat, phrases)
+        error = _say_error(float(values[0]), float(errors[0]))
         every = [
             f"Optimum: {say_design(ranked, 0, phrases)}",
-            peaks.say(phrases),
+            hidden,
             ties,
             *_say_idle(cube, question, ranked, active, struck, phrases),
-            _say_alone(cube, question, phrases),
-            *_say_ends(cube, ranked, flat, phrases),
-            _say_error(float(values[0]), float(errors[0])),
+            alone,
+            *ends.values(),
+            error,
         ]
-        return {"verdict": [sentence for sentence in every if sentence]}
+        doubts = {"one_frequency": alone, "hidden_peak": hidden, **ends, "error": error}
+        return {
+            "verdict": [sentence for sentence in every if sentence],
+            "doubts": [{"kind": kind, "sentence": doubts[kind]} for kind in DOUBTS if doubts.get(kind)],
+        }
 
     return found | said(cube, sentences)
 
@@ -253,7 +264,8 @@ def _share(chance: float) -> str:
 
 def _say_ends(
     cube: xr.Dataset, ranked: xr.Dataset, flat: list[dict[str, Any]], phrases: Phrases
-) -> list[str]:
+) -> dict[str, str]:
+    """Give the doubts that the neighbours of the optimum on the grid raise, by kind."""
     ends = []
     for entry in flat:
         if entry["below"] is None and entry["above"] is None:
@@ -262,18 +274,18 @@ def _say_ends(
         ends.append(end_of(cube[name].values, entry["value"], name, phrases))
     coarse = [phrases.symbol(entry["dimension"]) for entry in flat if entry["worse"]]
     unknown = [phrases.symbol(entry["dimension"]) for entry in flat if entry["unknown"]]
-    sentences = [say_ends([end for end in ends if end])]
+    doubts = {"end_of_range": say_ends([end for end in ends if end])}
     if unknown:
-        sentences.append(
+        doubts["neighbourhood_unknown"] = (
             f"The neighbourhood of the optimum is not known along {' and '.join(unknown)}: a design next to it {NO_VALUE}."
         )
     if coarse:
-        sentences.append(
+        doubts["rugged"] = (
             f"The neighbourhood of the optimum is rugged along {' and '.join(coarse)}: the next design on the grid is "
             "more than a tenth worse. A tolerance in manufacture may cost as much, and a better design may lie between; "
             "`refine` looks there."
         )
-    return sentences
+    return doubts
 
 
 def _say_error(value: float, error: float) -> str:

@@ -146,7 +146,8 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
     ]
     for answer in answers:
         words = answer.attrs["in_units"]
-        assert words.keys() == answer.attrs.keys() & {"verdict", "note"}
+        assert words.keys() == answer.attrs.keys() & {"verdict", "doubts", "note"}
+        assert {doubt["sentence"] for doubt in words.get("doubts", ())} <= set(words.get("verdict", ()))
         for sentence in (*words.get("verdict", ()), words["note"]):
             assert RATIO.search(sentence) is None, sentence
     best = answers[0].isel(rank=0)
