@@ -141,7 +141,18 @@ _DESIGN = _object(
     **{name: TEXT if name == "record" else NUMBER for name in EVERY_DIMENSION},
 )
 _DESIGNS = _of_cube(
-    ("points", "points_failed", "at", "meanings", "objective", "band", "frequencies", "verdict", "doubts", "pareto"),
+    (
+        "points",
+        "points_failed",
+        "at",
+        "meanings",
+        "objective",
+        "band",
+        "frequencies",
+        "verdict",
+        "doubts",
+        "pareto",
+    ),
     units=TEXT,
     long_name=TEXT,
     designs=_list(_DESIGN),

@@ -1,4 +1,4 @@
-"""Progress of a design on standard error: points, time, the stage and the best damper so far; lines where there is no terminal."""
+"""Progress of a design on standard error: points, time, stage and best damper so far; lines where there is no terminal."""
 
 import time
 from collections.abc import Iterable
