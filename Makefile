@@ -6,7 +6,7 @@ DEMO := demo
 LIBRARY := service/page/library
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev bytecode install-bench demo warm test lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
+.PHONY: help install install-dev bytecode install-bench demo warm test night night-tests lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -46,8 +46,15 @@ warm: install bytecode ## every kernel, compiled on every core; at once where th
 
 # Kernels first, so that no test waits for a compiler. Files in the order of tests/conftest.py, not by their number of tests. Tests
 # wait for servers, browsers and clocks for a third of their time: two processes more than there are cores keep the cores busy.
-test: install-dev warm ## every test that ends in minutes
-	$(BIN)/python -m pytest -n $$($(BIN)/python -c 'import os; print(min(8, 2 + len(os.sched_getaffinity(0))))') --dist loadfile --no-loadscope-reorder
+PARALLEL := -n $$($(BIN)/python -c 'import os; print(min(8, 2 + len(os.sched_getaffinity(0))))') --dist loadfile --no-loadscope-reorder
+
+test: install-dev warm ## what guards a change: every test that is not left to the night
+	$(BIN)/python -m pytest -m "not night" $(PARALLEL)
+
+night: night-tests faults ## what repeats it longer, wider or end to end: the tests of the night and the campaigns; `make -k night` goes on after a part that fails
+night-tests: install-dev warm
+	@date -u +'tests of the night, %FT%TZ'
+	$(BIN)/python -m pytest -m night -v $(PARALLEL)
 
 lint: install-dev docs ## style, types, layers, documentation
 	$(BIN)/ruff check .

@@ -20,6 +20,8 @@ from tests.spawning import fork_from
 gc.disable()  # nothing that is loaded or collected is garbage
 fork_from(lambda: ready().loaded)
 HERE = Path(__file__).parent
+DEAREST = 10
+"""Files that the end of a run names with their time."""
 UNKNOWN_SECONDS = 10.0
 """Of a file that was never measured: before the many short ones, for it may be long."""
 
@@ -56,9 +58,19 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
     _measured[report.nodeid.partition("::")[0].removeprefix("tests/")] += report.duration
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print the files that took longest."""
+    dearest = sorted(_measured.items(), key=lambda item: -item[1])[:DEAREST]
+    for name, seconds in dearest if len(_measured) > DEAREST else ():
+        terminalreporter.write_line(f"{seconds:8.1f} s  {name}")
+
+
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Write what was measured, where that is wished; not in the processes that pytest-xdist starts."""
-    file = os.environ.get("DAMPERLAB_DURATIONS")
-    if file and not hasattr(session.config, "workerinput"):
-        rounded = {name: round(seconds, 1) for name, seconds in sorted(_measured.items())}
-        (session.config.rootpath / file).write_text(json.dumps(rounded, indent=1) + "\n")
+    """Keep what was measured, where that is wished; not in the processes that pytest-xdist starts."""
+    name = os.environ.get("DAMPERLAB_DURATIONS")
+    if name and not hasattr(session.config, "workerinput"):
+        file = session.config.rootpath / name
+        seconds: dict[str, float] = json.loads(file.read_text()) if file.exists() else {}
+        seconds |= {test: round(taken, 1) for test, taken in _measured.items()}
+        there = {test: taken for test, taken in sorted(seconds.items()) if (HERE / test).exists()}
+        file.write_text(json.dumps(there, indent=1) + "\n")

@@ -19,6 +19,7 @@ from docs.console import (
     shown_again,
     shown_in,
 )
+from tests.docs.tiers import first_read
 
 SAME_PICTURE = 1e-4
 """The same where the same bits are computed: what another version of what draws letters may change."""
@@ -37,7 +38,7 @@ def test_pages_that_teach_show_commands() -> None:
     assert {"README.md", "docs/tutorial.md", "docs/contact.md"} <= set(pages())
 
 
-@pytest.mark.parametrize("page", pages())
+@pytest.mark.parametrize("page", first_read(pages()))
 def test_commands_of_a_page_print_what_it_shows(page: str, tmp_path: Path) -> None:
     text = (ROOT / page).read_text()
     put_files(text, tmp_path)

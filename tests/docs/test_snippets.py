@@ -8,6 +8,7 @@ from docs.computed import is_of_here
 from docs.console import ROOT, Shown, difference
 from docs.running import service
 from docs.snippets import key_of, pages, put_what_a_reader_has, run_snippets
+from tests.docs.tiers import first_read
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +21,7 @@ def test_pages_with_python_are_found() -> None:
     assert {"README.md", "docs/how-to/fit.md", "docs/how-to/design.md"} <= set(pages())
 
 
-@pytest.mark.parametrize("page", pages())
+@pytest.mark.parametrize("page", first_read(pages()))
 def test_python_of_a_page_runs_and_prints_what_it_shows(page: str, url: str, tmp_path: Path) -> None:
     text = (ROOT / page).read_text()
     put_what_a_reader_has(text, tmp_path, url)

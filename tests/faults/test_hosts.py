@@ -21,6 +21,8 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.worker_process.examination import bits_of
 
+pytestmark = pytest.mark.night
+
 PORT = 8786
 WITHOUT_CABLE_SECONDS = 6.0
 COORDINATOR = """

@@ -7,6 +7,8 @@ import sys
 import pytest
 from tests.faults.hosts import NoHosts, hosts
 
+pytestmark = pytest.mark.night
+
 FAULTS = (
     "worker without keys joins",
     "worker host killed",

@@ -1,7 +1,10 @@
 """The short form of the readers beside a writer; `make faults` runs the long one."""
 
+import pytest
 from tests.faults.readers import READERS
 from tests.faults.reading import run_reading
+
+pytestmark = pytest.mark.night
 
 PATIENCE_SECONDS = 1200.0
 """Longer than any machine needs, however loaded: it ends a run that hangs, and judges none."""

@@ -161,6 +161,7 @@ def _lives(process: psutil.Process) -> bool:
     return lives
 
 
+@pytest.mark.night
 @pytest.mark.usefixtures("anew")
 def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
     own_service: Callable[..., Any], helpers: Any, tmp_path: Path, undisturbed: dict[str, Any]
@@ -211,6 +212,7 @@ def test_a_service_that_is_stopped_leaves_no_study_as_running(
     assert running.stop() == 0
 
 
+@pytest.mark.night
 def test_a_study_that_is_cancelled_puts_its_design_down_until_it_is_resumed(
     own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
 ) -> None:
@@ -234,6 +236,7 @@ def test_a_study_that_is_cancelled_puts_its_design_down_until_it_is_resumed(
                 assert running.stop() == 0
 
 
+@pytest.mark.night
 def test_a_quota_smaller_than_a_round_of_a_design_delays_it_and_no_more(
     own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
 ) -> None:
@@ -291,6 +294,7 @@ def test_an_uploaded_record_is_one_that_a_design_is_under(client: httpx.Client, 
     assert "Under each record" in client.get(f"{DESIGNS}/{done['id']}/report").text
 
 
+@pytest.mark.night
 def test_the_command_line_designs_under_a_record(tmp_path: Path, helpers: Any) -> None:
     path = tmp_path / "shaken.json"
     path.write_text(
@@ -303,6 +307,7 @@ def test_the_command_line_designs_under_a_record(tmp_path: Path, helpers: Any) -
     assert again == answer
 
 
+@pytest.mark.night
 def test_a_design_whose_record_is_gone_says_so_and_goes_on_once_it_is_back(
     client: httpx.Client, helpers: Any
 ) -> None:

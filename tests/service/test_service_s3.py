@@ -13,6 +13,8 @@ from tests.object_store import BUCKET, SECRET, ObjectServer, environment, proxy_
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
 
+pytestmark = pytest.mark.night
+
 STUDIES = "/api/v1/studies"
 
 

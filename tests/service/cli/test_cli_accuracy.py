@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import pytest
 from tests.service.cli.commands import run
 
 from damperlab.worker.accuracy.cases import SCENES
@@ -12,6 +13,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 PAPER = METHODS[-1]
 
 
+@pytest.mark.night
 def test_accuracy_writes_its_report_and_keeps_it(tmp_path: Path) -> None:
     folder, data_dir = tmp_path / "report", tmp_path / "data"
     ended = run("accuracy", "-o", folder, "--data-dir", data_dir, "--quick", "--json")

@@ -27,6 +27,8 @@ from damperlab.worker.provenance import provenance
 from damperlab.worker.worker_process.examination import bits_of
 from damperlab.worker.worker_process.tasks import failed_values
 
+pytestmark = pytest.mark.night
+
 FRICTION: dict[str, Any] = {
     "particle": False,
     "damping_ratio": 0.05,

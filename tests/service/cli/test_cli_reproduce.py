@@ -12,6 +12,8 @@ from tests.service.cli.commands import END_SECONDS, run
 
 from damperlab.studies.paper import paper_numbers
 
+pytestmark = pytest.mark.night
+
 PNG = b"\x89PNG\r\n\x1a\n"
 DAMPING = 0.0038
 

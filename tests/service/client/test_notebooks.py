@@ -36,6 +36,7 @@ def test_every_notebook_is_known_here_and_kept_with_its_figures() -> None:
 
 
 # the kernel's own sockets and event loops are not this project's
+@pytest.mark.night
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("name", FIGURES)
 def test_notebook_runs(service: Any, name: str, tmp_path: Path) -> None:

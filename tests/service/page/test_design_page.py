@@ -121,6 +121,7 @@ def test_a_quantity_is_given_or_chosen_from_a_range_or_a_list(open_page: Callabl
     }
 
 
+@pytest.mark.night
 def test_excitations_are_added_named_and_removed_in_the_form(open_page: Callable[..., Any]) -> None:
     watched = open_page()
     watched.allowed = ("422",)
@@ -152,6 +153,7 @@ def test_excitations_are_added_named_and_removed_in_the_form(open_page: Callable
     assert len(excitation()) == 8
 
 
+@pytest.mark.night
 def test_a_sweep_is_asked_for_in_the_form(open_page: Callable[..., Any], helpers: Any) -> None:
     watched = open_page()
     watched.allowed = ("422",)
@@ -185,6 +187,7 @@ def test_a_sweep_is_asked_for_in_the_form(open_page: Callable[..., Any], helpers
     expect(page.get_by_label("Least").locator("option")).to_have_count(5)
 
 
+@pytest.mark.night
 def test_records_are_chosen_in_the_form_and_the_answer_is_shown_under_each(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
@@ -220,6 +223,7 @@ def test_records_are_chosen_in_the_form_and_the_answer_is_shown_under_each(
     expect(page.get_by_label("San Fernando 1971, Pacoima Dam, 164°")).to_be_checked()
 
 
+@pytest.mark.night
 def test_records_stand_beside_a_band_in_the_form_and_both_are_shown(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:

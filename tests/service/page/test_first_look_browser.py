@@ -77,7 +77,7 @@ def test_the_first_screen_says_why_the_best_design_may_not_be_the_best(
     assert [doubt["kind"] for doubt in doubts] == ["hidden_peak", "end_of_range", "rugged"]
     page = open_page().go(f"#/studies/{study_id}")
     for doubt in doubts:
-        expect(page.locator(".headline")).to_contain_text(doubt["sentence"])
+        expect(page.locator(".headline")).to_contain_text(doubt["sentence"].replace("`", ""))  # set as code
     expect(page.locator(".headline")).to_be_in_viewport(ratio=1)
 
 

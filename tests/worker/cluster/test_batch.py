@@ -156,7 +156,9 @@ def test_system_that_is_not_there_or_refuses_is_named(
     assert list((tmp_path / "jobs").iterdir()) == []
 
 
-@pytest.mark.parametrize("system", SYSTEMS)
+@pytest.mark.parametrize(
+    "system", [SYSTEMS[0], *(pytest.param(system, marks=pytest.mark.night) for system in SYSTEMS[1:])]
+)
 def test_study_is_computed_in_jobs_that_are_taken_back_at_its_end(
     tmp_path: Path, queue: Path, system: BatchSystem
 ) -> None:

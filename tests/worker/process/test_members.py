@@ -99,7 +99,7 @@ def catches(pid: int, number: signal.Signals) -> bool:
     return bool(mask >> (number - 1) & 1)
 
 
-@pytest.mark.parametrize("how", ["notice", "lifetime"])
+@pytest.mark.parametrize("how", ["notice", pytest.param("lifetime", marks=pytest.mark.night)])
 def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path, how: str) -> None:
     notice = tmp_path / "notice"
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import pytest
 from tests.worker.dask_processes import ROOT, scheduler_process
 
 from damperlab.studies.definition import parse_study
@@ -19,6 +20,8 @@ from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.worker_process.examination import bits_of
+
+pytestmark = pytest.mark.night
 
 HANGS_SECONDS = 300.0
 BLOCKS = 24
