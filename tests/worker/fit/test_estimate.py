@@ -68,16 +68,20 @@ def test_the_linear_structure_gives_its_damping_back_with_the_error_of_least_squ
     exact = np.array([float(without_absorber(one, zeta)) for one in r])
     measured = Measurement("linear", {"frequency_ratio": r, "amplitude_ratio": exact}, 0.01 * exact)
     structure = {"particle": False, "axes": {"friction_ratio": 0.0}}
-    fitted = fit_response(make_question(measured, structure, {"damping_ratio": (0.01, 0.2)}))
-    (found,) = fitted.estimates
     step = 1e-6
     slope = np.array([float(without_absorber(one, zeta + step)) for one in r])
     slope = (slope - np.array([float(without_absorber(one, zeta - step)) for one in r])) / (2 * step)
     expected = 1 / np.sqrt(((slope / (0.01 * exact)) ** 2).sum())
-    assert found.value == pytest.approx(zeta, abs=expected)
-    # The interval is that of ±1.96 standard errors; its ends are known to 48·600/30 draws, some 5 %.
-    assert (found.high - found.low) / (2 * 1.96 * expected) == pytest.approx(1.0, rel=0.25)
-    assert found.low < zeta < found.high
+    widths = []
+    for seed in range(8):
+        asked = make_question(measured, structure, {"damping_ratio": (0.01, 0.2)}, seed=seed)
+        (found,) = fit_response(asked).estimates
+        assert found.value == pytest.approx(zeta, abs=expected)
+        assert found.low < zeta < found.high
+        widths.append((found.high - found.low) / (2 * 1.96 * expected))
+    # The interval is that of ±1.96 standard errors. Its ends are known to 48·600/30 draws: a width to some 5 %, the mean of
+    # eight to 2 %. An interval of 90 % is narrower by 16 %.
+    assert np.mean(widths) == pytest.approx(1.0, abs=0.08)
 
 
 def test_the_same_question_has_the_same_answer_bit_for_bit() -> None:
