@@ -6,7 +6,7 @@ DEMO := demo
 LIBRARY := service/page/library
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev bytecode install-bench demo warm test night night-tests lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
+.PHONY: help install install-dev bytecode install-bench demo warm test night night-tests mutants lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -51,10 +51,13 @@ PARALLEL := -n $$($(BIN)/python -c 'import os; print(min(8, 2 + len(os.sched_get
 test: install-dev warm ## what guards a change: every test that is not left to the night
 	$(BIN)/python -m pytest -m "not night" $(PARALLEL)
 
-night: night-tests faults ## what repeats it longer, wider or end to end: the tests of the night and the campaigns; `make -k night` goes on after a part that fails
+night: night-tests mutants faults ## what repeats it longer, wider or end to end: the tests of the night, mutants and the campaigns; `make -k night` goes on after a part that fails
 night-tests: install-dev warm
 	@date -u +'tests of the night, %FT%TZ'
 	$(BIN)/python -m pytest -m night -v $(PARALLEL)
+
+mutants: install-dev ## small mistakes in a copy of the sources, each of which a test must find
+	$(BIN)/python -m tests.mutants
 
 lint: install-dev docs ## style, types, layers, documentation
 	$(BIN)/ruff check .

@@ -1,0 +1,103 @@
+"""Small mistakes put into a copy of the sources, each of which a named test must find: what shows that tests are sharp.
+
+A mutant that outlives its test is a defect of the test; one whose text is not there any more is renewed or taken out.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parent.parent
+SECONDS = 1800.0
+"""Longer than any test needs, however loaded the machine: it ends one that hangs, which counts as found."""
+
+
+class Mutant(NamedTuple):
+    """One mistake: a text of a file, what stands there instead, and the test that must fail then."""
+
+    file: str
+    text: str
+    instead: str
+    test: str
+
+
+MUTANTS = (
+    Mutant("worker/run/lease.py", "RENEW_SECONDS = 5.0", "RENEW_SECONDS = 90.0", "tests/test_times.py"),
+    Mutant(
+        "studies/store/files/folder.py",
+        "        sync_path(source.parent)\n",
+        "",
+        "tests/studies/store/test_folder.py",
+    ),
+    Mutant(
+        "studies/fit/asking.py",
+        "settings, share, confidence, seed)",
+        "settings, share, 0.9, seed)",
+        "tests/worker/fit/test_estimate.py::test_the_linear_structure_gives_its_damping_back_with_the_error_of_least_squares",
+    ),
+    Mutant(
+        "worker/steady/stopping_rules.py",
+        "        and mean.stationary\n",
+        "",
+        "tests/worker/steady/test_stopping_rules.py",
+    ),
+    Mutant(
+        "service/design_run.py",
+        "if self.kept.round is None:",
+        "if False:",
+        "tests/service/test_design_run.py",
+    ),
+    Mutant(
+        "service/page/headline.js",
+        "OF_EVERY_DESIGN.includes(kind) || !(next || idle || few)",
+        'kind !== "hidden_peak"',
+        "tests/service/page/test_first_look_browser.py",
+    ),
+)
+
+
+def is_found(mutant: Mutant, copy: Path) -> bool:
+    """Put a mistake into a copy, run its test, and mend the copy again; whether the test failed."""
+    file = copy / mutant.file
+    right = file.read_text()
+    if right.count(mutant.text) != 1:
+        raise ValueError(
+            f"{mutant.file} holds {mutant.text!r} {right.count(mutant.text)} times, and must once"
+        )
+    file.write_text(right.replace(mutant.text, mutant.instead))
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", mutant.test]
+    environment = os.environ | {"PYTHONPATH": str(copy / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+    try:
+        return (
+            subprocess.run(command, cwd=copy, env=environment, timeout=SECONDS, check=False).returncode == 1
+        )
+    except subprocess.TimeoutExpired:
+        return True
+    finally:
+        file.write_text(right)
+
+
+def main() -> None:
+    """Try every mutant, and fail with the names of those that outlived their test."""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "copy"
+        listed = ["git", "ls-files", "-z"]
+        files = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split(
+            "\0"
+        )
+        for name in filter(None, files):
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, copy / name, follow_symlinks=False)
+        left = [mutant for mutant in MUTANTS if not is_found(mutant, copy)]
+    for mutant in left:
+        print(f"{mutant.test} passes although {mutant.file} has {mutant.instead!r} for {mutant.text!r}")
+    print(f"{len(MUTANTS) - len(left)} of {len(MUTANTS)} mutants were found")
+    sys.exit(bool(left))
+
+
+if __name__ == "__main__":
+    main()
