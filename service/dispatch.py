@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from damperlab.service.cluster import SharedCluster
+from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.life_cycle.claims import Waiting
@@ -77,10 +78,10 @@ class Dispatcher:
         self._alone: set[str] = set()
         # who has begun a study, and as which one of all: who had to wait longest comes next
         self._turns: dict[str | None, int] = {}
-        # at first for what a delete left that was cut short
+        # at first for what a delete or a remark left that was cut short
         self._leaving: list[threading.Thread] = []
-        self._deleted = threading.Event()
-        self._deleted.set()
+        self._untidy = threading.Event()
+        self._untidy.set()
         self._dispatching = Background("dispatch", self._start_runs, LOOK_SECONDS)
         self._removing = Background("remove", self._remove, LOOK_SECONDS)
         self._cleaning = Background("clean", self._clean, CLEAN_SECONDS)
@@ -159,6 +160,13 @@ class Dispatcher:
         self._try_now(record.id)
         return queued
 
+    def remark(self, study_id: str, remarks: Remarks) -> Record:
+        """Keep remarks on a study; beside its blocks they are written in the background."""
+        record = self._store.remark(study_id, remarks, at_once=False)
+        self._untidy.set()
+        self._removing.wake()
+        return record
+
     def delete(self, record: Record) -> None:
         """Delete a study that has ended or waits.
 
@@ -175,7 +183,7 @@ class Dispatcher:
             run = self._runs.get(record.id)
             if run is not None:
                 self._leaving.append(run.thread)
-        self._deleted.set()
+        self._untidy.set()
         self._removing.wake()
 
     def close(self) -> None:
@@ -204,20 +212,21 @@ class Dispatcher:
             _log.warning("files that nobody needs could not be removed: %s", error)
 
     def _remove(self) -> None:
-        if not self._deleted.is_set():
+        if not self._untidy.is_set():
             return
-        self._deleted.clear()
+        self._untidy.clear()
         with self._lock:
             leaving, self._leaving = self._leaving, []
         try:
             for thread in leaving:  # lest it write what is removed
                 thread.join(STOP_SECONDS)
+            self._runners_store.keep_remarks(stop=lambda: self._removing.closing)
             self._runners_store.bury(stop=lambda: self._removing.closing)
         except (StoreFault, OSError) as error:
-            self._deleted.set()
-            _log.warning("files of deleted studies could not be removed: %s", error)
+            self._untidy.set()
+            _log.warning("remarks could not be written, or files of deleted studies removed: %s", error)
         except BaseException:
-            self._deleted.set()
+            self._untidy.set()
             raise
 
     def _start_runs(self) -> None:
