@@ -203,6 +203,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     kernels = Kernels(core_count())
     work = Work(core_count(), settings.work_seconds, settings.work_wait_seconds, settings.work_memory_bytes)
     designer = Designer(settings, store, dispatcher)
+    scrub = Scrub(runs)
     service = Service(
         settings,
         store,
@@ -212,6 +213,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         CapacityLimiter(SUBMISSIONS),
         kernels,
         designer,
+        scrub,
     )
     app.state.service = service
     app.state.guard.keys = AccessKeys(store.catalogue)
@@ -219,8 +221,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     designer.start()
     if settings.warm:
         kernels.start()
-    scrub = Scrub(runs)
     scrub.start()
+    service.readiness.background.start()
     try:
         async with create_task_group() as background:
             if settings.warm:
@@ -229,6 +231,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
             background.cancel_scope.cancel()
     finally:
         service.closing.set()
+        service.readiness.background.tell_to_close()
         await run_sync(scrub.close)
         await run_sync(kernels.close)
         await run_sync(designer.close)

@@ -4,7 +4,7 @@ import logging
 import multiprocessing
 import threading
 import time
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from multiprocessing.process import BaseProcess
 
@@ -17,6 +17,7 @@ from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.store import Store
+from damperlab.worker.run.background import Background
 
 LOOK_SECONDS = 2.0
 """Between two looks for designs that other processes left behind."""
@@ -60,19 +61,18 @@ class Designer:
         self._runs: dict[str, _Run] = {}
         self._not_before: dict[str, float] = {}
         self._deaths: dict[str, int] = {}
-        self._wake = threading.Event()
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._keep_going, name="designs", daemon=True)
+        self.background = Background("designs", self._start_runs, LOOK_SECONDS)
+        """The thread that looks for designs."""
         # a process starts with a fresh interpreter: this one has threads, and the catalogue's connections
         self._processes = multiprocessing.get_context("spawn")
 
     def start(self) -> None:
         """Begin to look for designs."""
-        self._thread.start()
+        self.background.start()
 
     def wake(self) -> None:
         """Look for designs now: one was asked for."""
-        self._wake.set()
+        self.background.wake()
 
     def cancel(self, kept: Kept) -> Kept:
         """End a design that waits or is searched, here or elsewhere; its studies that are done stay.
@@ -116,10 +116,7 @@ class Designer:
 
     def close(self) -> None:
         """Stop searching; what is not done goes on at the next start."""
-        self._closing.set()
-        self._wake.set()
-        if self._thread.is_alive():
-            self._thread.join()
+        self.background.close()
         with self._lock:
             runs = list(self._runs.values())
         for run in runs:
@@ -131,19 +128,10 @@ class Designer:
             run.process.kill()
             run.thread.join(STOP_SECONDS)
 
-    def _keep_going(self) -> None:
-        while not self._closing.is_set():
-            try:
-                self._start_runs()
-            except (StoreFault, OSError) as error:
-                _log.warning("the designs cannot be read: %s", error)
-            self._wake.wait(LOOK_SECONDS)
-            self._wake.clear()
-
     def _start_runs(self) -> None:
         for kept in self.shelf.waiting():
             with self._lock:
-                if self._closing.is_set() or len(self._runs) >= self._settings.designs_at_once:
+                if self.background.closing or len(self._runs) >= self._settings.designs_at_once:
                     return
                 if kept.id in self._runs or self._not_before.get(kept.id, 0.0) > time.monotonic():
                     continue
@@ -155,34 +143,41 @@ class Designer:
             ready.wait()
 
     def _run(self, design_id: str, ready: threading.Event) -> None:
+        try:
+            process = self._searched(design_id, ready)
+            self._note_end(design_id, process.exitcode)
+        except BaseException as error:
+            self._not_before[design_id] = time.monotonic() + AGAIN_SECONDS
+            trace = None if isinstance(error, StoreFault | OSError) else error
+            _log.warning("design %s is tried again: %s", design_id, error, exc_info=trace)
+        finally:
+            ready.set()
+            with self._lock:
+                run = self._runs.pop(design_id, None)
+            if run is not None and run.process.is_alive():
+                run.process.kill()
+            self.wake()
+
+    def _searched(self, design_id: str, ready: threading.Event) -> BaseProcess:
+        """Search in a process; give it once it has ended."""
         hears, tells = self._processes.Pipe(duplex=False)
         arguments = (self._settings, design_id, tells)
         process = self._processes.Process(target=run_design, args=arguments, daemon=True)
-        try:
-            with self._lock:
+        with closing(hears):
+            with closing(tells), self._lock:
                 process.start()
                 self._runs[design_id] = _Run(threading.current_thread(), process)
-        except OSError as error:
-            _log.warning("no process can be started for design %s: %s", design_id, error)
-            self._not_before[design_id] = time.monotonic() + AGAIN_SECONDS
-            return
-        finally:
             ready.set()
-            tells.close()
-        with suppress(EOFError, OSError):
-            while True:
-                hears.recv()
-                self._dispatcher.wake()
-        process.join()
-        hears.close()
-        self._note_end(design_id, process.exitcode)
-        with self._lock:
-            del self._runs[design_id]
-        self.wake()
+            with suppress(EOFError, OSError):
+                while True:
+                    hears.recv()
+                    self._dispatcher.wake()
+            process.join()
+        return process
 
     def _note_end(self, design_id: str, status: int | None) -> None:
         """See to a process that ended: the design has ended too, or is tried again."""
-        if self._closing.is_set() or self.shelf.ended(design_id):
+        if self.background.closing or self.shelf.ended(design_id):
             self._deaths.pop(design_id, None)
             return
         self._not_before[design_id] = time.monotonic() + AGAIN_SECONDS

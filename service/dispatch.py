@@ -3,9 +3,11 @@
 import logging
 import threading
 import time
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from damperlab.service.cluster import SharedCluster
+from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.life_cycle.claims import Waiting
@@ -13,6 +15,7 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.roster import STANDINGS
 from damperlab.worker.outcomes import ClusterUnusable
+from damperlab.worker.run.background import Background
 from damperlab.worker.run.lease import owner_is_dead
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
@@ -66,7 +69,8 @@ class Dispatcher:
         self._runners_store = runs
         self._at_once = at_once
         self._lock = threading.Lock()
-        self._runs: dict[str, _Run] = {}
+        # replaced and never changed, so that whoever asks what runs waits for no lock
+        self._runs: Mapping[str, _Run] = {}
         self._progress: dict[str, Progress] = {}
         self._retries = 0
         self._not_before: dict[str, float] = {}
@@ -74,20 +78,23 @@ class Dispatcher:
         self._alone: set[str] = set()
         # who has begun a study, and as which one of all: who had to wait longest comes next
         self._turns: dict[str | None, int] = {}
-        self._wake = threading.Event()
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._keep_going, name="dispatch", daemon=True)
-        # at first for what a delete left that was cut short
+        # at first for what a delete or a remark left that was cut short
         self._leaving: list[threading.Thread] = []
-        self._deleted = threading.Event()
-        self._deleted.set()
-        self._remover = threading.Thread(target=self._keep_removing, name="remove", daemon=True)
+        self._untidy = threading.Event()
+        self._untidy.set()
+        self._dispatching = Background("dispatch", self._start_runs, LOOK_SECONDS)
+        self._removing = Background("remove", self._remove, LOOK_SECONDS)
+        self._cleaning = Background("clean", self._clean, CLEAN_SECONDS)
+
+    @property
+    def backgrounds(self) -> tuple[Background, ...]:
+        """The threads that work for all studies."""
+        return self._dispatching, self._removing, self._cleaning
 
     @property
     def running(self) -> list[str]:
         """Ids of the studies that run here now."""
-        with self._lock:
-            return sorted(self._runs)
+        return sorted(self._runs)
 
     def workload(self) -> tuple[dict[str, int], int, int]:
         """Give workers by standing (of the study that sees most), blocks at workers, and blocks begun again so far."""
@@ -111,12 +118,13 @@ class Dispatcher:
 
     def start(self) -> None:
         """Begin to look for work."""
-        self._thread.start()
-        self._remover.start()
+        self._dispatching.start()
+        self._removing.start()
+        self._cleaning.start(at_once=False)
 
     def wake(self) -> None:
         """Look for work now: a study has been queued."""
-        self._wake.set()
+        self._dispatching.wake()
 
     def cancel(self, record: Record) -> Record:
         """Cancel a study that is queued, or running here or elsewhere; what is done is kept.
@@ -131,27 +139,33 @@ class Dispatcher:
         Record
             As it is then; unchanged, if the study had ended before.
         """
-        # Under the lock no run begins: one that did between the two steps would put the state back.
+        cancelled = self._store.set_state(record.id, "cancelled", only_from=("queued", "running"))
+        # A run that begins from now on finds the study cancelled. One that somebody has resumed meanwhile is stopped
+        # for nothing: it leaves the study queued, and the next one goes on.
         with self._lock:
-            cancelled = self._store.set_state(record.id, "cancelled", only_from=("queued", "running"))
             run = self._runs.get(record.id)
-            if cancelled.state == "cancelled" and run is not None:
-                run.stop.set()
+        if cancelled.state == "cancelled" and run is not None:
+            run.stop.set()
         return cancelled
 
     def resume(self, record: Record) -> Record:
         """Queue a cancelled or failed study again; only what is missing will be computed."""
         queued = self._store.set_state(record.id, "queued", only_from=("cancelled", "failed"))
-        self._not_before.pop(record.id, None)
-        self.wake()
+        self._try_now(record.id)
         return queued
 
     def retry(self, record: Record) -> Record:
         """Queue a study again for its blocks that failed as a whole; raise `NothingToDo` where there is none."""
         queued = self._store.retry(record.id)
-        self._not_before.pop(record.id, None)
-        self.wake()
+        self._try_now(record.id)
         return queued
+
+    def remark(self, study_id: str, remarks: Remarks) -> Record:
+        """Keep remarks on a study; beside its blocks they are written in the background."""
+        record = self._store.remark(study_id, remarks, at_once=False)
+        self._untidy.set()
+        self._removing.wake()
+        return record
 
     def delete(self, record: Record) -> None:
         """Delete a study that has ended or waits.
@@ -169,21 +183,21 @@ class Dispatcher:
             run = self._runs.get(record.id)
             if run is not None:
                 self._leaving.append(run.thread)
-        self._deleted.set()
+        self._untidy.set()
+        self._removing.wake()
 
     def close(self) -> None:
         """Stop: running blocks may finish within the runner's grace; the rest stays queued for the next start."""
-        self._closing.set()
-        self._wake.set()
-        if self._thread.is_alive():
-            self._thread.join()
-        if self._remover.is_alive():
-            # not until all files are gone: what is left is found by the next start
-            self._remover.join(LOOK_SECONDS)
+        for background in self.backgrounds:
+            background.tell_to_close()
+        self._dispatching.close()
+        # not until all files are gone: what is left is found by the next start
+        self._removing.close(LOOK_SECONDS)
+        self._cleaning.close(LOOK_SECONDS)
         with self._lock:
-            runs = dict(self._runs)
-            for run in runs.values():
-                run.stop.set()
+            runs = self._runs
+        for run in runs.values():
+            run.stop.set()
         deadline = time.monotonic() + STOP_SECONDS
         for study_id, run in runs.items():
             run.thread.join(max(0.0, deadline - time.monotonic()))
@@ -191,31 +205,29 @@ class Dispatcher:
                 _log.warning("study %s did not stop in time; its claim will expire", study_id)
         self.cluster.close()
 
-    def _keep_going(self) -> None:
-        clean_at = time.monotonic() + CLEAN_SECONDS
-        while not self._closing.is_set():
-            try:
-                if time.monotonic() >= clean_at:
-                    collect_garbage(self._store)
-                    clean_at = time.monotonic() + CLEAN_SECONDS
-                self._start_runs()
-            except (StoreFault, OSError) as error:
-                _log.warning("the store cannot be used: %s", error)
-            self._wake.wait(LOOK_SECONDS)
-            self._wake.clear()
+    def _clean(self) -> None:
+        try:
+            collect_garbage(self._runners_store)
+        except (StoreFault, OSError) as error:
+            _log.warning("files that nobody needs could not be removed: %s", error)
 
-    def _keep_removing(self) -> None:
-        while not self._closing.is_set():
-            if self._deleted.wait(LOOK_SECONDS):
-                self._deleted.clear()
-                with self._lock:
-                    leaving, self._leaving = self._leaving, []
-                for thread in leaving:  # lest it write what is removed
-                    thread.join(STOP_SECONDS)
-                try:
-                    self._runners_store.bury(stop=self._closing.is_set)
-                except (StoreFault, OSError) as error:
-                    _log.warning("files of deleted studies could not be removed: %s", error)
+    def _remove(self) -> None:
+        if not self._untidy.is_set():
+            return
+        self._untidy.clear()
+        with self._lock:
+            leaving, self._leaving = self._leaving, []
+        try:
+            for thread in leaving:  # lest it write what is removed
+                thread.join(STOP_SECONDS)
+            self._runners_store.keep_remarks(stop=lambda: self._removing.closing)
+            self._runners_store.bury(stop=lambda: self._removing.closing)
+        except (StoreFault, OSError) as error:
+            self._untidy.set()
+            _log.warning("remarks could not be written, or files of deleted studies removed: %s", error)
+        except BaseException:
+            self._untidy.set()
+            raise
 
     def _start_runs(self) -> None:
         waiting = self._waiting()
@@ -227,22 +239,27 @@ class Dispatcher:
             together = len(small) >= COMPANY and small[0] == waiting[0].id
             ids = small if together else [waiting[0].id]
             with self._lock:
-                if self._closing.is_set() or self._busy():
+                if self._dispatching.closing or self._busy():
                     return
                 ids = [study_id for study_id in ids if study_id not in self._runs]
-                if ids and (together or not self._store.find(ids[0]).ended):
-                    stop = threading.Event()
-                    work, about = (self._run_handful, ids) if together else (self._run, ids[0])
-                    name = f"study-{ids[0]}"
-                    thread = threading.Thread(target=work, args=(about, stop), name=name, daemon=True)
-                    self._runs |= {study_id: _Run(thread, stop) for study_id in ids}
-                    self._turns[waiting[0].owner] = 1 + max(self._turns.values(), default=0)
-                    thread.start()
+                if ids:
+                    self._begin(ids, waiting[0].owner, together)
             taken = set(ids) | ({waiting[0].id} if not together else set(small))
             waiting = [one for one in waiting if one.id not in taken]
 
+    def _begin(self, ids: list[str], owner: str | None, together: bool) -> None:
+        """Start a thread for some studies; whether one was cancelled since it looks up itself."""
+        stop = threading.Event()
+        work, about = (self._run_handful, ids) if together else (self._run, ids[0])
+        thread = threading.Thread(target=work, args=(about, stop), name=f"study-{ids[0]}", daemon=True)
+        thread.start()
+        self._runs = {**self._runs, **{study_id: _Run(thread, stop) for study_id in ids}}
+        self._turns[owner] = 1 + max(self._turns.values(), default=0)
+
     def _busy(self) -> bool:
         """Whether as many runs are under way as may be."""
+        # a thread that was ended from outside has not cleared up
+        self._runs = {study_id: run for study_id, run in self._runs.items() if run.thread.is_alive()}
         return len({run.thread for run in self._runs.values()}) >= self._at_once
 
     def _waiting(self) -> list[Waiting]:
@@ -268,14 +285,13 @@ class Dispatcher:
                 len(ids) - len(left),
                 len(left),
             )
-        except Exception as error:
+        except BaseException as error:
             # each run alone says what is wrong with it, or waits for the cluster
             _log.warning("%d small studies are run one by one: %s", len(ids), error)
         finally:
             with self._lock:
                 self._alone.update(left)
-                for study_id in ids:
-                    del self._runs[study_id]
+                self._forget_runs(ids)
             self.wake()
 
     def _run(self, study_id: str, stop: threading.Event) -> None:
@@ -311,20 +327,36 @@ class Dispatcher:
         except (StoreFault, OSError) as error:
             # The catalogue cannot be written, or a connection broke: the study is taken up again from where it is.
             self._put_off(study_id, str(error))
-        except Exception as error:
+        except BaseException as error:
             # A defect, or a cluster that does not come up: this study is put down, and the others go on.
             _log.exception("study %s failed", study_id)
-            message = f"{type(error).__name__}: {error}"
-            self._store.set_state(study_id, "failed", message, only_from=("queued", "running"))
+            self._put_down(study_id, f"{type(error).__name__}: {error}")
         finally:
             with self._lock:
-                del self._runs[study_id]
+                self._forget_runs([study_id])
                 self._alone.discard(study_id)
                 last = self._progress.pop(study_id, None)
                 self._retries += 0 if last is None else last.retries
             self.wake()
 
+    def _forget_runs(self, ids: Collection[str]) -> None:
+        self._runs = {study_id: run for study_id, run in self._runs.items() if study_id not in ids}
+
+    def _put_down(self, study_id: str, message: str) -> None:
+        try:
+            self._store.set_state(study_id, "failed", message, only_from=("queued", "running"))
+        except StudyNotFound:
+            pass  # deleted meanwhile
+        except Exception as error:
+            self._put_off(study_id, f"{message}; {error}")
+
+    def _try_now(self, study_id: str) -> None:
+        with self._lock:
+            self._not_before.pop(study_id, None)
+        self.wake()
+
     def _put_off(self, study_id: str, reason: str) -> None:
         self.trouble = reason
-        self._not_before[study_id] = time.monotonic() + AGAIN_SECONDS
+        with self._lock:
+            self._not_before[study_id] = time.monotonic() + AGAIN_SECONDS
         _log.warning("study %s is tried again in %g s: %s", study_id, AGAIN_SECONDS, reason)

@@ -98,6 +98,8 @@ class Kernels:
         while lacking and len(lacking) != before and not self._closed:
             try:
                 self._compile(lacking)
-            except (OSError, RuntimeError) as error:
-                _log.warning("%s", error)
+            except Exception as error:
+                _log.warning(
+                    "%s", error, exc_info=None if isinstance(error, OSError | RuntimeError) else error
+                )
             lacking, before = missing(lacking), len(lacking)

@@ -1,55 +1,125 @@
-"""Whether the store answers, known within a fixed time whatever becomes of the store."""
+"""Whether the service can serve, as it was last seen: who asks waits for no store, no disk and no lock."""
 
-import asyncio
-import threading
-from concurrent.futures import Future
+import os
+import time
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
 
+from damperlab.service.problems import Problem
+from damperlab.studies.faults import Fault
+from damperlab.studies.store.catalogue.home import disk_gone
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.store import Store
+from damperlab.worker.run.background import Background
 
-ANSWER_SECONDS = 1.5
-"""How long the store may take; who asks for readiness hears within two seconds."""
+LOOK_SECONDS = 1.0
+"""Between two looks at the store and its folders."""
+STALE_SECONDS = 5.0
+"""What was seen longer ago counts for nothing: the store or the disk hangs."""
+PROBE = ".ready"
+"""The file that is written, and removed, to see whether a folder can be written."""
+_PROBE_BYTES = 8192  # more than a file system keeps without a block of the disk
+
+
+@dataclass(frozen=True)
+class _Seen:
+    fault: Fault | None
+    at: float
 
 
 class Readiness:
-    """Asks a store one question at a time, in a thread that nothing else waits for.
+    """Looks again and again whether the catalogue answers, the folders are those of the start and can be written.
 
     Parameters
     ----------
     store : Store
         The service's.
+    backgrounds : sequence of Background
+        Threads that must work.
     """
 
-    def __init__(self, store: Store) -> None:
+    def __init__(self, store: Store, backgrounds: Sequence[Background]) -> None:
+        self.background = Background("readiness", self._look, LOOK_SECONDS)
+        """The thread that looks."""
         self._store = store
-        self._lock = threading.Lock()
-        self._asked: Future[StoreFault | None] | None = None
+        self._backgrounds = (*backgrounds, self.background)
+        places = [store.data_dir]
+        if isinstance(store.shelf, Folder):
+            places.append(Path(store.shelf.address))
+        self._places = {place: _identity(place) for place in places}
+        self._seen = _Seen(None, time.monotonic())
 
-    async def fault(self) -> StoreFault | None:
-        """Give what is wrong with the store; None where it answered.
+    def problem(self) -> Problem | None:
+        """Say why the service cannot serve; None where it can."""
+        seen = self._seen
+        if time.monotonic() - seen.at > STALE_SECONDS:
+            told = f"The service's data has not answered within {STALE_SECONDS:g} s."
+            return Problem(503, "store-unavailable", told)
+        if seen.fault is not None:
+            return Problem(503, "store-unavailable", "The service cannot use its data.", (seen.fault,))
+        down = [_down(each.name, trouble) for each in self._backgrounds if (trouble := each.trouble)]
+        if down:
+            return Problem(503, "background-down", "A background thread of the service is down.", down)
+        return None
 
-        Raises
-        ------
-        TimeoutError
-            It has not answered in time; the question stays open, and no other is put meanwhile.
-        """
-        return await asyncio.wait_for(asyncio.shield(asyncio.wrap_future(self._ask())), ANSWER_SECONDS)
-
-    def _ask(self) -> "Future[StoreFault | None]":
-        with self._lock:
-            if self._asked is None or self._asked.done():
-                self._asked = Future()
-                threading.Thread(
-                    target=self._answer, args=(self._asked,), name="readiness", daemon=True
-                ).start()
-            return self._asked
-
-    def _answer(self, asked: "Future[StoreFault | None]") -> None:
+    def _look(self) -> None:
         try:
             self._store.page(limit=1)
+            fault = self._folder_fault()
         except StoreFault as error:
-            asked.set_result(error)
-        except BaseException as error:
-            asked.set_exception(error)
-        else:
-            asked.set_result(None)
+            fault = error.fault
+        self._seen = _Seen(fault, time.monotonic())
+
+    def _folder_fault(self) -> Fault | None:
+        gone = disk_gone(self._store.shelf)
+        if gone is not None:
+            advice = "mount it, or put the folder back"
+            return Fault(self._store.shelf.address, gone, "the folder that was opened", advice, f"{gone}.")
+        for place, known in self._places.items():
+            try:
+                found = _identity(place)
+                if found == known and not self._store.catalogue.read_only:
+                    _write(place / PROBE)
+            except OSError as error:
+                allowed = "a folder that can be written"
+                advice = "make room, or put the folder and its permissions back"
+                told = f"{place} cannot be written: {error.strerror or error}."
+                return Fault(str(place), str(error), allowed, advice, told)
+            if found != known:
+                told = f"{place} is not the folder that was opened."
+                advice = "put the first one back, or restart the service"
+                return Fault(str(place), "another folder", "the folder that was opened", advice, told)
+        return None
+
+
+def _identity(place: Path) -> tuple[int, int]:
+    found = place.stat()
+    return found.st_dev, found.st_ino
+
+
+def _write(file: Path) -> None:
+    try:
+        # not through Python's buffers: what a full disk refuses is told by this very call
+        descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        try:
+            left = _PROBE_BYTES
+            while left:
+                left -= os.write(descriptor, bytes(left))
+        finally:
+            os.close(descriptor)
+    finally:
+        with suppress(OSError):
+            file.unlink()
+
+
+def _down(name: str, trouble: str) -> Fault:
+    return Fault(
+        f"thread {name}",
+        trouble,
+        "a thread that works",
+        "it is tried again by itself; where it stays down, read the log and restart the service",
+        f"The thread {name} is down: {trouble.rstrip('.')}.",
+    )

@@ -1,12 +1,12 @@
 """Damage found before anybody asks: everything that is stored is read and compared, slowly, for as long as the service runs."""
 
 import logging
-import threading
 
 from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
+from damperlab.worker.run.background import Background
 
 PAUSE_SECONDS = 0.5
 """Between two blocks: reading one takes milliseconds, so that nobody notices."""
@@ -36,18 +36,16 @@ class Scrub:
         """What the last round found of each study, by its id; the catalogue's own under "catalogue"."""
         self._store = store
         self._pause_seconds = pause_seconds
-        self._closing = threading.Event()
-        self._thread = threading.Thread(target=self._keep_going, name="scrub", daemon=True)
+        self.background = Background("scrub", self._round, ROUND_SECONDS)
+        """The thread that looks."""
 
     def start(self) -> None:
         """Begin with the first round."""
-        self._thread.start()
+        self.background.start()
 
     def close(self) -> None:
         """End after the block at hand."""
-        self._closing.set()
-        if self._thread.is_alive():
-            self._thread.join()
+        self.background.close()
 
     def look(self) -> None:
         """Make one round."""
@@ -57,7 +55,13 @@ class Scrub:
             page = self._store.page(limit=100, cursor=cursor)
             for record in page.records:
                 if record.owner is None:
-                    self._look_at(record)
+                    try:
+                        self._look_at(record)
+                    except (_Closing, StoreFault, OSError):
+                        raise
+                    except Exception as error:
+                        # one study that cannot be compared keeps no other from it
+                        self.background.note(error)
             cursor = page.cursor
             if cursor is None:
                 return
@@ -83,15 +87,13 @@ class Scrub:
         self.found[study_id] = told
 
     def _pause(self) -> None:
-        if self._closing.wait(self._pause_seconds):
+        if self.background.pause(self._pause_seconds):
             raise _Closing
 
-    def _keep_going(self) -> None:
-        while not self._closing.is_set():
-            try:
-                self.look()
-            except _Closing:
-                return
-            except (StoreFault, OSError) as error:
-                _log.warning("stored results cannot be compared now: %s", error)
-            self._closing.wait(ROUND_SECONDS)
+    def _round(self) -> None:
+        try:
+            self.look()
+        except _Closing:
+            return
+        except (StoreFault, OSError) as error:
+            _log.warning("stored results cannot be compared now: %s", error)

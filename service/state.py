@@ -13,6 +13,7 @@ from damperlab.service.designer import Designer
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.kernels import Kernels
 from damperlab.service.readiness import Readiness
+from damperlab.service.scrub import Scrub
 from damperlab.service.security.caller import TheCaller, require_own, require_owner
 from damperlab.service.settings import Settings
 from damperlab.service.work.processes import Work
@@ -22,6 +23,7 @@ from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
+from damperlab.worker.run.background import Background
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,8 @@ class Service:
         Has kernels compiled that requests need.
     designer : Designer
         Searches the designs.
+    scrub : Scrub
+        Compares what is stored.
     closing : Event
         Set when the service shuts down: streams end.
     """
@@ -58,12 +62,18 @@ class Service:
     submissions: CapacityLimiter
     kernels: Kernels
     designer: Designer
+    scrub: Scrub
     closing: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def backgrounds(self) -> tuple[Background, ...]:
+        """The threads that work for the service as a whole."""
+        return *self.dispatcher.backgrounds, self.designer.background, self.scrub.background
 
     @cached_property
     def readiness(self) -> Readiness:
-        """Whether the store answers."""
-        return Readiness(self.store)
+        """Whether the service can serve."""
+        return Readiness(self.store, self.backgrounds)
 
 
 def _service(request: Request) -> Service:

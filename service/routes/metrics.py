@@ -78,6 +78,21 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
         "1 while the cluster or the store cannot be used.",
         [({}, int(trouble))],
     )
+    threads = (*service.backgrounds, service.readiness.background)
+    _tell(
+        lines,
+        "background_down",
+        "gauge",
+        "1 while a background thread does not get on with its work.",
+        [({"thread": each.name}, int(each.trouble is not None)) for each in threads],
+    )
+    _tell(
+        lines,
+        "background_failures_total",
+        "counter",
+        "Failures of background threads, which were begun again.",
+        [({"thread": each.name}, each.failures) for each in threads],
+    )
     _tell(
         lines, "requests_total", "counter", "Requests answered; status 0 where the client left before.",
         [({"method": method, "status": status}, count) for (method, status), count in sorted(counts.items())],

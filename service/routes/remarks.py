@@ -52,5 +52,5 @@ async def remark(request: Request, service: TheService, study: TheExactStudy) ->
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)
     remarks = read_remarks(load_text(body, "json"))
-    record = await run_sync(service.store.remark, study.id, remarks)
+    record = await run_sync(service.dispatcher.remark, study.id, remarks)
     return Document(record.document())

@@ -114,7 +114,7 @@ def _application(settings: Settings) -> FastAPI:
     nothing = cast(Any, None)  # no question runs a study, compiles, or computes points
     store = settings.open_store(wait_seconds=settings.catalogue_wait_seconds)
     app.state.service = Service(
-        settings, store, nothing, nothing, CapacityLimiter(1), CapacityLimiter(1), nothing, nothing
+        settings, store, nothing, nothing, CapacityLimiter(1), CapacityLimiter(1), nothing, nothing, nothing
     )
     return app
 

@@ -91,19 +91,20 @@ class Cubes(StoreBase):
                 return shelf, marks_of(connection, row.number, upto=revision)
             kept = self._marks.get(row.number)
             if kept is None or kept[0] != row.revision:
-                # one entry per study, each taken and put as a whole: threads need no lock
                 if kept is not None and kept[0] >= row.taken_back:
                     newer = marks_of(connection, row.number, after=kept[0])
                     kept = row.revision, {**kept[1], **newer}
                 else:
                     kept = row.revision, marks_of(connection, row.number)
-                self._marks[row.number] = kept
-                while len(self._marks) > _MARKS_KEPT:
-                    self._marks.pop(next(iter(self._marks)), None)
+                with self._marks_lock:
+                    self._marks[row.number] = kept
+                    while len(self._marks) > _MARKS_KEPT:
+                        del self._marks[next(iter(self._marks))]
             if checked:
                 lost = lost_marks(row, len(kept[1]))
                 if lost is not None:
-                    self._marks.pop(row.number, None)
+                    with self._marks_lock:
+                        self._marks.pop(row.number, None)
                     raise catalogue_damaged(study_id, lost)
         return shelf, kept[1]
 

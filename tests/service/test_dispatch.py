@@ -2,18 +2,25 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from asyncio import CancelledError
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 from distributed import Client
+from sqlalchemy.exc import TimeoutError as PoolTimeout
 
 from damperlab.service.cluster import SharedCluster
 from damperlab.service.dispatch import Dispatcher
 from damperlab.studies.definition import parse_study
+from damperlab.studies.faults import Fault
 from damperlab.studies.plan import make_plan
+from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.life_cycle.claims import Waiting
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import submitter
@@ -149,3 +156,114 @@ def test_those_who_submit_take_turns_however_many_studies_one_of_them_has(store:
         dispatcher.close()
     order = sorted(began, key=lambda name: began[name] or 0.0)
     assert order == [anns[0], bobs[0], anns[1], bobs[1], *anns[2:]]
+
+
+class Unlucky(Store):
+    """A store that raises what it is told, once for each call of what the threads of a service begin with."""
+
+    error: BaseException | None = None
+    raised: int = 0
+
+    def unclaimed(self, dead: Callable[[str], bool], most: int | None = None) -> list[Waiting]:
+        error, self.error = self.error, None
+        if error is not None:
+            self.raised += 1
+            raise error
+        return super().unclaimed(dead, most)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        ValueError("a defect"),
+        KeyError("nothing"),
+        OSError(24, "Too many open files"),
+        MemoryError(),
+        RecursionError(),
+        RuntimeError("can't start new thread"),
+        PoolTimeout("QueuePool limit of size 5 overflow 10 reached"),
+        StoreFault(Fault("catalogue", "found", "allowed", "advice")),
+        SystemExit(1),
+        KeyboardInterrupt(),
+        CancelledError(),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_no_exception_ends_dispatching(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    monkeypatch.setattr("damperlab.worker.run.background.AGAIN_SECONDS", 0.1)
+    with closing(Unlucky.open(tmp_path / "data")) as store:
+        assert isinstance(store, Unlucky)
+        store.error = error
+        cluster = Gate()
+        dispatcher = Dispatcher(store, store, cluster, 1)
+        dispatcher.start()
+        try:
+            submitted(store)
+            dispatcher.wake()
+            assert cluster.asked.wait(GIVE_UP_SECONDS)
+            assert store.raised == 1
+            assert [each.failures for each in dispatcher.backgrounds] == [1, 0, 0]
+        finally:
+            cluster.open.set()
+            dispatcher.close()
+
+
+@pytest.mark.parametrize("error", [SystemExit(1), CancelledError(), MemoryError(), ValueError("a defect")])
+def test_a_run_that_ends_oddly_leaves_no_study_waiting_for_ever(
+    store: Store, monkeypatch: pytest.MonkeyPatch, error: BaseException
+) -> None:
+    monkeypatch.setattr("damperlab.service.dispatch.AGAIN_SECONDS", 0.1)
+
+    class Broken(SharedCluster):
+        def __init__(self) -> None:
+            super().__init__(partial(connect, workers=1))
+
+        @contextmanager
+        def borrow(self) -> Iterator[Client]:
+            raise error
+            yield
+
+    locked = [StoreFault(Fault("catalogue", "database is locked", "allowed", "advice"))]
+    set_state = store.set_state
+
+    def set_state_at_last(study_id: str, state: str, *rest: Any, **named: Any) -> Record:
+        # that the study has failed cannot be written at first
+        if state == "failed" and locked:
+            raise locked.pop()
+        return set_state(study_id, state, *rest, **named)
+
+    monkeypatch.setattr(store, "set_state", set_state_at_last)
+    record = submitted(store)
+    dispatcher = Dispatcher(store, store, Broken(), 1)
+    dispatcher.start()
+    try:
+        end = ended(store, record.id)
+    finally:
+        dispatcher.close()
+    assert end.state == "failed"
+    assert not locked
+    assert type(error).__name__ in str(end.message)
+
+
+def test_cancelling_holds_no_lock_while_the_store_writes(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    dispatcher = Dispatcher(store, store, SharedCluster(partial(connect, workers=1)), 1)
+    record = submitted(store)
+    set_state, writes, written = store.set_state, threading.Event(), threading.Event()
+
+    def set_state_slowly(*given: Any, **named: Any) -> Record:
+        writes.set()
+        assert written.wait(GIVE_UP_SECONDS)
+        return set_state(*given, **named)
+
+    monkeypatch.setattr(store, "set_state", set_state_slowly)
+    with ThreadPoolExecutor(1) as threads:
+        cancelled = threads.submit(dispatcher.cancel, record)
+        assert writes.wait(GIVE_UP_SECONDS)
+        assert dispatcher._lock.acquire(blocking=False)
+        dispatcher._lock.release()
+        written.set()
+        assert cancelled.result().state == "cancelled"

@@ -1,16 +1,23 @@
-"""Readiness while the data's server hangs: an answer comes, and says so."""
+"""Readiness: an answer comes whatever hangs, and says what is wrong."""
 
+import shutil
 import signal
+import subprocess
+import threading
 import warnings
 from collections.abc import Iterator
+from contextlib import closing, suppress
 from pathlib import Path
 
 import httpx
 import psutil
 import pytest
 
+from damperlab.service.readiness import PROBE, Readiness
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.files.bucket import open_bucket
+from damperlab.studies.store.store import Store
+from damperlab.worker.run.background import Background
 
 
 @pytest.fixture
@@ -37,16 +44,112 @@ def test_service_says_that_its_database_hangs_and_recovers(server, tmp_path, hel
             for process in stopped:
                 process.send_signal(signal.SIGSTOP)
             try:
-                answers = [client.get("/health/ready") for _ in range(3)]
+                helpers.wait_until(lambda: client.get("/health/ready").status_code == 503)
+                answer = client.get("/health/ready")
                 assert client.get("/health/live").status_code == 200
             finally:
                 for process in stopped:
                     process.send_signal(signal.SIGCONT)
-            assert [answer.status_code for answer in answers] == [503] * 3
-            assert "has not answered within" in answers[0].json()["detail"]
+            assert "has not answered within" in answer.json()["detail"]
             helpers.wait_until(lambda: client.get("/health/ready").status_code == 200)
     finally:
         assert running.stop() == 0
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with closing(Store.open(tmp_path / "data")) as store:
+        yield store
+
+
+def told(readiness: Readiness) -> str:
+    """What is wrong once it has been looked at, in one text."""
+    readiness._look()
+    problem = readiness.problem()
+    if problem is None:
+        return ""
+    assert problem.status == 503
+    return " ".join([problem.kind, problem.detail, *(str(fault) for fault in problem.faults)])
+
+
+def test_who_asks_waits_for_no_store(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("damperlab.service.readiness.STALE_SECONDS", 0.05)
+    looked, answers = threading.Event(), threading.Event()
+
+    def page(limit: int) -> None:
+        looked.set()
+        assert answers.wait(300)
+
+    monkeypatch.setattr(store, "page", page)
+    readiness = Readiness(store, ())
+    readiness.background.start()
+    try:
+        assert looked.wait(300)
+        while (problem := readiness.problem()) is None:
+            answers.wait(0.01)
+        assert not answers.is_set()
+        assert "has not answered within" in problem.detail
+    finally:
+        answers.set()
+        readiness.background.close()
+
+
+def test_a_data_folder_that_was_moved_is_not_ready(store: Store) -> None:
+    readiness = Readiness(store, ())
+    assert told(readiness) == ""
+    elsewhere = store.data_dir.with_name("elsewhere")
+    store.data_dir.rename(elsewhere)
+    assert str(store.data_dir) in told(readiness)
+    # another folder in its place is not the one that holds the studies
+    (store.data_dir / "cubes").mkdir(parents=True)
+    (store.data_dir / "cubes" / "damperlab.json").touch()
+    assert "is not the folder that was opened" in told(readiness)
+    shutil.rmtree(store.data_dir)
+    elsewhere.rename(store.data_dir)
+    assert told(readiness) == ""
+
+
+def test_a_disk_without_a_free_byte_is_not_ready(tmp_path: Path) -> None:
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=4m", "tmpfs", str(disk)], check=False)
+    if mounted.returncode:
+        pytest.skip("mounting is for root alone: run the tests in a container with SYS_ADMIN")
+    try:
+        with closing(Store.open(disk / "data")) as store:
+            readiness = Readiness(store, ())
+            assert told(readiness) == ""
+            with (disk / "ballast").open("wb", buffering=0) as file, suppress(OSError):
+                while True:
+                    file.write(bytes(4096))
+            assert "No space left on device" in told(readiness)
+            (disk / "ballast").unlink()
+            assert told(readiness) == ""
+            assert not list(disk.rglob(PROBE))
+    finally:
+        subprocess.run(["umount", "--lazy", str(disk)], check=True)
+
+
+def test_a_thread_that_is_down_is_not_ready(store: Store) -> None:
+    well = threading.Event()
+
+    def work() -> None:
+        if not well.is_set():
+            raise ValueError("a defect")
+
+    background = Background("dispatch", work, 0.01)
+    readiness = Readiness(store, (background,))
+    assert told(readiness) == ""
+    background.start()
+    try:
+        while "background-down" not in (found := told(readiness)):
+            well.wait(0.01)
+        assert "The thread dispatch is down: ValueError: a defect" in found
+        well.set()
+        while told(readiness):
+            threading.Event().wait(0.01)
+    finally:
+        background.close()
 
 
 def test_no_keys_are_asked_for_unless_told_to(monkeypatch: pytest.MonkeyPatch) -> None:

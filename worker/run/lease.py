@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.store import Store
+from damperlab.worker.run.background import Background
 
 logger = logging.getLogger(__name__)
 
@@ -42,20 +43,15 @@ class Lease:
         """Set when somebody else cancelled or deleted the study."""
         self.lost = threading.Event()
         """Set when another runner holds the claim now: this one must not touch the study any more."""
-        self._released = threading.Event()
+        runner = threading.current_thread()
+        # a runner that was ended without releasing its claim leaves the study to another
+        self.renewing = Background(f"lease-{study_id}", self._renew, RENEW_SECONDS, runner.is_alive)
+        """The thread that renews the claim."""
 
     @property
     def over(self) -> bool:
         """Whether the runner must stop."""
         return self.withdrawn.is_set() or self.lost.is_set()
-
-    def _keep(self) -> None:
-        while not self._released.wait(RENEW_SECONDS):
-            try:
-                self._renew()
-            except StoreFault as error:
-                # A full disk or a locked file may pass; if not, the claim expires and the marks fail too.
-                logger.warning("the claim on study %s could not be renewed: %s", self.study_id, error)
 
     def _renew(self) -> None:
         try:
@@ -115,13 +111,11 @@ def hold(store: Store, study_id: str) -> Iterator[Lease]:
             )
         )
     _held.add(lease.owner)
-    thread = threading.Thread(target=lease._keep, name=f"lease-{study_id}", daemon=True)
-    thread.start()
+    lease.renewing.start(at_once=False)
     try:
         yield lease
     finally:
-        lease._released.set()
-        thread.join()
+        lease.renewing.close()
         _held.discard(lease.owner)
         try:
             store.release(study_id, lease.owner)

@@ -1,7 +1,8 @@
 """The coarse sub-grid of a large study, computed before its blocks as a study of its own, whose points it takes over."""
 
+import logging
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, nullcontext
 from threading import Event
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,8 @@ from damperlab.worker.run.progress import Progress
 
 if TYPE_CHECKING:
     from distributed import Client
+
+_log = logging.getLogger(__name__)
 
 PREVIEWED_SECONDS = 60.0
 """A study that is expected to take longer on one core has its sub-grid computed first."""
@@ -63,30 +66,47 @@ class Preview:
 
     def compute(self, client: "Client") -> None:
         """Compute it at a cluster where the kernels are compiled already."""
+        try:
+            with _entered_for(self._record):
+                self._compute(client)
+        except (StoreFault, ClusterUnusable) as error:
+            _log.info("study %s has no early map: %s", self._record.id, error)
+        except Exception:
+            _log.exception("study %s has no early map", self._record.id)
+
+    def _compute(self, client: "Client") -> None:
         asked_by_somebody = self._record.provenance.keys().isdisjoint(ASKED_BY_PROGRAMS)
         first = coarse(self._study) if self._record.reuse and asked_by_somebody else None
         if first is None or self._stopping():
             return
-        stop = Event()
 
         def tell(progress: Progress) -> None:
             self._account.enter("previewing", progress.points_done, progress.points_total)
-            if self._stopping():
-                stop.set()
 
-        with suppress(StoreFault, ClusterUnusable), _entered_for(self._record):
-            plan = make_plan(first, seconds_per_point)
-            facts = provenance() | {COARSE_OF: self._record.id}
-            record, _ = self._store.submit(first, plan, facts, priority=self._record.priority)
-            self._run(
-                self._store,
-                record.id,
-                lambda: nullcontext(client),
-                tell,
-                stop,
-                only_from=("queued", "running"),
-                outage_as="cancelled",
-            )
+        plan = make_plan(first, seconds_per_point)
+        facts = provenance() | {COARSE_OF: self._record.id}
+        record, _ = self._store.submit(first, plan, facts, priority=self._record.priority)
+        self._run(
+            self._store,
+            record.id,
+            lambda: nullcontext(client),
+            tell,
+            _StopsWith(self._stopping),
+            only_from=("queued", "running"),
+            outage_as="cancelled",
+        )
+
+
+class _StopsWith(Event):
+    """Is set as soon as another study shall stop, also while this one waits for workers and tells nothing."""
+
+    def __init__(self, stopping: Callable[[], bool]) -> None:
+        super().__init__()
+        self._stopping = stopping
+
+    def is_set(self) -> bool:
+        """Ask the other study."""
+        return super().is_set() or self._stopping()
 
 
 @contextmanager

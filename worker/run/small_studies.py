@@ -18,6 +18,7 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import Outage, asking_the_cluster
 from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity
+from damperlab.worker.run.background import Background
 from damperlab.worker.run.lease import RENEW_SECONDS, held_owner
 from damperlab.worker.scenes import scenes
 from damperlab.worker.worker_process.preparation import all_ready
@@ -101,23 +102,14 @@ def _ready(client: Client, records: Sequence[Record]) -> bool:
 @contextmanager
 def _hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str, list[Record]]]:
     """Claim studies for the time of the context; what is not ended in it is queued again."""
-    released = threading.Event()
-
-    def keep(owner: str) -> None:
-        while not released.wait(RENEW_SECONDS):
-            try:
-                store.renew_all(owner)
-            except StoreFault as error:
-                _log.warning("the claims of %s could not be renewed: %s", owner, error)
-
     with held_owner() as owner:
-        thread = threading.Thread(target=keep, args=(owner,), name="lease-handful", daemon=True)
-        thread.start()
+        runner = threading.current_thread()
+        renewing = Background("lease-handful", lambda: store.renew_all(owner), RENEW_SECONDS, runner.is_alive)
+        renewing.start(at_once=False)
         try:
             yield owner, store.take(ids, owner, identity)
         finally:
-            released.set()
-            thread.join()
+            renewing.close()
             try:
                 store.put_back(owner)
             except StoreFault as error:

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from sqlalchemy import func, select
+from sqlalchemy import func, select, update
 
 from damperlab.studies.kinds import EVERY_VARIABLE
 from damperlab.studies.store.catalogue.home import holds_results, parse_cube_name
-from damperlab.studies.store.catalogue.rows import ALIVE, study_row
+from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, study_row
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.chunks import Marks, chunk_file, chunk_place
@@ -184,11 +184,11 @@ def _limit(older_than: float) -> float:
 
 
 def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
-    # a cube is made before its study is committed: listed first, and then the catalogue asked in a turn at writing,
-    # which waits for who is about to commit
+    # a number is reserved before its cube is made: listed first, and then the catalogue asked
     names = sorted(name for name in store.shelf.shelves() if name != TRASH)
-    with store.catalogue.writing() as connection:
-        rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
+    with store.catalogue.reading() as connection:
+        columns = studies.c.id, studies.c.number, studies.c.deleted, NEVER_ENTERED.label("reserved")
+        rows = connection.execute(select(*columns)).all()
         last = connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one()
     known = {row.number: row for row in rows}
     swept = Swept()
@@ -202,7 +202,7 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
         deleted = row.id == parsed[0]
-        if deleted and (row.deleted is None or row.deleted >= limit):
+        if (deleted or row.reserved) and (row.deleted is None or row.deleted >= limit):
             continue
         if not _row_is_sound(store, row.number):
             why = "its row in the catalogue is damaged; `damperlab rebuild` makes it anew"
@@ -213,19 +213,32 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
         if not entries and not shelf.made():
             continue  # a prefix that a server remembers, and nothing in it
         if not deleted and holds_results(shelf):
-            why = f"it holds results, and its number is study {row.id}'s"
+            why = f"it holds results, and its number is {f'study {row.id}' if row.id else 'no study'}'s"
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
         if max((shelf.made(), *(entry.changed for entry in entries))) >= limit:
             continue
+        if row.reserved and not dry_run and not _take_back(store, row.number):
+            continue  # entered meanwhile
         if not dry_run:
             now = datetime.now(UTC).strftime(_TRASH_TIME)
             store.shelf.move(name, f"{TRASH}/{now}-{uuid.uuid4().hex[:8]}-{name}")
         why = (
-            "its study was deleted" if deleted else f"its number is study {row.id}'s, and it holds no result"
+            "its study was deleted"
+            if deleted
+            else "its study was never entered"
+            if row.reserved
+            else f"its number is study {row.id}'s, and it holds no result"
         )
         swept += Swept(1, sum(entry.size for entry in entries), (f"move {name} to the trash: {why}",))
     return swept
+
+
+def _take_back(store: Store, number: int) -> bool:
+    """Take a reserved number from whoever may still be about to enter a study by it; False where that was faster."""
+    change = update(studies).where(studies.c.number == number, NEVER_ENTERED).values(state="cancelled")
+    with store.catalogue.writing() as connection:
+        return connection.execute(change).rowcount == 1
 
 
 def _row_is_sound(store: Store, number: int) -> bool:

@@ -1,5 +1,6 @@
 """What every part of the store stands on: the data directory, the catalogue, where the cubes lie."""
 
+import threading
 from pathlib import Path
 
 from sqlalchemy import Connection
@@ -33,6 +34,7 @@ class StoreBase:
         self.shelf = shelf
         self.quota = quota
         self._marks: dict[int, tuple[int, Marks]] = {}
+        self._marks_lock = threading.Lock()
         # of every claimed study the renewal that was seen last, and when, by the clock that nobody sets
         self._renewals: dict[int, tuple[tuple[str, float], float]] = {}
 

@@ -5,10 +5,12 @@ cut, and every writing transaction begins IMMEDIATE, so that it waits for its tu
 PostgreSQL: an advisory lock gives writers the same turns, and readers see one snapshot.
 """
 
+import math
 import os
 import re
 import socket
 import sqlite3
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -16,7 +18,16 @@ from pathlib import Path
 from typing import Any
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event, inspect, make_url, text
-from sqlalchemy.exc import ArgumentError, DatabaseError, InterfaceError, NoSuchModuleError
+from sqlalchemy.exc import (
+    ArgumentError,
+    DatabaseError,
+    DBAPIError,
+    DisconnectionError,
+    NoSuchModuleError,
+    PendingRollbackError,
+    ResourceClosedError,
+)
+from sqlalchemy.exc import TimeoutError as PoolTimeout
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.migrations import HEAD
@@ -68,8 +79,31 @@ _NOT_ITS_REVISION = (
 _DAMAGED_FILE = ("not a database", "malformed")
 """What SQLite says of a file that is not what it wrote."""
 
-_TROUBLES = {"OperationalError", "InterfaceError", "LockNotAvailable", "UnicodeDecodeError"}
+_TROUBLES = {
+    "OperationalError",
+    "InterfaceError",
+    "LockNotAvailable",
+    "UnicodeDecodeError",
+    # a server that ended a transaction which stood still, takes no writes any more, or has taken a right away
+    "InternalError",
+    "InsufficientPrivilege",
+    # SQLAlchemy's own: no connection was free in time, or the one in use broke
+    "TimeoutError",
+    "DisconnectionError",
+    "PendingRollbackError",
+    "ResourceClosedError",
+}
 """Classes of what goes wrong outside the program, and so do those made from them."""
+_FAULTS = (
+    DBAPIError,
+    DisconnectionError,
+    PoolTimeout,
+    PendingRollbackError,
+    ResourceClosedError,
+    sqlite3.Error,
+    UnicodeDecodeError,
+)
+"""What SQLAlchemy and the drivers raise; of these only what is told by `_TROUBLES` is no defect."""
 _WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
 
 
@@ -94,12 +128,14 @@ class Catalogue:
         self.read_only = False
         """Whether every change is refused."""
         self._wait_seconds = wait_seconds
+        # one thread of this process waits for the database, and the others for it: they leave connections to readers
+        self._turn = threading.Lock()
         self.name = url.render_as_string(hide_password=True) if url.host or not url.database else url.database
         """The file, or the address without its password."""
         self._sqlite = url.get_backend_name() == "sqlite"
         with self._faults():
-            self._engine = (_sqlite_engine if self._sqlite else _postgresql_engine)(url, wait_seconds)
-            self._writer = self._engine.execution_options(writes=True)
+            self._engine = _sqlite_engine(url, wait_seconds) if self._sqlite else _postgresql_engine(url)
+            self._writer = self._engine.execution_options(writes=wait_seconds)
 
             @event.listens_for(self._engine, "before_execute", retval=True)
             def _watch(
@@ -132,11 +168,23 @@ class Catalogue:
                     f"{self.name} was opened for reading only, because its folder is not writable; nothing can be changed.",
                 )
             )
-        with self._faults(), self._writer.begin() as connection:
-            forget_touched(connection)
-            self._sign()
-            yield connection
-            seal_rows(connection)
+        give_up = time.monotonic() + self._wait_seconds
+        with self._faults(), self._in_turn(), self._engine.connect() as connection:
+            connection.execution_options(writes=max(0.001, give_up - time.monotonic()))
+            with connection.begin():
+                forget_touched(connection)
+                self._sign()
+                yield connection
+                seal_rows(connection)
+
+    @contextmanager
+    def _in_turn(self) -> Iterator[None]:
+        if not self._turn.acquire(timeout=self._wait_seconds):
+            raise self._busy("it is locked: other threads of this process write")
+        try:
+            yield
+        finally:
+            self._turn.release()
 
     def _sign(self) -> None:
         """Leave word of who writes now, for those who wait in vain; it is no lock and needs no care."""
@@ -232,31 +280,25 @@ class Catalogue:
     def _faults(self) -> Iterator[None]:
         try:
             yield
-        except (DatabaseError, InterfaceError, sqlite3.DatabaseError, UnicodeDecodeError) as error:
-            cause = error.orig if isinstance(error, DatabaseError | InterfaceError) else error
+        except _FAULTS as error:
+            cause = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
             # a driver has classes of its own for many of them, as for a time-out or a server that shuts down
             kinds = {kind.__name__ for kind in type(cause).__mro__}
-            trouble = bool(kinds & _TROUBLES)
-            found = str(cause).strip()
+            broken = isinstance(error, DBAPIError) and error.connection_invalidated
+            found = str(cause).strip() or type(cause).__name__
             told = (*_DAMAGED_FILE, "invalid connection option")
-            if not trouble and not any(each in found for each in told):
+            if not broken and not kinds & _TROUBLES and not any(each in found for each in told):
                 raise
             if "database is locked" in found or "lock timeout" in found:
-                raise StoreFault(
-                    Fault(
-                        self.name,
-                        found,
-                        f"the write lock of the catalogue within {self._wait_seconds:g} s",
-                        f"{self._writer_told()}. Try again in a moment; nothing was lost",
-                        f"The write lock of {self.name} could not be acquired within {self._wait_seconds:g} s ({found}).",
-                    )
-                ) from error
+                raise self._busy(found) from error
             raise StoreFault(
                 Fault(
                     self.name,
                     found,
                     "a catalogue that can be reached, read and written",
-                    "check that its server runs and its address and password are right"
+                    "try again in a moment: too many requests came at once, or the database takes long"
+                    if isinstance(error, PoolTimeout)
+                    else "check that its server runs and its address and password are right"
                     if not self._sqlite
                     else "make the catalogue again from the cubes with `damperlab rebuild`"
                     if any(each in found for each in _DAMAGED_FILE)
@@ -265,9 +307,20 @@ class Catalogue:
                 )
             ) from error
 
+    def _busy(self, found: str) -> StoreFault:
+        return StoreFault(
+            Fault(
+                self.name,
+                found,
+                f"the write lock of the catalogue within {self._wait_seconds:g} s",
+                f"{self._writer_told()}. Try again in a moment; nothing was lost",
+                f"The write lock of {self.name} could not be acquired within {self._wait_seconds:g} s ({found}).",
+            )
+        )
+
 
 def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
-    engine = create_engine(url, connect_args={"timeout": wait_seconds})
+    engine = create_engine(url, pool_timeout=_POOL_SECONDS)
 
     @event.listens_for(engine, "connect")
     def _connect(connection: Any, _: Any) -> None:
@@ -278,13 +331,15 @@ def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
 
     @event.listens_for(engine, "begin")
     def _begin(connection: Connection) -> None:
-        writes = connection.get_execution_options().get("writes", False)
-        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+        seconds = connection.get_execution_options().get("writes")
+        patience = wait_seconds if seconds is None else seconds
+        connection.exec_driver_sql(f"PRAGMA busy_timeout = {math.ceil(1000 * patience)}")
+        connection.exec_driver_sql("BEGIN" if seconds is None else "BEGIN IMMEDIATE")
 
     return engine
 
 
-def _postgresql_engine(url: URL, wait_seconds: float) -> Engine:
+def _postgresql_engine(url: URL) -> Engine:
     # what the address itself says wins
     patience = {name: value for name, value in _PATIENCE.items() if name not in url.query}
     # a connection that died while it lay in the pool is replaced before it is used
@@ -292,10 +347,11 @@ def _postgresql_engine(url: URL, wait_seconds: float) -> Engine:
 
     @event.listens_for(engine, "begin")
     def _begin(connection: Connection) -> None:
-        if connection.get_execution_options().get("writes", False):
-            connection.exec_driver_sql(f"SET LOCAL lock_timeout = {int(1000 * wait_seconds)}")
+        seconds = connection.get_execution_options().get("writes")
+        if seconds is not None:
+            connection.exec_driver_sql(f"SET LOCAL lock_timeout = {math.ceil(1000 * seconds)}")
             # a turn at writing is waited for within one statement
-            longest = int(1000 * (wait_seconds + _STATEMENT_SECONDS))
+            longest = math.ceil(1000 * (seconds + _STATEMENT_SECONDS))
             connection.exec_driver_sql(f"SET LOCAL statement_timeout = {longest}")
             connection.exec_driver_sql(
                 f"SET LOCAL idle_in_transaction_session_timeout = {1000 * _IDLE_SECONDS}"

@@ -30,6 +30,9 @@ CUBES = "cubes"
 BACKUP_OF = "backup_of"
 """The fact, in the catalogue of a copy, that names the catalogue whose studies are copied there."""
 
+UNKNOWN_RESULTS = "unknown_results"
+"""The fact that names a cube with results that the catalogue does not know, by which it was seen to be an older copy."""
+
 _REBUILD = "make the catalogue again from the cubes with `damperlab rebuild`"
 _NAME_IT = "name the catalogue that belongs to them (--data-dir, or DAMPERLAB_CATALOGUE for PostgreSQL)"
 

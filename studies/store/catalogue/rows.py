@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Row, func, insert, not_, select, text
+from sqlalchemy import ColumnElement, Connection, Row, and_, func, insert, not_, select, text
 
 from damperlab.studies.faults import Fault, describe, nearest, printable
 from damperlab.studies.store.catalogue.rowsum import require_row
@@ -19,6 +19,11 @@ from damperlab.studies.store.solver import is_outdated
 
 ALIVE = studies.c.deleted.is_(None)
 """The studies that were not deleted."""
+
+NEVER_ENTERED = and_(studies.c.id == "", studies.c.digest == "")
+"""Numbers that were reserved for studies while their cubes were made; a study that is entered takes the row over."""
+RESERVED = and_(NEVER_ENTERED, studies.c.state == "queued")
+"""Those of them that nobody has taken for garbage."""
 
 
 def alive_row(connection: Connection, study_id: str) -> Row[Any] | None:
@@ -73,7 +78,7 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
         else "nothing: there are no studies yet"
     )
     gone = connection.execute(
-        select(func.max(studies.c.deleted)).where(studies.c.id == ref, studies.c.deleted.is_not(None))
+        select(func.max(studies.c.deleted)).where(studies.c.id == ref, not_(ALIVE), not_(NEVER_ENTERED))
     ).scalar()
     when = f", deleted {utc(gone):%Y-%m-%d %H:%M:%S} UTC" if gone else ""
     told = f"There is no study {printable(ref)}{when}. " + (

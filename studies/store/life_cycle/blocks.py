@@ -3,19 +3,21 @@
 import json
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection, delete, func, insert, select, update
+from sqlalchemy import Connection, Row, delete, func, insert, select, update
 
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.store.catalogue.rows import log_event, lost_marks, marks_of, record_of, study_row
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
-from damperlab.studies.store.faults import NothingToDo, cannot_use, catalogue_damaged
+from damperlab.studies.store.faults import NothingToDo, StoreFault, StudyBusy, cannot_use, catalogue_damaged
 from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.lookup import Lookup
-from damperlab.studies.store.life_cycle.manifest import drop_marks
+from damperlab.studies.store.life_cycle.manifest import drop_marks, keep_marks
 from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.vocabulary import ENDED
 
 _AT_ONCE = 500  # values in one statement
 
@@ -195,48 +197,64 @@ class Blocks(Lookup):
         TooManyUnfinished
             If as many studies wait or run as may, and it is to count.
         """
-        b, c = done_blocks.c, studies.c
-        with self.catalogue.writing() as connection:
+
+        def look(connection: Connection) -> Row[Any]:
             row = study_row(connection, study_id)
             require_free(row, "take blocks back from")
             if in_turn:
                 self._require_turn(connection, row)
-            shelf = self.cube_shelf(study_id, row.number)
-            try:
-                # first: should this be cut short, what the cube says of itself is too little and never too much
-                drop_marks(shelf)
-            except OSError as error:
-                raise cannot_use(shelf.address, error) from error
-            for start in range(0, len(blocks), _AT_ONCE):
-                piece = [int(index) for index in blocks[start : start + _AT_ONCE]]
-                connection.execute(delete(done_blocks).where(b.study == row.number, b.block.in_(piece)))
-            sums = connection.execute(
-                select(
-                    func.count(),
-                    *(
-                        func.coalesce(func.sum(column), 0)
-                        for column in (b.points, b.failed, b.reused, b.seconds, b.kernel_seconds)
-                    ),
-                ).where(b.study == row.number)
-            ).one()
-            names = (
-                c.blocks_done,
-                c.points_done,
-                c.points_failed,
-                c.points_reused,
-                c.seconds,
-                c.kernel_seconds,
-            )
-            change: dict[Any, Any] = dict(zip(names, sums, strict=True))
-            change |= {
-                c.revision: row.revision + 1,
-                c.taken_back: row.revision + 1,
-                c.state: "queued",
-                c.finished: None,
-            }
-            connection.execute(update(studies).where(c.number == row.number).values(change))
-            log_event(connection, study_id, f"{row.blocks_done - sums[0]} blocks invalidated: {why}")
-            return record_of(study_row(connection, study_id))
+            return row
+
+        with self.catalogue.reading() as connection:
+            row = look(connection)
+        shelf = self.cube_shelf(study_id, row.number)
+        try:
+            # first: should this be cut short, what the cube says of itself is too little and never too much
+            drop_marks(shelf)
+        except OSError as error:
+            raise cannot_use(shelf.address, error) from error
+        try:
+            with self.catalogue.writing() as connection:
+                return self._take_back(connection, look(connection), blocks, why)
+        except StudyBusy:
+            # claimed just now, perhaps by nobody who will end the study anew
+            if row.state in ENDED:
+                with suppress(StoreFault, OSError):
+                    keep_marks(self, study_id, {})
+            raise
+
+    def _take_back(self, connection: Connection, row: Row[Any], blocks: Sequence[int], why: str) -> Record:
+        b, c = done_blocks.c, studies.c
+        for start in range(0, len(blocks), _AT_ONCE):
+            piece = [int(index) for index in blocks[start : start + _AT_ONCE]]
+            connection.execute(delete(done_blocks).where(b.study == row.number, b.block.in_(piece)))
+        sums = connection.execute(
+            select(
+                func.count(),
+                *(
+                    func.coalesce(func.sum(column), 0)
+                    for column in (b.points, b.failed, b.reused, b.seconds, b.kernel_seconds)
+                ),
+            ).where(b.study == row.number)
+        ).one()
+        names = (
+            c.blocks_done,
+            c.points_done,
+            c.points_failed,
+            c.points_reused,
+            c.seconds,
+            c.kernel_seconds,
+        )
+        change: dict[Any, Any] = dict(zip(names, sums, strict=True))
+        change |= {
+            c.revision: row.revision + 1,
+            c.taken_back: row.revision + 1,
+            c.state: "queued",
+            c.finished: None,
+        }
+        connection.execute(update(studies).where(c.number == row.number).values(change))
+        log_event(connection, row.id, f"{row.blocks_done - sums[0]} blocks invalidated: {why}")
+        return record_of(study_row(connection, row.id))
 
 
 def _nothing_to_retry(record: Record) -> NothingToDo:

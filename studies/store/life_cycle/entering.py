@@ -3,13 +3,13 @@
 import json
 import math
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-from sqlalchemy import Connection, func, insert, select
+from sqlalchemy import Connection, bindparam, delete, func, insert, select, update
 
 from damperlab.studies.digest import family_digest
 from damperlab.studies.faults import Fault, describe, printable
@@ -19,21 +19,32 @@ from damperlab.studies.store.catalogue.base import StoreBase
 from damperlab.studies.store.catalogue.box import box_of
 from damperlab.studies.store.catalogue.home import (
     BACKUP_OF,
+    UNKNOWN_RESULTS,
     cube_name,
     disk_gone,
+    fact,
     forget,
+    holds_results,
     is_of_block,
     older_copy,
+    parse_cube_name,
+    remember,
 )
 from damperlab.studies.store.catalogue.quota import Ledger
-from damperlab.studies.store.catalogue.rows import ALIVE, newest_row, record_of
+from damperlab.studies.store.catalogue.rows import ALIVE, RESERVED, newest_row, record_of
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import events, keys, studies
 from damperlab.studies.store.catalogue.turns import Turns
 from damperlab.studies.store.cube.cube import block_grid, bytes_per_point, first_files
 from damperlab.studies.store.cube.packed import BLOCKS
-from damperlab.studies.store.faults import CatalogueDamaged, KeyTaken, QuotaReached, cannot_use
-from damperlab.studies.store.files.shelf import AT_ONCE
+from damperlab.studies.store.faults import (
+    CatalogueDamaged,
+    KeyTaken,
+    QuotaReached,
+    StoreFault,
+    cannot_use,
+)
+from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 
@@ -41,6 +52,7 @@ _VALUES = 500  # values in one statement
 _MOST = 256  # studies that share a transaction: others want to write too
 
 _Item = TypeVar("_Item")
+_Answer = TypeVar("_Answer")
 
 
 @dataclass(frozen=True)
@@ -167,7 +179,8 @@ class Entering(StoreBase):
 
     def _submit_lists(self, lists: Sequence[Sequence[Submission]]) -> list[Entered | Exception]:
         """Enter what several threads have handed in; what refuses one list leaves the others alone."""
-        with self.catalogue.writing() as connection:
+
+        def decide(connection: Connection) -> tuple[list[Entry], Callable[[list[Record]], list[Any]]]:
             asked = _Asked(connection, lists)
             ledger = Ledger(connection, self.quota)
             entries: dict[str, Entry] = {}
@@ -193,13 +206,18 @@ class Entering(StoreBase):
                 else:
                     entries |= {digest: fresh[digest] for digest in reversed(fresh)}
                     asked.take_keys(some)
-            asked.keep_keys()
-            records = dict(
-                zip(entries, self.enter(connection, list(entries.values()), "submitted"), strict=True)
-            )
-            return [
-                refused.get(place) or self._answer(asked, records, some) for place, some in enumerate(lists)
-            ]
+
+            def answer(entered: list[Record]) -> list[Entered | Exception]:
+                asked.keep_keys()
+                records = dict(zip(entries, entered, strict=True))
+                return [
+                    refused.get(place) or self._answer(asked, records, some)
+                    for place, some in enumerate(lists)
+                ]
+
+            return list(entries.values()), answer
+
+        return self.enter(decide, "submitted")
 
     @staticmethod
     def _answer(asked: "_Asked", records: dict[str, Record], some: Sequence[Submission]) -> Entered:
@@ -215,79 +233,175 @@ class Entering(StoreBase):
         asked.told |= told
         return answers
 
-    def enter(self, connection: Connection, entries: Sequence[Entry], what: str) -> list[Record]:
-        """Give studies their rows and empty cubes; `what` is noted among their events.
+    def enter(
+        self, decide: Callable[[Connection], tuple[list[Entry], Callable[[list[Record]], _Answer]]], what: str
+    ) -> _Answer:
+        """Enter studies: numbers are reserved in one transaction, cubes made, and rows written in another one.
+
+        No cube is made inside a transaction: a disk or a server that takes long keeps nobody from writing. Who sees a
+        study finds its cube, since that was made before. What is killed in between leaves a reserved number and a cube
+        without results, which `collect_garbage` takes away.
+
+        Parameters
+        ----------
+        decide : callable
+            Called in each transaction; gives what is to be entered as the catalogue is then, and what makes the answer
+            of the records.
+        what : str
+            Noted among the studies' events.
 
         Raises
         ------
         StoreFault
             If a cube cannot be written; nothing is left of any then.
         """
-        if not entries:
+        made: dict[str, _Made] = {}
+        entered: set[str] = set()
+        try:
+            while True:
+                with self.catalogue.writing() as connection:
+                    entries, answer = decide(connection)
+                    reserved = _still_reserved(connection, made.values())
+                    missing = [entry for entry in entries if not _is_made(entry, made, reserved)]
+                    if not missing:
+                        records = self._publish(connection, [made[entry.id] for entry in entries], what)
+                        answered = answer(records)
+                        entered = {entry.id for entry in entries}
+                        break
+                    fresh = self._reserve(connection, missing)
+                # made for another plan, or taken for garbage meanwhile
+                self._discard([made.pop(each.entry.id) for each in fresh if each.entry.id in made])
+                self._make_way(fresh)
+                made |= {each.entry.id: each for each in fresh}
+                self._make(fresh)
+        except StoreFault as error:
+            if isinstance(error.__cause__, ShelfAway):
+                made.clear()  # a server that is away removes nothing: what it holds is garbage
+            raise
+        finally:
+            self._discard([each for study_id, each in made.items() if study_id not in entered])
+        return answered
+
+    def _reserve(self, connection: Connection, entries: Sequence[Entry]) -> list["_Made"]:
+        """Take new numbers: rows of nobody, as of studies that were deleted and whose files are gone."""
+        now = time.time()
+        numbers: list[int] = []
+        for some in _pieces([_reserved(now)] * len(entries)):
+            new = insert(studies).returning(studies.c.number, sort_by_parameter_order=True)
+            numbers += connection.execute(new, some).scalars()
+        return [_Made(entry, number, now) for entry, number in zip(entries, numbers, strict=True)]
+
+    def _make(self, fresh: Sequence["_Made"]) -> None:
+        cubes = {
+            each.name: first_files(
+                each.entry.study,
+                each.entry.chunk,
+                each.entry.provenance,
+                reuse=each.entry.reuse,
+                created=each.created,
+            )
+            for each in fresh
+        }
+        try:
+            self.shelf.make(cubes, (BLOCKS,))
+        except OSError as error:
+            raise cannot_use(self.shelf.address, error) from error
+
+    def _discard(self, several: Sequence["_Made"]) -> None:
+        """Take cubes and numbers back that no study was entered for; what cannot be removed is garbage."""
+        gone = []
+        for each in several:
+            with suppress(OSError):
+                self.shelf.at(each.name).clear()
+                gone.append(each.number)
+        self._give_back(gone)
+
+    def _give_back(self, numbers: Sequence[int]) -> None:
+        """Let the catalogue forget numbers that were reserved for nothing; none is given twice all the same."""
+        with suppress(StoreFault):
+            for some in _pieces(numbers):
+                with self.catalogue.writing() as connection:
+                    connection.execute(delete(studies).where(studies.c.number.in_(some), RESERVED))
+
+    def _publish(self, connection: Connection, several: Sequence["_Made"], what: str) -> list[Record]:
+        """Write the rows of studies whose cubes are there."""
+        if not several:
             return []
         c = studies.c
-        now = time.time()
         # a backup that studies are submitted to lives on its own: the next copy would take them away
         forget(connection, BACKUP_OF)
         # a reader that keeps to a revision of a study that was deleted must not find it in the new one
         ever: dict[str, int] = {}
-        for some in _pieces(entry.study.digest for entry in entries):
-            query = select(c.id, func.max(c.revision) + 1).where(c.digest.in_(some)).group_by(c.id)
+        for digests in _pieces(each.entry.study.digest for each in several):
+            query = select(c.id, func.max(c.revision) + 1).where(c.digest.in_(digests)).group_by(c.id)
             ever |= {row[0]: row[1] for row in connection.execute(query)}
-        rows = [_row(entry, ever.get(entry.id, 0), now) for entry in entries]
-        numbers: list[int] = []
-        for several in _pieces(rows):
-            new = insert(studies).returning(c.number, sort_by_parameter_order=True)
-            numbers += connection.execute(new, several).scalars()
-        cubes = {
-            cube_name(entry.id, number): first_files(
-                entry.study, entry.chunk, entry.provenance, reuse=entry.reuse, created=now
+        for rows in _pieces(_row(each, ever.get(each.entry.id, 0)) for each in several):
+            names = rows[0].keys() - {"number"}
+            change = update(studies).where(c.number == bindparam("of_number"))
+            connection.execute(
+                change.values({name: bindparam(f"to_{name}") for name in names}),
+                [{"of_number": row["number"], **{f"to_{name}": row[name] for name in names}} for row in rows],
             )
-            for entry, number in zip(entries, numbers, strict=True)
-        }
-        self._make_way(list(cubes))
-        try:
-            # made before the commit: who sees a study finds its cube
-            self.shelf.make(cubes, (BLOCKS,))
-        except BaseException as error:
-            for name in cubes:
-                with suppress(OSError):
-                    self.shelf.at(name).clear()
-            if isinstance(error, OSError):
-                raise cannot_use(self.shelf.address, error) from error
-            raise
-        for noted in _pieces({"study": entry.id, "at": now, "what": what} for entry in entries):
+        now = time.time()
+        for noted in _pieces({"study": each.entry.id, "at": now, "what": what} for each in several):
             connection.execute(insert(events), noted)
         found: dict[int, Record] = {}
-        for given in _pieces(numbers):
+        for given in _pieces(each.number for each in several):
             for row in connection.execute(select(studies).where(c.number.in_(given))):
                 found[row.number] = record_of(row)
-        return [found[number] for number in numbers]
+        return [found[each.number] for each in several]
 
-    def _make_way(self, names: list[str]) -> None:
-        """Remove what submissions that were cut short left under some names; raise `StoreFault` where results lie there."""
-
-        gone = disk_gone(self.shelf)
-        if gone is not None:
-            raise cannot_use(self.shelf.address, FileNotFoundError(gone))
-
-        def clear(name: str) -> bool:
-            shelf = self.shelf.at(name)
-            entries = list(shelf.entries())
-            if any(is_of_block(entry) for entry in entries):
-                return False
-            if entries:
-                shelf.clear()
-            return True
-
+    def _make_way(self, fresh: Sequence["_Made"]) -> None:
+        """Make sure that nothing lies where cubes are about to be made; raise `StoreFault` where results do."""
         try:
+            gone = disk_gone(self.shelf)
+            if gone is not None:
+                raise FileNotFoundError(gone)
+            self._require_newest()
+            names = [each.name for each in fresh]
             with ThreadPoolExecutor(AT_ONCE) as pool:
-                free = list(pool.map(clear, names)) if len(names) > 1 else [clear(name) for name in names]
+                free = list(pool.map(self._clear, names)) if len(names) > 1 else [self._clear(names[0])]
         except OSError as error:
+            self._give_back([each.number for each in fresh])
             raise cannot_use(self.shelf.address, error) from error
+        except StoreFault:
+            self._give_back([each.number for each in fresh])
+            raise
         taken = next((name for name, good in zip(names, free, strict=True) if not good), None)
         if taken is not None:
+            with self.catalogue.writing() as connection:
+                remember(connection, UNKNOWN_RESULTS, taken)
+            self._give_back([each.number for each in fresh])
             raise older_copy(self.shelf.at(taken).address, self.catalogue.name)
+
+    def _clear(self, name: str) -> bool:
+        """Remove what a submission that was cut short left under a name; False where results lie there."""
+        shelf = self.shelf.at(name)
+        entries = list(shelf.entries())
+        if any(is_of_block(entry) for entry in entries):
+            return False
+        if entries:
+            shelf.clear()
+        return True
+
+    def _require_newest(self) -> None:
+        """Refuse to go on with an older copy of the catalogue, which an earlier submission found out."""
+        with self.catalogue.reading() as connection:
+            name = fact(connection, UNKNOWN_RESULTS)
+            parsed = parse_cube_name(name or "")
+            ours = (
+                parsed
+                and connection.execute(
+                    select(studies.c.id).where(studies.c.number == parsed[1], studies.c.id == parsed[0])
+                ).first()
+            )
+        if name is None:
+            return
+        shelf = self.shelf.at(name)
+        if not ours and holds_results(shelf):
+            raise older_copy(shelf.address, self.catalogue.name)
+        with self.catalogue.writing() as connection:
+            forget(connection, UNKNOWN_RESULTS)
 
 
 class _Asked:
@@ -353,9 +467,39 @@ class _Asked:
             self._connection.execute(insert(keys), some)
 
 
-def _row(entry: Entry, revision: int, now: float) -> dict[str, Any]:
-    study = entry.study
+@dataclass(frozen=True)
+class _Made:
+    """A cube that waits for its study's row."""
+
+    entry: Entry
+    number: int
+    created: float
+
+    @property
+    def name(self) -> str:
+        """Of its shelf."""
+        return cube_name(self.entry.id, self.number)
+
+
+def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int]:
+    """Give the numbers that nobody has taken for garbage meanwhile."""
+    found: set[int] = set()
+    for some in _pieces(each.number for each in several):
+        query = select(studies.c.number).where(studies.c.number.in_(some), RESERVED)
+        found |= set(connection.execute(query).scalars())
+    return found
+
+
+def _is_made(entry: Entry, made: dict[str, _Made], reserved: set[int]) -> bool:
+    known = made.get(entry.id)
+    # of one definition that was handed in twice the other one may be entered now
+    return known is not None and known.entry.study is entry.study and known.number in reserved
+
+
+def _row(made: _Made, revision: int) -> dict[str, Any]:
+    entry, study = made.entry, made.entry.study
     return {
+        "number": made.number,
         "id": entry.id,
         "digest": study.digest,
         "version": entry.version,
@@ -372,10 +516,17 @@ def _row(entry: Entry, revision: int, now: float) -> dict[str, Any]:
         "box": json.dumps(box_of(study)),
         "reuse": entry.reuse,
         "priority": entry.priority,
-        "created": now,
+        "created": made.created,
+        "deleted": None,
         "revision": revision,
         "taken_back": revision,
     }
+
+
+def _reserved(now: float) -> dict[str, Any]:
+    texts = dict.fromkeys(("id", "digest", "name", "definition", "provenance"), "")
+    sizes = dict.fromkeys(("points_total", "blocks_total"), 0)
+    return {**texts, **sizes, "state": "queued", "shape": "[]", "chunk": "[]", "created": now, "deleted": now}
 
 
 def _pieces(items: Iterable[_Item]) -> Iterator[list[_Item]]:

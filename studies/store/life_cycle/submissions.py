@@ -5,8 +5,9 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from typing import Any
 
-from sqlalchemy import delete, func, select, update
+from sqlalchemy import Connection, Row, delete, func, select, update
 
 from damperlab.studies.digest import family_digest
 from damperlab.studies.faults import Fault
@@ -57,24 +58,32 @@ class Submissions(Entering):
         StoreFault, QuotaReached
             As for `submit`.
         """
-        with self.catalogue.writing() as connection:
+        with self.catalogue.reading() as connection:
+            known = study_row(connection, study_id)
+        shelf = self.cube_shelf(study_id, known.number)
+        try:
+            stored = parse_stored(record_of(known).definition, known.digest)
+            study = with_attachments(stored, shelf)
+        except (OSError, ValueError) as error:
+            raise damaged(shelf, None, "a ground-motion record", str(error)) from error
+
+        def decide(
+            connection: Connection,
+        ) -> tuple[list[Entry], Callable[[list[Record]], tuple[Record, bool]]]:
             older = record_of(study_row(connection, study_id))
             if not older.blocks_done or (older.state == "done" and not older.outdated):
                 raise _nothing_to_recompute(older)
             row = newest_row(connection, older.digest)
             newest = record_of(row) if row is not None else older
             if newest.id != older.id and not newest.outdated:
-                return newest, False
-            shelf = self.cube_shelf(study_id, self.number(connection, study_id))
-            try:
-                study = with_attachments(parse_stored(older.definition, older.digest), shelf)
-            except (OSError, ValueError) as error:
-                raise damaged(shelf, None, "a ground-motion record", str(error)) from error
+                return [], lambda entered: (newest, False)
             entry = Entry(
                 study, older.chunk, signed(provenance), older.reuse, newest.version + 1, older.priority
             )
             Ledger(connection, self.quota).enter(submitter.get(), study.points, entry.bytes, 1)
-            return self.enter(connection, [entry], f"entered as version {entry.version}")[0], True
+            return [entry], lambda entered: (entered[0], True)
+
+        return self.enter(decide, "entered to be computed again")
 
     def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
         """Record what computes a study, before its first block: one cube, one solver on one kind of processor.
@@ -102,26 +111,36 @@ class Submissions(Entering):
         StoreFault
             If the cube cannot be written.
         """
-        with self.catalogue.writing() as connection:
+        with self.catalogue.reading() as connection:
             row = study_row(connection, study_id)
-            record = record_of(row)
-            known = record.provenance.get("identity") == facts["identity"]
-            if known or row.blocks_done or owner not in (None, row.claim_owner):
-                return record
-            provenance = {**record.provenance, **facts}
-            study = parse_stored(record.definition, record.digest)
-            shelf = self.cube_shelf(study_id, row.number)
-            try:
-                # before the commit: should the process die in between, it is done again
-                restore_metadata(
-                    shelf, study, record.chunk, provenance, reuse=record.reuse, created=row.created
-                )
-            except OSError as error:
-                raise cannot_use(shelf.address, error) from error
-            change = {"provenance": json.dumps(provenance), "family": family_digest(study, provenance)}
-            connection.execute(update(studies).where(studies.c.number == row.number).values(change))
-            log_event(connection, study_id, f"to be computed by solver {facts['identity']}")
-            return record_of(study_row(connection, study_id))
+        if not _may_begin(row, facts, owner):
+            return record_of(row)
+        provenance = {**record_of(row).provenance, **facts}
+        # before the row says so: should the process die in between, it is done again
+        self._describe(row, provenance)
+        with self.catalogue.writing() as connection:
+            now = study_row(connection, study_id)
+            begins = _may_begin(now, facts, owner) and now.provenance == row.provenance
+            if begins:
+                study = parse_stored(record_of(row).definition, row.digest)
+                change = {"provenance": json.dumps(provenance), "family": family_digest(study, provenance)}
+                connection.execute(update(studies).where(studies.c.number == row.number).values(change))
+                log_event(connection, study_id, f"to be computed by solver {facts['identity']}")
+                now = study_row(connection, study_id)
+        if not begins:
+            # somebody else has taken the study over: its cube says what the catalogue does
+            self._describe(now, record_of(now).provenance)
+        return record_of(now)
+
+    def _describe(self, row: Row[Any], provenance: Mapping[str, str]) -> None:
+        """Write what a cube says of its study; raise `StoreFault` where it cannot be written."""
+        record = record_of(row)
+        study = parse_stored(record.definition, record.digest)
+        shelf = self.cube_shelf(row.id, row.number)
+        try:
+            restore_metadata(shelf, study, record.chunk, provenance, reuse=record.reuse, created=row.created)
+        except OSError as error:
+            raise cannot_use(shelf.address, error) from error
 
     def delete(self, study_id: str) -> None:
         """Forget a study; `bury` removes its files afterwards, which may take long.
@@ -180,6 +199,12 @@ class Submissions(Entering):
                 return False
             connection.execute(delete(done_blocks).where(b.study == number, b.block <= last))
             return True
+
+
+def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bool:
+    """Whether what computes a study is yet to be recorded, and by this owner."""
+    known = json.loads(row.provenance).get("identity") == facts["identity"]
+    return not known and not row.blocks_done and owner in (None, row.claim_owner)
 
 
 def _nothing_to_recompute(record: Record) -> NothingToDo:

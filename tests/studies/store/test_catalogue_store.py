@@ -3,6 +3,8 @@
 import json
 import shutil
 import sqlite3
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -299,3 +301,19 @@ def test_nothing_is_kept_of_a_study_whose_cube_cannot_be_made(store, make_study,
     with pytest.raises(StoreFault, match="free space"):
         store.submit(make_study(), make_plan_of(make_study()), {})
     assert store.page().records == ()
+
+
+def test_marks_are_kept_while_threads_look_at_many_studies(store, make_study, make_plan_of, monkeypatch):
+    monkeypatch.setattr("damperlab.studies.store.cubes._MARKS_KEPT", 2)
+    ids = []
+    for number in range(8):
+        study = make_study(f"study {number}", damping_ratio=0.01 * (1 + number))
+        ids.append(store.submit(study, make_plan_of(study), {})[0].id)
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as threads:
+            found = list(threads.map(lambda turn: store.snapshot(ids[turn % 8])[1], range(800)))
+    finally:
+        sys.setswitchinterval(before)
+    assert found == [{}] * 800

@@ -4,9 +4,11 @@ import socket
 import subprocess
 import sys
 import textwrap
+import time
 import warnings
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +74,10 @@ def test_a_server_that_takes_connections_and_never_answers_is_a_fault_with_words
     [
         "SELECT pg_terminate_backend(pg_backend_pid())",  # as where the server shuts down
         "SELECT pg_cancel_backend(pg_backend_pid()), pg_sleep(60)",
+        # as where a server takes no writes any more, or ended a transaction that stood still
+        "CREATE TABLE refused (number int)",
+        "DO $$ BEGIN RAISE EXCEPTION 'idle' USING ERRCODE = '25P03'; END $$",
+        "DO $$ BEGIN RAISE EXCEPTION 'not allowed' USING ERRCODE = '42501'; END $$",
     ],
 )
 def test_whatever_a_server_breaks_off_is_a_fault_and_the_next_question_is_answered(
@@ -79,6 +85,42 @@ def test_whatever_a_server_breaks_off_is_a_fault_and_the_next_question_is_answer
 ) -> None:
     with pytest.raises(StoreFault), store.catalogue.reading() as connection:
         connection.execute(text(statement))
+    assert store.page().records == ()
+
+
+def test_writers_that_wait_for_their_turn_leave_connections_to_readers(store: Store, server: str) -> None:
+    engine = create_engine(server.replace("postgresql://", "postgresql+psycopg://"))
+    writers = 40  # more than a pool has connections
+
+    def write() -> str:
+        try:
+            with store.catalogue.writing():
+                return "wrote"
+        except StoreFault as error:
+            return error.fault.found
+
+    with engine.begin() as other, ThreadPoolExecutor(writers) as threads:
+        other.execute(text(f"SELECT pg_advisory_xact_lock({0x64616D70})"))
+        waiting = [threads.submit(write) for _ in range(writers)]
+        deadline = time.monotonic() + SECONDS
+        while store.catalogue._engine.pool.checkedout() < 1:  # type: ignore[attr-defined]
+            assert time.monotonic() < deadline
+        assert store.page().records == ()
+        assert not any(each.done() for each in waiting)
+        other.rollback()
+        assert {each.result() for each in waiting} == {"wrote"}
+    engine.dispose()
+
+
+def test_a_pool_without_a_free_connection_is_a_fault(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store.catalogue._engine.pool, "_timeout", 0.01)
+
+    def take_all(held: ExitStack) -> None:
+        while True:
+            held.enter_context(store.catalogue.reading())
+
+    with ExitStack() as held, pytest.raises(StoreFault, match="QueuePool limit"):
+        take_all(held)
     assert store.page().records == ()
 
 
@@ -150,6 +192,7 @@ def test_a_study_lives_and_dies(store, make_study, make_plan_of, values_of):
 _RACE = """
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 import numpy as np
 from damperlab.studies.definition import parse_study

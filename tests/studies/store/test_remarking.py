@@ -6,6 +6,7 @@ from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.life_cycle.manifest import read_marks
 from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.store import Store
 
@@ -142,3 +143,22 @@ def test_what_no_study_can_be_is_refused(wanted):
     with pytest.raises(StoreFault) as caught:
         Wanted(**wanted)
     assert caught.value.fault.advice
+
+
+def test_remarks_that_were_put_off_are_written_beside_the_blocks(store, make_study, make_plan_of):
+    record = enter(store, make_study(), make_plan_of)
+    shelf = store.cube_shelf(record.id, 1)
+    store.set_state(record.id, "cancelled")
+    store.remark(record.id, Remarks(("steel",), "n"), at_once=False)
+    assert read_marks(shelf)[0]["tags"] == "[]"
+    again = Store.open(store.data_dir)  # as after a process that was killed
+    again.keep_remarks()
+    assert read_marks(shelf)[0]["tags"] == '["steel"]'
+    assert again._remarked() == {}
+    # of a study that was deleted nothing is left to write
+    again.remark(record.id, Remarks(note="m"), at_once=False)
+    again.delete(record.id)
+    again.bury()
+    again.keep_remarks()
+    assert again._remarked() == {}
+    again.close()

@@ -22,6 +22,7 @@ from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run import runner
+from damperlab.worker.run.preview import Preview
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 
@@ -190,3 +191,32 @@ def test_a_coarse_grid_is_listed_where_it_is_asked_for_and_once_its_study_is_gon
     assert listed(coarse=False, tag="kept") == {grid.id}
     store.delete(record.id)
     assert listed(coarse=False) == {grid.id}
+
+
+def test_whatever_becomes_of_the_coarse_grid_its_study_goes_on(
+    store: Store, client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*given: Any, **named: Any) -> tuple[Record, bool]:
+        raise ValueError("a defect")
+
+    monkeypatch.setattr(Preview, "_compute", broken)
+    assert run(store, client, large(0.08)).state == "done"
+
+
+def test_a_coarse_grid_that_waits_and_tells_nothing_stops_with_its_study(store: Store) -> None:
+    study = large(0.09)
+    record, _ = store.submit(study, make_plan(study, seconds_per_point), provenance())
+    cancelled = threading.Event()
+    seen: list[bool] = []
+
+    def waiting(
+        store: Store, study_id: str, client: Any, tell: Any, stop: threading.Event, **named: Any
+    ) -> Record:
+        seen.append(stop.is_set())
+        cancelled.set()  # as somebody does while this waits for workers
+        seen.append(stop.is_set())
+        return store.find(study_id)
+
+    nothing: Any = None
+    Preview(store, record, study, nothing, cancelled.is_set, waiting).compute(nothing)
+    assert seen == [False, True]

@@ -1,0 +1,174 @@
+"""What writes to the catalogue waits for no disk and no object store meanwhile, and what is cut short loses nothing."""
+
+import subprocess
+import sys
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from damperlab.studies.remarks import Remarks
+from damperlab.studies.store.care.sweep import collect_garbage
+from damperlab.studies.store.care.verify import check_catalogue, verify
+from damperlab.studies.store.catalogue.catalogue import Catalogue
+from damperlab.studies.store.cube.cube import write_region
+from damperlab.studies.store.files.folder import Folder
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
+
+TOUCHES = (
+    "get",
+    "read",
+    "put",
+    "put_new",
+    "move",
+    "fill",
+    "make",
+    "entries",
+    "shelves",
+    "remove",
+    "clear",
+)
+
+
+class Watched(Folder):
+    """A folder that refuses to be touched while somebody writes to the catalogue, and calls back before it is."""
+
+    catalogue: Catalogue
+    before: Callable[[str], None] = staticmethod(lambda name: None)
+
+    def at(self, name: str) -> "Watched":
+        below = Watched(self._path / name)
+        below.catalogue, below.before = self.catalogue, self.before  # type: ignore[method-assign]
+        return below
+
+    def __getattribute__(self, name: str) -> Any:
+        if name in TOUCHES:
+            assert not self.catalogue._turn.locked(), f"{name} within a transaction"
+            self.before(name)
+        return super().__getattribute__(name)
+
+
+@pytest.fixture
+def watched(store: Store) -> Store:
+    shelf = Watched(store.shelf.address)
+    shelf.catalogue = store.catalogue
+    store.shelf = shelf
+    return store
+
+
+def test_no_file_is_touched_within_a_transaction(watched, make_study, make_plan_of, values_of):
+    store, study = watched, make_study()
+    plan = make_plan_of(study)
+    record, _ = store.submit(study, plan, {"identity": "one"})
+    facts = {"identity": "two"}
+    assert store.begin(record.id, facts, None).provenance["identity"] == "two"
+    for index in range(plan.count):
+        block = plan.block(index)
+        checksum = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
+        outcome = BlockOutcome(
+            index, block.points, 0, 0.5, 0.4, None, generation="g", checksum=checksum, identity="two"
+        )
+        store.mark(record.id, outcome)
+    store.set_state(record.id, "done")
+    store.remark(record.id, Remarks(("rig",), "n"))
+    assert list(verify(store, store.find(record.id))) == []
+    again, created = store.recompute(record.id, {"identity": "three"})
+    assert created
+    assert again.id == f"{record.id}-2"
+    store.forget(record.id, [0], "by hand")
+    store.set_state(record.id, "cancelled")
+    store.delete(again.id)
+    store.bury()
+    collect_garbage(store, 0.0)
+    assert [each.id for each in store.page().records] == [record.id]
+    assert list(check_catalogue(store)) == []
+
+
+def test_of_two_that_enter_one_study_at_once_one_makes_it(watched, make_study, make_plan_of):
+    store = watched
+    other = Store.open(store.data_dir)
+    study = make_study()
+    first: list[Any] = []
+
+    def meanwhile(name: str) -> None:
+        # as another process would, just before this one's cube is made
+        if name == "make" and not first:
+            first.append(other.submit(study, make_plan_of(study), {}))
+
+    store.shelf.before = meanwhile  # type: ignore[attr-defined]
+    record, created = store.submit(study, make_plan_of(study), {})
+    assert (first[0][1], created) == (True, False)
+    assert record.id == first[0][0].id
+    # nothing is left of the cube that was made for nothing
+    assert [path.name for path in (store.data_dir / "cubes").glob("*.zarr")] == [
+        Path(store.cube_path(record.id)).name
+    ]
+    assert list(verify(store, store.find(record.id))) == []
+    other.close()
+
+
+def test_a_cube_that_was_taken_for_garbage_before_its_study_was_entered_is_made_anew(
+    store, make_study, make_plan_of, monkeypatch
+):
+    study, make, swept = make_study(), store._make, []
+
+    def make_and_sweep(fresh: Any) -> None:
+        make(fresh)
+        if not swept:
+            swept.append(collect_garbage(store, 0.0))
+
+    monkeypatch.setattr(store, "_make", make_and_sweep)
+    record, created = store.submit(study, make_plan_of(study), {})
+    assert "never entered" in swept[0].what[0]
+    assert created
+    assert list(verify(store, store.find(record.id))) == []
+
+
+_KILLED = """
+    import os
+    import sys
+    from pathlib import Path
+    from damperlab.studies.definition import parse_study
+    from damperlab.studies.plan import plan_with_chunk
+    from damperlab.studies.store.store import Store
+    import numpy as np
+
+    folder, where = sys.argv[1:]
+    store = Store.open(Path(folder))
+    axes = {"friction_ratio": 0, "frequency_ratio": [0.8, 1.0]}
+    study = parse_study({"damping_ratio": 0.01, "axes": axes, "particle": False})
+    plan = plan_with_chunk(study, study.shape, lambda _, at: np.full(len(at["mass_ratio"]), 1e-3))
+
+    def die(*given):
+        os.kill(os.getpid(), 9)
+
+    if where == "before the cube":
+        store._make = die
+    elif where == "before the row":
+        store._publish = die
+    store.submit(study, plan, {})
+"""
+
+
+@pytest.mark.parametrize("where", ["before the cube", "before the row", "nowhere"])
+def test_a_submission_that_is_killed_leaves_nothing_that_hinders_the_next(tmp_path: Path, where: str) -> None:
+    def submit(how: str) -> int:
+        command = [sys.executable, "-c", textwrap.dedent(_KILLED), str(tmp_path), how]
+        return subprocess.run(command, cwd=Path(__file__).parents[3], timeout=600, check=False).returncode
+
+    assert submit(where) == (0 if where == "nowhere" else -9)
+    store = Store.open(tmp_path)
+    assert len(store.page().records) == (1 if where == "nowhere" else 0)
+    assert submit("nowhere") == 0
+    (record,) = store.page().records
+    assert list(verify(store, record)) == []
+    assert list(check_catalogue(store)) == []
+    collect_garbage(store, 0.0)
+    assert [path.name for path in (tmp_path / "cubes").glob("*.zarr")] == [
+        Path(store.cube_path(record.id)).name
+    ]
+    assert collect_garbage(store, 0.0).unknown == ()
+    store.close()
