@@ -305,7 +305,9 @@ def differences(
 ) -> Document:
     """Compare every point that both have: how many differ, by how much, and where by the most."""
     older = service.store.find(query.older) if query.older else None
-    return Document(differences_of(service.store, study, older).document())
+    # which version is the one before may change while this study stays as it is
+    headers = {} if older else {"Cache-Control": "no-store"}
+    return Document(differences_of(service.store, study, older).document(), headers=headers)
 
 
 @router.delete(

@@ -20,6 +20,12 @@ KEPT = 512
 """Most answers that are kept."""
 KEPT_BYTES = 1 << 20
 """Largest of them."""
+OTHERS = ("with", "minus", "older")
+"""Parameters that name further studies, which an answer reads too."""
+OTHERS_KEPT = 32
+"""Most further studies of an answer that is kept."""
+PASSING = ("definition", "phase", "phase_done", "phase_total", "seconds_left", "owner")
+"""What no answer is made of: it changes while a study runs, or never."""
 
 Found = TypeVar("Found")
 Key = tuple[object, ...]
@@ -65,7 +71,7 @@ class Shared(Generic[Found]):
 
 
 class Kept:
-    """ASGI middleware: answers a question again as long as its study has not changed, and computes no answer twice at a time.
+    """ASGI middleware: repeats an answer while no study that it was made from has changed; equal requests share it.
 
     The study that a question is about is left in the scope.
 
@@ -90,20 +96,19 @@ class Kept:
         if self._studies is None:
             service: Service = scope["app"].state.service
             self._studies = Shared(service.store.find)
-        try:
-            study = await self._studies.ask(asked[1])
-        except StoreFault:
-            await self.app(scope, receive, send)  # which says what is wrong
-            return
-        scope["study"] = study
         query = scope["query_string"]
-        if "with" in QueryParams(query):
-            # of several studies an answer holds only while all of them stay as they are
-            await self.app(scope, receive, send)
+        named = _others(query)
+        try:
+            study = scope["study"] = await self._studies.ask(asked[1])
+            others = [await self._studies.ask(name) for name in named[:OTHERS_KEPT]]
+        except StoreFault:
+            others = None
+        if others is None or len(named) > OTHERS_KEPT:
+            await self.app(scope, receive, send)  # which says what is wrong
             return
         headers = Headers(scope=scope)
         packed = "gzip" in headers.get("accept-encoding", "")
-        key = (study.id, study.created, study.revision, study.state, scope["path"], query, packed)
+        key = (*map(_seen, (study, *others)), scope["path"], query, packed)
         under_way = self._under_way.get(key)
         if under_way is not None and key not in self._kept:
             await under_way.wait()
@@ -126,6 +131,7 @@ class Kept:
                 start = message
                 return
             if start is None or message.get("more_body", False):
+                self._done(key)  # too long to be kept: nobody waits until its reader has all of it
                 if start is not None:
                     await send(start)
                     start = None
@@ -148,6 +154,18 @@ class Kept:
         under_way = self._under_way.pop(key, None)
         if under_way is not None:
             under_way.set()
+
+
+def _others(query: bytes) -> list[str]:
+    """Name the further studies that a query is about."""
+    named = [value for name, value in QueryParams(query).multi_items() if name in OTHERS]
+    return list(filter(None, (each.strip() for value in named for each in value.split(","))))
+
+
+def _seen(study: Record) -> Key:
+    """Give all of a study's record that an answer may be made of."""
+    values = ((name, value) for name, value in vars(study).items() if name not in PASSING)
+    return tuple(tuple(value.items()) if isinstance(value, dict) else value for _, value in values)
 
 
 async def _send(answer: Answer, headers: Headers, scope: Scope, receive: Receive, send: Send) -> None:
