@@ -103,13 +103,17 @@ class Problem(Exception):
         self.faults = tuple(faults)
         self.headers = dict(headers or {})
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel from one process to another."""
+        return type(self), (self.status, self.kind, self.detail, self.faults, self.headers)
+
 
 def install(app: FastAPI) -> None:
     """Make `app` answer every error, its own and the framework's, with a problem document."""
     app.add_exception_handler(Problem, _problem)
     app.add_exception_handler(StudyFaults, _faults)
     app.add_exception_handler(QueryFault, _query)
-    app.add_exception_handler(StoreFault, _store)
+    app.add_exception_handler(StoreFault, store_problem)
     app.add_exception_handler(RequestValidationError, _bad_parameters)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(ClientDisconnect, _gone)
@@ -178,7 +182,8 @@ def _query(request: Request, error: Exception) -> Response:
     )
 
 
-def _store(request: Request, error: Exception) -> Response:
+def store_problem(request: Request, error: Exception) -> Response:
+    """Answer a request that met a fault of the store."""
     assert isinstance(error, StoreFault)
     error = _deleted_meanwhile(request) or error
     match error:

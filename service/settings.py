@@ -158,9 +158,9 @@ class Settings(BaseSettings):
         ByteSize(4 << 30), ge=1 << 29, description="Most memory of a process that computes one, as in 4GiB."
     )
     question_points_apart: int = Field(
-        500_000,
+        0,
         ge=0,
-        description="Queries of cubes with at least this many points are answered in such a process too, and kept.",
+        description="Queries of cubes with at least this many points are answered in such a process too; all by default.",
     )
     connections_limit: int = Field(1000, ge=1, description="Largest number of simultaneous connections.")
     head_timeout_seconds: float = Field(

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from fastapi import Depends
 from starlette.requests import Request
+from starlette.types import Scope
 
 from damperlab.service.problems import Problem
 from damperlab.studies.faults import Fault
@@ -48,6 +49,12 @@ class Caller:
 
 ANYBODY = Caller("", SCOPES, "open")
 """Everybody, where no keys are asked for."""
+
+
+def counted_under(scope: Scope) -> str:
+    """Name whom the limits count a request under: its key or user, and where nobody needs a key its address."""
+    caller: Caller = scope["caller"]
+    return scope.get("client_address") or caller.name if caller.how == "open" else caller.name
 
 
 def scope_of(method: str, path: str) -> str | None:

@@ -12,7 +12,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from damperlab.service.edge.conditional import has_seen
 from damperlab.service.state import Service
-from damperlab.service.work.questions import QUESTION
+from damperlab.service.work.questions import EXPORT, QUESTION
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
 
@@ -103,7 +103,7 @@ class Kept:
             others = [await self._studies.ask(name) for name in named[:OTHERS_KEPT]]
         except StoreFault:
             others = None
-        if others is None or len(named) > OTHERS_KEPT:
+        if others is None or len(named) > OTHERS_KEPT or asked[2] == EXPORT:
             await self.app(scope, receive, send)  # which says what is wrong
             return
         headers = Headers(scope=scope)
