@@ -20,6 +20,7 @@ from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddle
 
 from damperlab.service import problems
 from damperlab.service.access import AccessLog
+from damperlab.service.body import expected
 from damperlab.service.cluster import SharedCluster, opening
 from damperlab.service.designer import Designer
 from damperlab.service.dispatch import Dispatcher
@@ -159,7 +160,7 @@ def create_app(settings: Settings) -> FastAPI:
         metrics,
         session,
     ):
-        app.include_router(route.router, dependencies=[Depends(once)])
+        app.include_router(route.router, dependencies=[Depends(once), Depends(expected)])
     if settings.docs_dir is not None:
         app.mount(PLACE, Documentation(settings.docs_dir))
     app.add_middleware(Apart, points=settings.question_points_apart)
@@ -187,6 +188,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(ShortHead)
     app.add_middleware(Drain)
     app.state.traffic = Traffic()
+    app.state.addresses = {}
     app.add_middleware(AccessLog, traffic=app.state.traffic)
     app.add_middleware(Policy, shared=bool(settings.cors_origins))
     return app

@@ -151,7 +151,7 @@ def _require_leave(caller: Caller, priority: int) -> None:
 def _submit(
     service: Service, body: bytes, kind: Literal["json", "yaml"], query: SubmitQuery, key: str | None
 ) -> Document:
-    document = load_text(body, kind)
+    document = load_text(body, kind, guarded=True)
     if isinstance(document, list):
         reuse = query.reuse and service.settings.reuse
         return submit_list(
