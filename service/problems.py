@@ -43,6 +43,9 @@ MEDIA_TYPE = "application/problem+json"
 RETRY_SECONDS = 10
 """When a client may try again what the service could not do just now."""
 
+MOST_FAULTS = 10
+"""Most faults of an address that are told: each is compared with every name that there is."""
+
 PROBLEM_SCHEMA: dict[str, Any] = {
     "type": "object",
     "required": ["type", "title", "status", "detail"],
@@ -126,11 +129,11 @@ def invalid(entries: Sequence[Mapping[str, Any]], known: Sequence[str] = ()) -> 
     Parameters
     ----------
     entries : sequence of mappings
-        As ``ValidationError.errors()`` gives them.
+        As ``ValidationError.errors()`` gives them; the first `MOST_FAULTS` are told.
     known : sequence of str
         Names that are allowed where a name was not.
     """
-    return tuple(_fault(entry, known) for entry in entries)
+    return tuple(_fault(entry, known) for entry in entries[:MOST_FAULTS])
 
 
 def _fault(entry: Mapping[str, Any], known: Sequence[str]) -> Fault:
