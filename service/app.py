@@ -60,6 +60,7 @@ from damperlab.service.routes import (
 from damperlab.service.scrub import Scrub
 from damperlab.service.security.gate import Gate
 from damperlab.service.security.guard import Guard
+from damperlab.service.security.shares import Shares
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.traffic import Traffic
@@ -175,6 +176,9 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.add_middleware(Kept)
     app.add_middleware(Head)
+    app.add_middleware(
+        Shares, most={"events": settings.streams_per_caller, "export": settings.exports_per_caller}
+    )
     app.state.guard = Guard(settings)
     app.add_middleware(Gate, guard=app.state.guard)
     if settings.cors_origins:

@@ -66,7 +66,7 @@ def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
     name = "".join(question.__name__ for question in questions) + "Query"
     model: type[BaseModel] = create_model(name, __config__=ConfigDict(extra="forbid"), **definitions)
 
-    def read(query: Any) -> tuple[Any, ...]:
+    async def read(query: Any) -> tuple[Any, ...]:
         return tuple(_value(question, query, taken) for question in questions)
 
     parameter = Parameter("query", Parameter.POSITIONAL_OR_KEYWORD, annotation=Annotated[model, Query()])

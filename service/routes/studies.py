@@ -197,12 +197,12 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
     responses={200: gives("Record"), **documented(404)},
     summary="A study's record",
 )
-def show(study: TheStudy) -> Document:
+async def show(study: TheStudy) -> Document:
     """Say how far the study is, and everything that is needed to compute it again."""
     return Document(study.document())
 
 
-def _unless_seen(
+async def _unless_seen(
     study: TheStudy,
     last_event_id: Annotated[str | None, Header(description="Sent by browsers that connect again.")] = None,
 ) -> str | None:

@@ -89,13 +89,13 @@ def require_owner(caller: Caller, owner: str | None, what: str) -> None:
         raise Problem(403, "not-yours", f"This {what} is not yours to change.", (fault,))
 
 
-def _caller(request: Request) -> Caller | None:
+async def _caller(request: Request) -> Caller | None:
     caller: Caller | None = request.scope["caller"]
     return caller
 
 
-def _known(request: Request) -> Caller:
-    caller = _caller(request)
+async def _known(request: Request) -> Caller:
+    caller = await _caller(request)
     assert caller is not None, "the gate lets nobody pass to a route that needs a key"
     return caller
 

@@ -2,10 +2,7 @@
 
 import asyncio
 from collections import OrderedDict
-from collections.abc import Callable
-from typing import Generic, TypeVar
 
-from anyio.to_thread import run_sync
 from starlette.datastructures import Headers, QueryParams
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -13,6 +10,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from damperlab.service.edge.conditional import has_seen
 from damperlab.service.state import Service
 from damperlab.service.work.questions import EXPORT, QUESTION
+from damperlab.service.work.shared import Shared
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
 
@@ -27,47 +25,8 @@ OTHERS_KEPT = 32
 PASSING = ("definition", "phase", "phase_done", "phase_total", "seconds_left", "owner")
 """What no answer is made of: it changes while a study runs, or never."""
 
-Found = TypeVar("Found")
 Key = tuple[object, ...]
 Answer = tuple[int, list[tuple[bytes, bytes]], bytes]
-
-
-class Shared(Generic[Found]):
-    """Looks something up once for all who ask while the look before is under way.
-
-    Nobody is told what was seen before they asked: whoever comes during a look waits for the next one.
-
-    Parameters
-    ----------
-    look : callable
-        Called in a thread.
-    """
-
-    def __init__(self, look: Callable[[str], Found]) -> None:
-        self._look = look
-        self._next: dict[str, asyncio.Task[Found]] = {}
-        self._under_way: dict[str, asyncio.Task[Found]] = {}
-
-    async def ask(self, what: str) -> Found:
-        """Give what is found; raise what `look` raises."""
-        task = self._next.get(what)
-        if task is None:
-            task = self._next[what] = asyncio.create_task(self._after(self._under_way.get(what), what))
-            task.add_done_callback(
-                lambda done: done.cancelled() or done.exception()
-            )  # whoever asked may be gone
-        return await asyncio.shield(task)
-
-    async def _after(self, before: asyncio.Task[Found] | None, what: str) -> Found:
-        if before is not None:
-            await asyncio.wait([before])
-        self._under_way[what] = self._next.pop(what)
-        mine = self._under_way[what]
-        try:
-            return await run_sync(self._look, what)
-        finally:
-            if self._under_way.get(what) is mine:
-                del self._under_way[what]
 
 
 class Kept:

@@ -9,7 +9,8 @@ import httpx
 import pytest
 from anyio.to_thread import run_sync
 
-from damperlab.service.work.kept import OTHERS, Kept, Shared
+from damperlab.service.work.kept import OTHERS, Kept
+from damperlab.service.work.shared import Shared
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StudyNotFound
 

@@ -1,5 +1,6 @@
 """No route computes in the process of the service: it reads little, or has a process of its own compute."""
 
+import inspect
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -71,6 +72,23 @@ def test_every_route_is_light_or_computes_apart() -> None:
             assert light + listed + _goes_apart(method, route) == 1, (method, route.path)
             seen.add((method, route.path))
     assert seen >= LIGHT_ROUTES
+
+
+THREADED = {"_exact_study", "_design", "_exact_design"}
+"""What reads the catalogue or a file before a change, or for a design."""
+
+
+def test_no_dependency_waits_for_a_thread() -> None:
+    """The threads are shared: where all of them wait for a store, what needs none is answered all the same."""
+
+    def calls(dependant: Any) -> Iterator[Any]:
+        for each in dependant.dependencies:
+            yield each.call
+            yield from calls(each)
+
+    routes = list(_routes(create_app(Settings(docs_dir=None)).routes))
+    found = {call for route in routes for call in calls(route.dependant)}
+    assert {call.__name__ for call in found if not inspect.iscoroutinefunction(call)} == THREADED
 
 
 QUESTIONS = (
