@@ -20,6 +20,7 @@ from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddle
 
 from damperlab.service import problems
 from damperlab.service.access import AccessLog
+from damperlab.service.body import expected
 from damperlab.service.cluster import SharedCluster, opening
 from damperlab.service.designer import Designer
 from damperlab.service.dispatch import Dispatcher
@@ -59,6 +60,7 @@ from damperlab.service.routes import (
 from damperlab.service.scrub import Scrub
 from damperlab.service.security.gate import Gate
 from damperlab.service.security.guard import Guard
+from damperlab.service.security.shares import Shares
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.traffic import Traffic
@@ -159,7 +161,7 @@ def create_app(settings: Settings) -> FastAPI:
         metrics,
         session,
     ):
-        app.include_router(route.router, dependencies=[Depends(once)])
+        app.include_router(route.router, dependencies=[Depends(once), Depends(expected)])
     if settings.docs_dir is not None:
         app.mount(PLACE, Documentation(settings.docs_dir))
     app.add_middleware(Apart, points=settings.question_points_apart)
@@ -174,6 +176,9 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.add_middleware(Kept)
     app.add_middleware(Head)
+    app.add_middleware(
+        Shares, most={"events": settings.streams_per_caller, "export": settings.exports_per_caller}
+    )
     app.state.guard = Guard(settings)
     app.add_middleware(Gate, guard=app.state.guard)
     if settings.cors_origins:
@@ -187,6 +192,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(ShortHead)
     app.add_middleware(Drain)
     app.state.traffic = Traffic()
+    app.state.addresses = {}
     app.add_middleware(AccessLog, traffic=app.state.traffic)
     app.add_middleware(Policy, shared=bool(settings.cors_origins))
     return app

@@ -4,7 +4,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 
 from damperlab.service.problems import Problem
-from damperlab.studies.faults import NOTHING, Fault, listing, printable
+from damperlab.service.security.caller import SAFE_METHODS
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, listing, printable
 
 
 class ComputeQuery(BaseModel):
@@ -18,6 +19,8 @@ class ComputeQuery(BaseModel):
 
 
 JSON_TYPES = ("application/json",)
+NOTHING_BYTES = 1024
+"""Most bytes of a body where none is expected."""
 YAML_TYPES = ("application/yaml", "application/x-yaml", "text/yaml", "text/x-yaml")
 
 
@@ -97,6 +100,23 @@ async def read_body(request: Request, limit: int) -> bytes:
             raise _too_large("more than that", limit)
         body += part
     return bytes(body)
+
+
+EMPTY = (b"", b"{}", b"null")
+"""Bodies that say nothing."""
+
+
+async def expected(request: Request) -> None:
+    """Refuse a body where the route takes none: what it asks for would be ignored without a word."""
+    takes_one = "requestBody" in (getattr(request.scope.get("route"), "openapi_extra", None) or {})
+    sends_one = "transfer-encoding" in request.headers or request.headers.get("content-length", "0") != "0"
+    if request.method in SAFE_METHODS or takes_one or not sends_one:
+        return
+    body = await read_body(request, NOTHING_BYTES)
+    if body.strip() not in EMPTY:
+        advice = "put the parameters into the address, as in ?dry_run=true"
+        told = "This request takes no body: its parameters are part of the address."
+        raise StudyFaults([Fault("body", f"{len(body)} bytes", "no body", advice, told)])
 
 
 def _too_large(found: str, limit: int) -> Problem:

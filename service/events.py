@@ -3,7 +3,6 @@
 from collections.abc import AsyncIterator
 
 import anyio
-from anyio.to_thread import run_sync
 from fastapi.sse import ServerSentEvent
 
 from damperlab.service.state import Service
@@ -72,7 +71,7 @@ async def progress(service: Service, record: Record, last_seen: str | None) -> A
             return
         await anyio.sleep(LOOK_SECONDS)
         try:
-            record = await run_sync(service.store.find, record.id)
+            record = await service.looks.ask(record.id)
         except StudyNotFound:
             yield ServerSentEvent(event="deleted", data={"id": record.id})
             return

@@ -1,5 +1,6 @@
 """Questions over HTTP: the parameters of a query, made from the fields of the values that they are read into."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature
 from typing import Annotated, Any
@@ -30,10 +31,10 @@ RANGED: tuple[str, ...] = (
 """What may be kept within a range: dimensions, and results that are quantities."""
 
 
-def once(request: Request) -> None:
+async def once(request: Request) -> None:
     """Refuse a parameter that is given twice: one of the two would win without a word."""
-    names = [name for name, _ in request.query_params.multi_items()]
-    twice = sorted({name for name in names if names.count(name) > 1})
+    counts = Counter(name for name, _ in request.query_params.multi_items())
+    twice = sorted(name for name, count in counts.items() if count > 1)
     if twice:
         raise StudyFaults(
             Fault(name, "several values", "one value", "keep one of them", "{field} is given more than once.")
@@ -65,7 +66,7 @@ def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
     name = "".join(question.__name__ for question in questions) + "Query"
     model: type[BaseModel] = create_model(name, __config__=ConfigDict(extra="forbid"), **definitions)
 
-    def read(query: Any) -> tuple[Any, ...]:
+    async def read(query: Any) -> tuple[Any, ...]:
         return tuple(_value(question, query, taken) for question in questions)
 
     parameter = Parameter("query", Parameter.POSITIONAL_OR_KEYWORD, annotation=Annotated[model, Query()])

@@ -43,6 +43,9 @@ MEDIA_TYPE = "application/problem+json"
 RETRY_SECONDS = 10
 """When a client may try again what the service could not do just now."""
 
+MOST_FAULTS = 10
+"""Most faults of an address that are told: each is compared with every name that there is."""
+
 PROBLEM_SCHEMA: dict[str, Any] = {
     "type": "object",
     "required": ["type", "title", "status", "detail"],
@@ -103,13 +106,17 @@ class Problem(Exception):
         self.faults = tuple(faults)
         self.headers = dict(headers or {})
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel from one process to another."""
+        return type(self), (self.status, self.kind, self.detail, self.faults, self.headers)
+
 
 def install(app: FastAPI) -> None:
     """Make `app` answer every error, its own and the framework's, with a problem document."""
     app.add_exception_handler(Problem, _problem)
     app.add_exception_handler(StudyFaults, _faults)
     app.add_exception_handler(QueryFault, _query)
-    app.add_exception_handler(StoreFault, _store)
+    app.add_exception_handler(StoreFault, store_problem)
     app.add_exception_handler(RequestValidationError, _bad_parameters)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(ClientDisconnect, _gone)
@@ -122,11 +129,11 @@ def invalid(entries: Sequence[Mapping[str, Any]], known: Sequence[str] = ()) -> 
     Parameters
     ----------
     entries : sequence of mappings
-        As ``ValidationError.errors()`` gives them.
+        As ``ValidationError.errors()`` gives them; the first `MOST_FAULTS` are told.
     known : sequence of str
         Names that are allowed where a name was not.
     """
-    return tuple(_fault(entry, known) for entry in entries)
+    return tuple(_fault(entry, known) for entry in entries[:MOST_FAULTS])
 
 
 def _fault(entry: Mapping[str, Any], known: Sequence[str]) -> Fault:
@@ -178,7 +185,8 @@ def _query(request: Request, error: Exception) -> Response:
     )
 
 
-def _store(request: Request, error: Exception) -> Response:
+def store_problem(request: Request, error: Exception) -> Response:
+    """Answer a request that met a fault of the store."""
     assert isinstance(error, StoreFault)
     error = _deleted_meanwhile(request) or error
     match error:

@@ -158,11 +158,22 @@ class Settings(BaseSettings):
         ByteSize(4 << 30), ge=1 << 29, description="Most memory of a process that computes one, as in 4GiB."
     )
     question_points_apart: int = Field(
-        500_000,
+        0,
         ge=0,
-        description="Queries of cubes with at least this many points are answered in such a process too, and kept.",
+        description="Queries of cubes with at least this many points are answered in such a process too; all by default.",
+    )
+    streams_per_caller: int = Field(
+        100, ge=1, description="Most streams of events that one key has open; without keys, one address."
+    )
+    exports_per_caller: int = Field(
+        32, ge=1, description="Most exports that one key has under way; without keys, one address."
     )
     connections_limit: int = Field(1000, ge=1, description="Largest number of simultaneous connections.")
+    address_connections_limit: int = Field(
+        250,
+        ge=1,
+        description="Largest number of them from one address, trusted proxies aside; one more closes the oldest that is idle.",
+    )
     head_timeout_seconds: float = Field(
         10.0, gt=0.0, description="How long the head of a request may take, in seconds."
     )

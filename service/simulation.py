@@ -99,8 +99,8 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     if not isinstance(document, dict):
         advice = 'write keys and values, at least {"frequency_ratio": 1, "clearance_ratio": 10}'
         raise StudyFaults((Fault("body", describe(document), "a mapping", advice),))
-    guard(document)
-    faults = [unknown_key(str(key), key, KEYS, document) for key in document if key not in KEYS]
+    _, faults = guard(document)
+    faults += [unknown_key(str(key), key, KEYS, document) for key in document if key not in KEYS]
     has_particle = document.get("particle", True)
     if not isinstance(has_particle, bool):
         faults.append(

@@ -17,6 +17,7 @@ from damperlab.service.scrub import Scrub
 from damperlab.service.security.caller import TheCaller, require_own, require_owner
 from damperlab.service.settings import Settings
 from damperlab.service.work.processes import Work
+from damperlab.service.work.shared import Shared
 from damperlab.studies.design.faults import DesignNotFound
 from damperlab.studies.design.kept import Kept
 from damperlab.studies.faults import Fault, describe, printable
@@ -75,8 +76,13 @@ class Service:
         """Whether the service can serve."""
         return Readiness(self.store, self.backgrounds)
 
+    @cached_property
+    def looks(self) -> Shared[Record]:
+        """Looks at records, in threads of their own: they wait for nothing that others do."""
+        return Shared(self.store.find)
 
-def _service(request: Request) -> Service:
+
+async def _service(request: Request) -> Service:
     service = request.app.state.service
     assert isinstance(service, Service)
     return service
@@ -92,9 +98,9 @@ StudyId = Annotated[
 """What names a study in an address."""
 
 
-def _study(request: Request, service: TheService, study_id: StudyId) -> Record:
+async def _study(request: Request, service: TheService, study_id: StudyId) -> Record:
     known: Record | None = request.scope.get("study")  # looked up at the door
-    return known or service.store.find(study_id)
+    return known or await service.looks.ask(study_id)
 
 
 def _exact_study(

@@ -42,6 +42,20 @@ def mapping(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
     return repeated
 
 
+def repeated_keys(document: object) -> list[Fault]:
+    """Find the keys that were written more than once, anywhere in a document."""
+    faults: list[Fault] = []
+    pending: list[tuple[tuple[object, ...], Any]] = [((), document)]
+    while pending:
+        where, held = pending.pop()
+        if isinstance(held, dict):
+            faults.extend(_repeats(where, held))
+            pending.extend(((*where, key), v) for key, v in held.items() if isinstance(v, dict | list))
+        elif isinstance(held, list):
+            pending.extend(((*where, i), v) for i, v in enumerate(held) if isinstance(v, dict | list))
+    return faults
+
+
 def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:
     """Return the document as a mapping of bounded depth and size, with the faults that only a reader can see.
 

@@ -31,7 +31,7 @@ def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = No
     StudyFaults
         Where the text breaks the rules of its format, or with every fault of the study.
     """
-    return parse_study(load_text(text, format), shelf)
+    return parse_study(load_text(text, format, guarded=True), shelf)
 
 
 def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import yaml
 
 from damperlab.studies.faults import Fault, StudyFaults, printable
-from damperlab.studies.guard import MAX_CONTAINERS, MAX_DEPTH, MAX_VALUES, mapping
+from damperlab.studies.guard import MAX_CONTAINERS, MAX_DEPTH, MAX_VALUES, mapping, repeated_keys
 
 Format = Literal["json", "yaml"]
 
@@ -31,7 +31,7 @@ _PLAIN_DIGITS = 400
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-def load_text(text: bytes | str, written_in: Format) -> Any:
+def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -> Any:
     """Read a document.
 
     YAML is read by the 1.2 core schema: ``1e-4`` is a number, ``yes`` and dates are texts.
@@ -42,12 +42,22 @@ def load_text(text: bytes | str, written_in: Format) -> Any:
         The document; bytes are UTF-8, with or without a byte order mark.
     written_in : {"json", "yaml"}
         Its format.
+    guarded : bool
+        Whether `damperlab.studies.guard.guard` looks at the document next: it names repeated keys beside other faults.
 
     Raises
     ------
     StudyFaults
-        Where the text is too large, no UTF-8, or breaks the rules of its format, with line and column.
+        Where the text is too large, no UTF-8, or breaks the rules of its format, with line and column; for every
+        repeated key.
     """
+    document = _load(text, written_in)
+    if not guarded and (faults := repeated_keys(document)):
+        raise StudyFaults(faults)
+    return document
+
+
+def _load(text: bytes | str, written_in: Format) -> Any:
     limit = MAX_BYTES[written_in]
     if len(text) > limit:
         size = f"{len(text):,} {'bytes' if isinstance(text, bytes) else 'characters'}"

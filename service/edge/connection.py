@@ -42,6 +42,7 @@ class Connection(H11Protocol):
     _heard: float = 0.0
     _stuck_since: float | None = None
     _lingers_until: float | None = None
+    _address: str = ""
 
     @property
     def _settings(self) -> "Settings":
@@ -56,8 +57,40 @@ class Connection(H11Protocol):
         """Take a connection, or refuse it where there are too many."""
         super().connection_made(transport)
         self._heard = self._head_since = time.monotonic()
+        self._address = self.client[0] if self.client else ""
+        siblings = self._state.addresses.setdefault(self._address, {})
+        siblings[self] = None
+        if len(siblings) > self._settings.address_connections_limit and not self._is_proxy():
+            idle = next((each for each in siblings if each is not self and each.is_idle), None)
+            if idle is None:
+                self._refuse(
+                    503, "too-many-connections", "Your address has as many connections as it may have."
+                )
+                return
+            idle.transport.close()  # the oldest: its client can connect again
+            siblings.pop(idle)
+            self.connections.discard(idle)
         if len(self.connections) > self._settings.connections_limit:
             self._refuse(503, "too-many-connections", "The service has as many connections as it takes.")
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no request is being answered."""
+        return self.cycle is None or self.cycle.response_complete
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Forget the connection."""
+        super().connection_lost(exc)
+        addresses = self._state.addresses
+        siblings = addresses.get(self._address, {})
+        siblings.pop(self, None)
+        if not siblings:
+            addresses.pop(self._address, None)
+
+    def _is_proxy(self) -> bool:
+        """Whether a reverse proxy is at the other end, which connects for many."""
+        believes: bool = self._state.guard.proxies.believes(self._address)
+        return believes
 
     def data_received(self, data: bytes) -> None:
         """Take bytes; what comes after the connection's last answer is dropped."""

@@ -1,18 +1,24 @@
 """Heads of requests: no longer than anybody needs, so that whatever reads a header has little to read."""
 
+import re
+
 from starlette.requests import Request
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from damperlab.service.problems import Problem, respond
+from damperlab.service.security.sessions import COOKIE
 from damperlab.studies.faults import Fault
 
 HEAD_LIMIT_BYTES = 32 * 1024
 """Of the request line and all header lines together."""
 CONTENT_TYPE_LIMIT_BYTES = 1024
+_SESSION = re.compile(rf"(?:^|; ?)({COOKIE}=[0-9a-f.]{{1,200}})(?=;|$)".encode())
+PARAMETERS_LIMIT = 500
+"""Most parameters of an address; no question has as many."""
 
 
 class ShortHead:
-    """ASGI middleware: refuses a head that is too long."""
+    """ASGI middleware: refuses a head that is too long, and drops all cookies but the service's own."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -21,13 +27,25 @@ class ShortHead:
         """Serve one request, or refuse it."""
         problem = _too_long(scope) if scope["type"] == "http" else None
         if problem is None:
+            if scope["type"] == "http":
+                scope["headers"] = _without_cookies(scope["headers"])
             await self.app(scope, receive, send)
         else:
             await respond(Request(scope), problem)(scope, receive, send)
 
 
+def _without_cookies(headers: list[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
+    """Leave only the session in the Cookie headers: reading the others may take seconds (CVE-2024-7592)."""
+    kept = [(name, value) for name, value in headers if name != b"cookie"]
+    cookies = [_SESSION.search(value) for name, value in headers if name == b"cookie"]
+    return kept + [(b"cookie", found[1]) for found in cookies if found]
+
+
 def _too_long(scope: Scope) -> Problem | None:
     size = len(scope.get("raw_path", b"")) + len(scope["query_string"])
+    parameters = scope["query_string"].count(b"&") + 1
+    if parameters > PARAMETERS_LIMIT:
+        return _problem("query", parameters, PARAMETERS_LIMIT, "parameters")
     for name, value in scope["headers"]:
         size += len(name) + len(value) + 4
         if name == b"content-type" and len(value) > CONTENT_TYPE_LIMIT_BYTES:
@@ -35,13 +53,13 @@ def _too_long(scope: Scope) -> Problem | None:
     return _problem("headers", size, HEAD_LIMIT_BYTES) if size > HEAD_LIMIT_BYTES else None
 
 
-def _problem(field: str, size: int, limit: int) -> Problem:
+def _problem(field: str, size: int, limit: int, what: str = "bytes") -> Problem:
     fault = Fault(
         field,
-        f"{size} bytes",
-        f"at most {limit} bytes",
+        f"{size} {what}",
+        f"at most {limit} {what}",
         "send a shorter one",
-        f"`{field}` has {size:,} bytes; at most {limit:,} are allowed.",
+        f"`{field}` has {size:,} {what}; at most {limit:,} are allowed.",
     )
     return Problem(
         431, "head-too-long", "The head of the request is longer than the service reads.", (fault,)

@@ -16,13 +16,13 @@ from damperlab.service.work.promises import Promise, Promises
 router = APIRouter(prefix="/api/v1/answers", tags=["answers"])
 
 
-def _promises(request: Request) -> Promises:
+async def _promises(request: Request) -> Promises:
     promises = request.app.state.promises
     assert isinstance(promises, Promises)
     return promises
 
 
-def _promise(
+async def _promise(
     promises: Annotated[Promises, Depends(_promises)],
     caller: TheCaller,
     answer_id: Annotated[str, Path(description="As the promise names it.")],

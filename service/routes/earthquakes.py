@@ -213,5 +213,5 @@ async def compare_dampers(
 
 
 def _asked(service: Service, body: bytes, histories: bool) -> tuple[Earthquake, list[Scene]]:
-    asked = read_earthquake(load_text(body, "json"), service.settings.records)
+    asked = read_earthquake(load_text(body, "json", guarded=True), service.settings.records)
     return asked, scenes_of(asked) + (history_scenes(asked) if histories else [])

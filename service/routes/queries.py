@@ -12,7 +12,7 @@ from damperlab.service.documents import Document
 from damperlab.service.parameters import asks
 from damperlab.service.previews import coarse_of, map_preview
 from damperlab.service.problems import Problem, documented
-from damperlab.service.state import Service, TheService, TheStudy
+from damperlab.service.state import TheService, TheStudy
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.compared_response import compared_response
 from damperlab.studies.answers.frequency_response import frequency_response
@@ -35,6 +35,7 @@ from damperlab.studies.questions import (
     Window,
 )
 from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
 from damperlab.studies.units import in_ratios
 from damperlab.studies.variables import DIMENSIONS
 
@@ -146,17 +147,17 @@ def ask_designs(
     study over base amplitudes by theirs over amplitudes and frequencies.
     """
     answer = ranked_designs(
-        service.store.cube(study.id), *asked, lambda others: with_follow_ups(service, study, others)
+        service.store.cube(study.id), *asked, lambda others: with_follow_ups(service.store, study, others)
     )
     return answered(study, ranking_document(answer))
 
 
-def with_follow_ups(service: Service, study: Record, follow_ups: Iterable[str]) -> dict[str, xr.Dataset]:
+def with_follow_ups(store: Store, study: Record, follow_ups: Iterable[str]) -> dict[str, xr.Dataset]:
     """Open a study's cube and those of its follow-ups, by id."""
-    records = [study, *map(service.store.find, follow_ups)]
+    records = [study, *map(store.find, follow_ups)]
     for record in records:
         require_harmonic(record.dimensions, "follow-ups")
-    return {record.id: service.store.cube(record.id) for record in records}
+    return {record.id: store.cube(record.id) for record in records}
 
 
 def named(cube: xr.Dataset, given: Mapping[str, str | None]) -> list[str]:

@@ -1,8 +1,12 @@
 """Robust designs, and follow-up studies around an optimum or a class boundary."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any
 
+import xarray as xr
+from anyio.to_thread import run_sync
 from fastapi import APIRouter
+from starlette.requests import Request
 
 from damperlab.service.answer_schemas import gives
 from damperlab.service.answers import designs_document
@@ -12,7 +16,9 @@ from damperlab.service.parameters import asks
 from damperlab.service.problems import documented
 from damperlab.service.routes.queries import answered, answers, named, with_follow_ups
 from damperlab.service.routes.queries import router as queries
-from damperlab.service.state import TheService, TheStudy
+from damperlab.service.settings import Settings
+from damperlab.service.state import Service, TheService, TheStudy
+from damperlab.service.work.own_store import store_of
 from damperlab.studies.answers.follow_up import Refinement
 from damperlab.studies.answers.race import race_designs
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
@@ -22,6 +28,7 @@ from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.plan import make_plan
 from damperlab.studies.questions import Amplitudes, Boundary, FollowUps, Judging, Race, Search, Step
 from damperlab.studies.store.provenance import REFINES
+from damperlab.studies.store.record import Record
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
@@ -63,7 +70,8 @@ def ask_robust(
     summary="A follow-up study around the best design",
     tags=["studies"],
 )
-def refine(
+async def refine(
+    request: Request,
     service: TheService,
     study: TheStudy,
     asked: Annotated[
@@ -72,9 +80,14 @@ def refine(
 ) -> Document:
     """Search where a better design may lie; name the follow-ups that are done with `with`."""
     known, search, judging = asked
-    cubes = with_follow_ups(service, study, known.with_)
-    found = refine_optimum(parse_harmonic(study.definition), cubes, search, judging)
-    return _follow(service, study, found, known.dry_run)
+    found = await service.work.run(request, _refined, service.settings, study, known, search, judging)
+    return await _follow(service, study, found, known.dry_run)
+
+
+def _refined(
+    settings: Settings, study: Record, known: FollowUps, search: Search, judging: Judging
+) -> Refinement:
+    return refine_optimum(parse_harmonic(study.definition), _cubes(settings, study, known), search, judging)
 
 
 @router.post(
@@ -84,16 +97,20 @@ def refine(
     summary="Follow-up studies that compute the designs longer that may be the best",
     tags=["studies"],
 )
-def race(
+async def race(
+    request: Request,
     service: TheService,
     study: TheStudy,
     asked: Annotated[tuple[FollowUps, Race, Judging], asks(FollowUps, Race, Judging, dimensions=DIMENSIONS)],
 ) -> Document:
     """Take one round of a race; name the follow-ups that are done with `with`, until `known` or no follow-up comes."""
     known, rules, judging = asked
-    cubes = with_follow_ups(service, study, known.with_)
-    found = race_designs(parse_harmonic(study.definition), cubes, rules, judging)
-    return _follow(service, study, found, known.dry_run)
+    found = await service.work.run(request, _raced, service.settings, study, known, rules, judging)
+    return await _follow(service, study, found, known.dry_run)
+
+
+def _raced(settings: Settings, study: Record, known: FollowUps, rules: Race, judging: Judging) -> Refinement:
+    return race_designs(parse_harmonic(study.definition), _cubes(settings, study, known), rules, judging)
 
 
 @router.post(
@@ -103,7 +120,8 @@ def race(
     summary="A follow-up study around a change of response class",
     tags=["studies"],
 )
-def refine_class(
+async def refine_class(
+    request: Request,
     service: TheService,
     study: TheStudy,
     asked: Annotated[
@@ -112,16 +130,30 @@ def refine_class(
 ) -> Document:
     """Search along one dimension, the others fixed, for where the class of response changes."""
     known, boundary, step = asked
-    cubes = with_follow_ups(service, study, known.with_)
+    found = await service.work.run(request, _bounded, service.settings, study, known, boundary, step)
+    return await _follow(service, study, found, known.dry_run)
+
+
+def _bounded(
+    settings: Settings, study: Record, known: FollowUps, boundary: Boundary, step: Step
+) -> Refinement:
+    cubes = _cubes(settings, study, known)
     (along,) = named(cubes[study.id], {"along": boundary.along})
-    found = refine_boundary(parse_harmonic(study.definition), cubes, along, boundary.at, step.tolerance)
-    return _follow(service, study, found, known.dry_run)
+    return refine_boundary(parse_harmonic(study.definition), cubes, along, boundary.at, step.tolerance)
 
 
-def _follow(service: TheService, study: TheStudy, found: Refinement, dry_run: bool) -> Document:
+def _cubes(settings: Settings, study: Record, known: FollowUps) -> Mapping[str, xr.Dataset]:
+    return with_follow_ups(store_of(settings), study, known.with_)
+
+
+async def _follow(service: Service, study: Record, found: Refinement, dry_run: bool) -> Document:
     document = refinement_document(found)
     if not found.studies or dry_run:
         return answered(study, document)
+    return await run_sync(_submit, service, study, found, document, limiter=service.submissions)
+
+
+def _submit(service: Service, study: Record, found: Refinement, document: dict[str, Any]) -> Document:
     submitted = [
         service.store.submit(each, make_plan(each, seconds_per_point), provenance() | {REFINES: study.id})
         for each in found.studies

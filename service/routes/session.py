@@ -96,8 +96,9 @@ async def sign_in(request: Request) -> Document:
 
 
 @router.delete("", status_code=204, summary="Sign out")
-def sign_out(request: Request) -> Response:
-    """Take the cookie back."""
+async def sign_out(request: Request) -> Response:
+    """End the session and take its cookie back."""
+    _guard(request).end_session(request.headers)
     answer = Response(status_code=204)
     answer.delete_cookie(COOKIE, httponly=True, samesite="strict", secure=request.scope["scheme"] == "https")
     return answer

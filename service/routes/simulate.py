@@ -46,6 +46,6 @@ async def ask_simulation(
 def _read(service: Service, body: bytes) -> tuple[Asked, list[Scene]]:
     settings = service.settings
     asked = read_simulation(
-        load_text(body, "json"), settings.simulate_cycles_limit, settings.simulate_history_limit
+        load_text(body, "json", guarded=True), settings.simulate_cycles_limit, settings.simulate_history_limit
     )
     return asked, scenes_asked(asked, settings.simulate_cycles_limit)

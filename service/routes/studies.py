@@ -151,7 +151,7 @@ def _require_leave(caller: Caller, priority: int) -> None:
 def _submit(
     service: Service, body: bytes, kind: Literal["json", "yaml"], query: SubmitQuery, key: str | None
 ) -> Document:
-    document = load_text(body, kind)
+    document = load_text(body, kind, guarded=True)
     if isinstance(document, list):
         reuse = query.reuse and service.settings.reuse
         return submit_list(
@@ -197,12 +197,12 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
     responses={200: gives("Record"), **documented(404)},
     summary="A study's record",
 )
-def show(study: TheStudy) -> Document:
+async def show(study: TheStudy) -> Document:
     """Say how far the study is, and everything that is needed to compute it again."""
     return Document(study.document())
 
 
-def _unless_seen(
+async def _unless_seen(
     study: TheStudy,
     last_event_id: Annotated[str | None, Header(description="Sent by browsers that connect again.")] = None,
 ) -> str | None:
@@ -305,7 +305,9 @@ def differences(
 ) -> Document:
     """Compare every point that both have: how many differ, by how much, and where by the most."""
     older = service.store.find(query.older) if query.older else None
-    return Document(differences_of(service.store, study, older).document())
+    # which version is the one before may change while this study stays as it is
+    headers = {} if older else {"Cache-Control": "no-store"}
+    return Document(differences_of(service.store, study, older).document(), headers=headers)
 
 
 @router.delete(

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from fastapi import Depends
 from starlette.requests import Request
+from starlette.types import Scope
 
 from damperlab.service.problems import Problem
 from damperlab.studies.faults import Fault
@@ -50,6 +51,12 @@ ANYBODY = Caller("", SCOPES, "open")
 """Everybody, where no keys are asked for."""
 
 
+def counted_under(scope: Scope) -> str:
+    """Name whom the limits count a request under: its key or user, and where nobody needs a key its address."""
+    caller: Caller = scope["caller"]
+    return scope.get("client_address") or caller.name if caller.how == "open" else caller.name
+
+
 def scope_of(method: str, path: str) -> str | None:
     """Name the scope that a request needs; None for one that needs no key."""
     if path in PUBLIC_FILES or path.startswith(PUBLIC):
@@ -82,13 +89,13 @@ def require_owner(caller: Caller, owner: str | None, what: str) -> None:
         raise Problem(403, "not-yours", f"This {what} is not yours to change.", (fault,))
 
 
-def _caller(request: Request) -> Caller | None:
+async def _caller(request: Request) -> Caller | None:
     caller: Caller | None = request.scope["caller"]
     return caller
 
 
-def _known(request: Request) -> Caller:
-    caller = _caller(request)
+async def _known(request: Request) -> Caller:
+    caller = await _caller(request)
     assert caller is not None, "the gate lets nobody pass to a route that needs a key"
     return caller
 

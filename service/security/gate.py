@@ -52,7 +52,8 @@ class Gate:
                 self._note(scope, caller, peer, problem.status)
             await respond(Request(scope), problem)(scope, receive, send)
             return
-        scope["caller"] = caller
+        client = (self.guard.proxies.client(headers) if believed else None) or peer
+        scope["caller"], scope["client_address"] = caller, client
         # set for every request: a connection's next one begins where the last one left off
         submitter.set(caller.owner or None if caller else None)
         noted = False
@@ -60,8 +61,7 @@ class Gate:
         def note(status: int) -> None:
             nonlocal noted
             if not noted and (scope["method"] not in SAFE_METHODS or status == HTTPStatus.FORBIDDEN):
-                client = self.guard.proxies.client(headers) if believed else None
-                self._note(scope, caller, client or peer, status)
+                self._note(scope, caller, client, status)
             noted = True
 
         async def send_noted(message: Message) -> None:

@@ -72,6 +72,12 @@ class Guard:
             return caller
         return self.proxies.user(headers) if self.proxies.believes(peer) else None
 
+    def end_session(self, headers: Headers) -> None:
+        """End the session that a request came with."""
+        if value := cookie_parser(headers.get("cookie", "")).get(COOKIE):
+            self.sessions.end(value)
+            self._kept.pop(_hashed(value), None)
+
     def of_key(self, secret: str) -> AccessKey | None:
         """Give the valid key that a text is."""
         return self.keys.recognise(secret) if self.keys else None
@@ -82,7 +88,7 @@ class Guard:
         return key if key and key.valid and self.sessions.stands_for(value, key) else None
 
     async def _known(self, secret: str, look: Callable[[str], AccessKey | None]) -> Caller | None:
-        digest = sha256(secret.encode("utf-8", "surrogatepass")).digest()
+        digest = _hashed(secret)
         caller, until = self._kept.get(digest, (None, 0.0))
         now = time.monotonic()
         if caller is not None and now < until:
@@ -98,5 +104,10 @@ class Guard:
         ends = now + KEPT_SECONDS
         if key.expires is not None:
             ends = min(ends, now + key.expires.timestamp() - time.time())
-        self._kept[digest] = (caller, ends)
+        if look == self.of_key or self.sessions.key_id(secret):  # it may have been signed out meanwhile
+            self._kept[digest] = (caller, ends)
         return caller
+
+
+def _hashed(secret: str) -> bytes:
+    return sha256(secret.encode("utf-8", "surrogatepass")).digest()

@@ -1,7 +1,6 @@
 """Requests that a page elsewhere makes a browser send: told by what the browser says of them, and refused."""
 
 from collections.abc import Collection
-from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers
 
@@ -29,7 +28,7 @@ def refusal(headers: Headers, shared_with: Collection[str]) -> Problem | None:
         if origin in shared_with:
             return None
         # the scheme is left out: behind a proxy that ends TLS it is another one here
-        if urlsplit(origin).netloc.lower() != headers.get("host", "").lower() or "://" not in origin:
+        if origin.partition("://")[2].lower() != headers.get("host", "").lower() or "://" not in origin:
             return _cross(Fault("Origin", printable(origin), _own(headers), _ADVICE))
     if site not in (None, "same-origin", "none"):
         return _cross(Fault("Sec-Fetch-Site", printable(site or ""), "same-origin", _ADVICE))

@@ -1,24 +1,24 @@
 """Sessions of the page: a cookie that stands for a key for some hours, so that no script ever holds the key."""
 
-import hmac
-import re
 import secrets
 import time
+from collections import OrderedDict
 from hashlib import sha256
 
 from damperlab.studies.store.catalogue.access_keys import AccessKey
 
 COOKIE = "damperlab_session"
 LASTS_SECONDS = 8 * 3600
-
-_VALUE = re.compile(r"([0-9a-f]{12})\.([0-9]{1,12})\.([0-9a-f]{64})")
+OF_ONE_KEY = 100
+"""Most sessions of one key; one more ends the oldest."""
 
 
 class Sessions:
-    """Makes and checks the values of the cookie; they end with the process, with their key, and after eight hours."""
+    """The sessions that go on; they end when signed out, with their key, after eight hours, and with the process."""
 
     def __init__(self) -> None:
-        self._secret = secrets.token_bytes(32)
+        # by the hash of the cookie's value: of which key, its hash, and until when
+        self._open: OrderedDict[bytes, tuple[str, str, float]] = OrderedDict()
 
     def begin(self, key: AccessKey) -> tuple[str, int]:
         """Give the value of a new session's cookie, and how long it lasts [s]."""
@@ -26,17 +26,32 @@ class Sessions:
         ends = now + LASTS_SECONDS
         if key.expires is not None:
             ends = min(ends, int(key.expires.timestamp()))
-        return f"{key.id}.{ends}.{self._seal(key, ends)}", ends - now
+        self._forget(now, key.id)
+        value = f"{key.id}.{ends}.{secrets.token_hex(32)}"
+        self._open[_hashed(value)] = (key.id, key.hash, ends)
+        return value, ends - now
 
     def key_id(self, value: str) -> str | None:
-        """Give the id of the key that a session claims to stand for; None where it is none, or over."""
-        found = _VALUE.fullmatch(value)
-        return found[1] if found and int(found[2]) > time.time() else None
+        """Give the id of the key that a session stands for; None where it is none, or over."""
+        key_id, _, ends = self._open.get(_hashed(value), ("", "", 0.0))
+        return key_id if ends > time.time() else None
 
     def stands_for(self, value: str, key: AccessKey) -> bool:
-        """Whether a session was begun here with this key."""
-        found = _VALUE.fullmatch(value)
-        return found is not None and hmac.compare_digest(self._seal(key, int(found[2])), found[3])
+        """Whether a session was begun here with this key, and goes on."""
+        return self._open.get(_hashed(value), ("", "", 0.0))[:2] == (key.id, key.hash)
 
-    def _seal(self, key: AccessKey, ends: int) -> str:
-        return hmac.new(self._secret, f"{key.id}.{ends}.{key.hash}".encode(), sha256).hexdigest()
+    def end(self, value: str) -> None:
+        """Let a session stand for nothing any more."""
+        self._open.pop(_hashed(value), None)
+
+    def _forget(self, now: float, key_id: str) -> None:
+        """Drop sessions that are over, and make room for one of a key."""
+        for each in [each for each, (_, _, ends) in self._open.items() if ends <= now]:
+            del self._open[each]
+        of_key = [each for each, (of, _, _) in self._open.items() if of == key_id]
+        for each in of_key[: max(0, len(of_key) + 1 - OF_ONE_KEY)]:
+            del self._open[each]
+
+
+def _hashed(value: str) -> bytes:
+    return sha256(value.encode("utf-8", "surrogatepass")).digest()

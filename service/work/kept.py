@@ -2,17 +2,15 @@
 
 import asyncio
 from collections import OrderedDict
-from collections.abc import Callable
-from typing import Generic, TypeVar
 
-from anyio.to_thread import run_sync
 from starlette.datastructures import Headers, QueryParams
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from damperlab.service.edge.conditional import has_seen
 from damperlab.service.state import Service
-from damperlab.service.work.questions import QUESTION
+from damperlab.service.work.questions import EXPORT, QUESTION
+from damperlab.service.work.shared import Shared
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
 
@@ -20,52 +18,19 @@ KEPT = 512
 """Most answers that are kept."""
 KEPT_BYTES = 1 << 20
 """Largest of them."""
+OTHERS = ("with", "minus", "older")
+"""Parameters that name further studies, which an answer reads too."""
+OTHERS_KEPT = 32
+"""Most further studies of an answer that is kept."""
+PASSING = ("definition", "phase", "phase_done", "phase_total", "seconds_left", "owner")
+"""What no answer is made of: it changes while a study runs, or never."""
 
-Found = TypeVar("Found")
 Key = tuple[object, ...]
 Answer = tuple[int, list[tuple[bytes, bytes]], bytes]
 
 
-class Shared(Generic[Found]):
-    """Looks something up once for all who ask while the look before is under way.
-
-    Nobody is told what was seen before they asked: whoever comes during a look waits for the next one.
-
-    Parameters
-    ----------
-    look : callable
-        Called in a thread.
-    """
-
-    def __init__(self, look: Callable[[str], Found]) -> None:
-        self._look = look
-        self._next: dict[str, asyncio.Task[Found]] = {}
-        self._under_way: dict[str, asyncio.Task[Found]] = {}
-
-    async def ask(self, what: str) -> Found:
-        """Give what is found; raise what `look` raises."""
-        task = self._next.get(what)
-        if task is None:
-            task = self._next[what] = asyncio.create_task(self._after(self._under_way.get(what), what))
-            task.add_done_callback(
-                lambda done: done.cancelled() or done.exception()
-            )  # whoever asked may be gone
-        return await asyncio.shield(task)
-
-    async def _after(self, before: asyncio.Task[Found] | None, what: str) -> Found:
-        if before is not None:
-            await asyncio.wait([before])
-        self._under_way[what] = self._next.pop(what)
-        mine = self._under_way[what]
-        try:
-            return await run_sync(self._look, what)
-        finally:
-            if self._under_way.get(what) is mine:
-                del self._under_way[what]
-
-
 class Kept:
-    """ASGI middleware: answers a question again as long as its study has not changed, and computes no answer twice at a time.
+    """ASGI middleware: repeats an answer while no study that it was made from has changed; equal requests share it.
 
     The study that a question is about is left in the scope.
 
@@ -90,20 +55,19 @@ class Kept:
         if self._studies is None:
             service: Service = scope["app"].state.service
             self._studies = Shared(service.store.find)
-        try:
-            study = await self._studies.ask(asked[1])
-        except StoreFault:
-            await self.app(scope, receive, send)  # which says what is wrong
-            return
-        scope["study"] = study
         query = scope["query_string"]
-        if "with" in QueryParams(query):
-            # of several studies an answer holds only while all of them stay as they are
-            await self.app(scope, receive, send)
+        named = _others(query)
+        try:
+            study = scope["study"] = await self._studies.ask(asked[1])
+            others = [await self._studies.ask(name) for name in named[:OTHERS_KEPT]]
+        except StoreFault:
+            others = None
+        if others is None or len(named) > OTHERS_KEPT or asked[2] == EXPORT:
+            await self.app(scope, receive, send)  # which says what is wrong
             return
         headers = Headers(scope=scope)
         packed = "gzip" in headers.get("accept-encoding", "")
-        key = (study.id, study.created, study.revision, study.state, scope["path"], query, packed)
+        key = (*map(_seen, (study, *others)), scope["path"], query, packed)
         under_way = self._under_way.get(key)
         if under_way is not None and key not in self._kept:
             await under_way.wait()
@@ -126,6 +90,7 @@ class Kept:
                 start = message
                 return
             if start is None or message.get("more_body", False):
+                self._done(key)  # too long to be kept: nobody waits until its reader has all of it
                 if start is not None:
                     await send(start)
                     start = None
@@ -148,6 +113,18 @@ class Kept:
         under_way = self._under_way.pop(key, None)
         if under_way is not None:
             under_way.set()
+
+
+def _others(query: bytes) -> list[str]:
+    """Name the further studies that a query is about."""
+    named = [value for name, value in QueryParams(query).multi_items() if name in OTHERS]
+    return list(filter(None, (each.strip() for value in named for each in value.split(","))))
+
+
+def _seen(study: Record) -> Key:
+    """Give all of a study's record that an answer may be made of."""
+    values = ((name, value) for name, value in vars(study).items() if name not in PASSING)
+    return tuple(tuple(value.items()) if isinstance(value, dict) else value for _, value in values)
 
 
 async def _send(answer: Answer, headers: Headers, scope: Scope, receive: Receive, send: Send) -> None:

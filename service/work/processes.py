@@ -21,6 +21,7 @@ from anyio import (
 from starlette.requests import ClientDisconnect, Request
 
 from damperlab.service.problems import RETRY_SECONDS, Problem
+from damperlab.service.security.caller import counted_under
 from damperlab.service.work.turns import TooManyWaiting, Turns
 from damperlab.studies.faults import Fault, counted
 from damperlab.worker.niceness import stand_back
@@ -41,7 +42,7 @@ class Work:
     Parameters
     ----------
     at_once : int
-        Most processes.
+        Most processes of one caller; all others have one more.
     seconds : float
         How much time of a processor one request may take [s].
     wait_seconds : float
@@ -51,8 +52,8 @@ class Work:
     """
 
     def __init__(self, at_once: int, seconds: float, wait_seconds: float, memory_bytes: int) -> None:
-        self._turns = Turns(at_once, WAITING)
-        self._limiter = CapacityLimiter(at_once)
+        self._turns = Turns(at_once + 1, WAITING, at_once)
+        self._limiter = CapacityLimiter(at_once + 1)
         self._seconds = seconds
         self._wait_seconds = wait_seconds
         self._memory_bytes = memory_bytes
@@ -62,6 +63,7 @@ class Work:
         request: Request,
         function: Callable[[*Arguments], Result],
         *arguments: *Arguments,
+        shares: int = 1,
     ) -> Result:
         """Compute something for a request whose body has been read.
 
@@ -73,6 +75,8 @@ class Work:
             Importable by name; it, the arguments and the result are pickled.
         *arguments
             What it is called with.
+        shares : int
+            How many times the processor time of a request it may take.
 
         Raises
         ------
@@ -82,14 +86,15 @@ class Work:
         ClientDisconnect
             If the client leaves; nothing is computed any more then.
         """
-        who = request.scope["caller"].name
+        who = counted_under(request.scope)
+        seconds = shares * self._seconds
 
         async def work() -> Result:
             async with self._turns.turn(who):
-                with move_on_after(self._wait_seconds):
+                with move_on_after(shares * self._wait_seconds):
                     return await to_process.run_sync(
                         bounded,
-                        self._seconds,
+                        seconds,
                         self._memory_bytes,
                         function,
                         arguments,
@@ -116,19 +121,20 @@ class Work:
         except BrokenWorkerProcess:
             # the system ends a process at its processor time, and where the machine has no more memory
             _log.warning("work for %s was ended at its limit", request.scope.get("request_id"))
-            found = f"more than {self._seconds:g} s of a processor, or more memory than the machine has"
-            raise self._too_much(found) from None
+            found = f"more than {seconds:g} s of a processor, or more memory than the machine has"
+            raise self._too_much(found, seconds) from None
         except MemoryError:
-            raise self._too_much(f"more than {counted(self._memory_bytes >> 20, 'MiB')} of memory") from None
+            found = f"more than {counted(self._memory_bytes >> 20, 'MiB')} of memory"
+            raise self._too_much(found, seconds) from None
 
-    def _too_much(self, found: str) -> Problem:
+    def _too_much(self, found: str, seconds: float) -> Problem:
         fault = Fault(
             "request",
             found,
-            f"at most {self._seconds:g} s of a processor and {self._memory_bytes >> 20} MiB for one request",
+            f"at most {seconds:g} s of a processor and {self._memory_bytes >> 20} MiB for one request",
             "ask for less (fewer cycles or starts, a less stiff contact, a part of the grid), or compute it on the command "
             "line, which has no limit",
-            f"The request took {found}; one request may take {self._seconds:g} s of a processor and "
+            f"The request took {found}; one request may take {seconds:g} s of a processor and "
             f"{self._memory_bytes >> 20} MiB.",
         )
         return Problem(422, "work-limit", "Computing this takes more than a request may take.", (fault,))

@@ -2,12 +2,11 @@
 
 import asyncio
 import re
-from collections.abc import AsyncIterator
-from contextlib import suppress
+from collections.abc import AsyncIterator, Callable
 from functools import lru_cache
 from pathlib import Path
 from tempfile import NamedTemporaryFile
-from typing import IO, Any, cast
+from typing import IO, Any, BinaryIO, TypeVar, TypeVarTuple, cast
 
 from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
@@ -18,22 +17,28 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from damperlab.service.edge.conditional import TAGGED_BYTES
 from damperlab.service.parameters import once
-from damperlab.service.problems import Problem, install, respond
-from damperlab.service.routes import queries, refine, report, studies, tmd
+from damperlab.service.problems import Problem, install, respond, store_problem
+from damperlab.service.routes import export, queries, refine, report, studies, tmd
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
-from damperlab.service.work.processes import Work
+from damperlab.service.work.own_store import store_of
+from damperlab.studies.store.faults import StoreFault, cannot_use
 from damperlab.studies.store.record import Record
 
-QUESTION = re.compile(
-    r"/api/v1/studies/([^/]+)/(?:resonance-map|frequency-response|optimal-designs|robust-designs|tmd-comparison|"
-    r"work-precision|importance|report)"
-)
-_SENT_ON = ("accept", "x-request-id")
+LIGHT = ("axes", "cancel", "events", "recompute", "resume", "retry", "versions", "zarr")
+"""What the service itself answers about a study: from the catalogue, or one chunk of its cube. All else goes apart."""
+QUESTION = re.compile(rf"/api/v1/studies/([^/]+)/(?!(?:{'|'.join(LIGHT)})$)([^/]+)")
+"""A question to a study: its name, and what is asked."""
+EXPORT = "export"
+EXPORT_POINTS = 1_000_000
+"""Points of an export for which a request has its processor time once more."""
+_SENT_ON = ("accept", "x-request-id", "if-none-match", "if-range", "range")
 
 PART_BYTES = 1 << 20
 """Of a long answer, which is sent as its client reads it."""
 
+Result = TypeVar("Result")
+Arguments = TypeVarTuple("Arguments")
 Answer = tuple[int, list[tuple[bytes, bytes]], bytes | None]
 """Status, headers and body; None for a body that lies in a file."""
 
@@ -61,11 +66,20 @@ class Apart:
             return
         service: Service = scope["app"].state.service
         request = Request(scope, receive)
-        with NamedTemporaryFile() as file:
+        is_export = scope["path"].endswith(f"/{EXPORT}")
+        # an export may be larger than what holds temporary files
+        where = service.settings.data_dir if is_export else None
+        shares = 1 + study.points_total // EXPORT_POINTS if is_export else 1
+        with NamedTemporaryFile(dir=where, prefix="export-") as file:
             try:
-                answer = await self._ask(service.work, service.settings, request, Path(file.name))
+                answer = await self._ask(service, request, Path(file.name), shares)
             except Problem as problem:
                 await respond(request, problem)(scope, receive, send)
+                return
+            except StoreFault as fault:
+                within = Request({**scope, "path_params": {"study_id": study.id}})
+                problem_document = await run_sync(store_problem, within, fault)
+                await problem_document(scope, receive, send)
                 return
             except ClientDisconnect:
                 return
@@ -75,14 +89,14 @@ class Apart:
             await response(scope, receive, send)
 
     @staticmethod
-    async def _ask(work: Work, settings: Settings, request: Request, place: Path) -> Answer:
+    async def _ask(service: Service, request: Request, place: Path, shares: int) -> Answer:
         scope = request.scope
         sent_on = [(name, value) for name, value in scope["headers"] if name.decode("latin-1") in _SENT_ON]
         asked = {
             **{name: scope[name] for name in ("path", "raw_path", "query_string", "request_id", "caller")},
             "headers": sent_on,
         }
-        return await work.run(request, answer, settings, asked, place)
+        return await service.work.run(request, answer, service.settings, asked, place, shares=shares)
 
 
 def prepare() -> None:
@@ -95,32 +109,89 @@ async def _parts(file: IO[bytes]) -> AsyncIterator[bytes]:
         yield part
 
 
+class _Body:
+    """A body as it is written: in memory, and once it is long in the file `place`."""
+
+    def __init__(self, place: Path) -> None:
+        self.held = bytearray()
+        self.fault: StoreFault | None = None
+        self._place = place
+        self._file: BinaryIO | None = None
+
+    def write(self, part: bytes, more: bool) -> None:
+        """Take a part."""
+        if self._file is None and (len(self.held) + len(part) <= TAGGED_BYTES or not part):
+            self.held += part
+            return
+        try:
+            if self._file is None:
+                self._file = self._place.open("wb", buffering=0)
+                self._file.write(self.held)
+            self._file.write(part)
+        except OSError as error:
+            if more or self._file is None or self._file.tell() > len(self.held) + len(part):
+                self.fault = cannot_use(str(self._place.parent), error)
+                raise self.fault from error
+            # one part that was held in memory anyway
+            self._file = None
+            self.held += part
+
+    def take(self) -> bytes | None:
+        """Give it; None where it lies in the file."""
+        if self._file is None:
+            return bytes(self.held)
+        self._file.close()
+        return None
+
+
+class _Here:
+    """Stands for `Work` where a request has its process already."""
+
+    @staticmethod
+    async def run(
+        request: Request, function: Callable[[*Arguments], Result], *arguments: *Arguments
+    ) -> Result:
+        """Call a function."""
+        return function(*arguments)
+
+
 def answer(settings: Settings, asked: dict[str, Any], place: Path) -> Answer:
     """Answer a question in this process, as the service would; a long answer is left in the file `place`."""
-    status, headers, body = asyncio.run(_answer(_application(settings), asked))
-    if len(body) > TAGGED_BYTES:
-        with suppress(OSError):  # where there is no room the service takes it as it is
-            place.write_bytes(body)
-            return status, headers, None
-    return status, headers, bytes(body)
+    body = _Body(place)
+    try:
+        status, headers = asyncio.run(_answer(_application(settings), asked, body))
+    except RuntimeError as error:
+        # a fault that is met after the answer has begun: nothing of it is sent yet, so the client is told
+        fault = body.fault or error.__cause__
+        if isinstance(fault, StoreFault):
+            raise fault from None
+        raise
+    return status, headers, body.take()
 
 
 @lru_cache(maxsize=1)
 def _application(settings: Settings) -> FastAPI:
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     install(app)
-    for route in (queries, tmd, report, refine, studies):
+    for route in (queries, tmd, report, refine, studies, export):
         app.include_router(route.router, dependencies=[Depends(once)])
-    nothing = cast(Any, None)  # no question runs a study, compiles, or computes points
-    store = settings.open_store(wait_seconds=settings.catalogue_wait_seconds)
+    nothing = cast(Any, None)  # no question runs a study, or compiles
     app.state.service = Service(
-        settings, store, nothing, nothing, CapacityLimiter(1), CapacityLimiter(1), nothing, nothing, nothing
+        settings,
+        store_of(settings),
+        nothing,
+        cast(Any, _Here()),
+        CapacityLimiter(1),
+        CapacityLimiter(1),
+        nothing,
+        nothing,
+        nothing,
     )
     return app
 
 
-async def _answer(app: FastAPI, asked: dict[str, Any]) -> tuple[int, list[tuple[bytes, bytes]], bytearray]:
-    status, headers, body = 500, [], bytearray()
+async def _answer(app: FastAPI, asked: dict[str, Any], body: _Body) -> tuple[int, list[tuple[bytes, bytes]]]:
+    status, headers = 500, []
 
     async def receive() -> Message:
         return {"type": "http.request", "body": b"", "more_body": False}
@@ -130,11 +201,12 @@ async def _answer(app: FastAPI, asked: dict[str, Any]) -> tuple[int, list[tuple[
         if message["type"] == "http.response.start":
             status, headers = message["status"], list(message["headers"])
         else:
-            body.extend(message.get("body", b""))
+            body.write(message.get("body", b""), message.get("more_body", False))
 
     scope = {
         "type": "http",
-        "asgi": {"version": "3.0", "spec_version": "2.3"},
+        # by which no answer asks again and again whether its client is still there
+        "asgi": {"version": "3.0", "spec_version": "2.4"},
         "http_version": "1.1",
         "method": "GET",
         "scheme": "http",
@@ -144,4 +216,4 @@ async def _answer(app: FastAPI, asked: dict[str, Any]) -> tuple[int, list[tuple[
         **asked,
     }
     await app(scope, receive, send)
-    return status, headers, body
+    return status, headers

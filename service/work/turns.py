@@ -20,11 +20,14 @@ class Turns:
         Most turns at a time.
     waiting : int
         Most requests of one caller that wait.
+    each : int, optional
+        Most turns of one caller at a time; `at_once` by default.
     """
 
-    def __init__(self, at_once: int, waiting: int) -> None:
+    def __init__(self, at_once: int, waiting: int, each: int | None = None) -> None:
         self._free = at_once
         self._most = waiting
+        self._each = at_once if each is None else each
         self._waiting: dict[str, deque[Event]] = {}
         self._under_way: Counter[str] = Counter()
 
@@ -38,18 +41,14 @@ class Turns:
             If too many of this caller wait already.
         """
         await self._wait(who)
-        self._under_way[who] += 1
         try:
             yield
         finally:
-            self._under_way[who] -= 1
-            if not self._under_way[who]:
-                del self._under_way[who]
-            self._hand_on()
+            self._hand_on(who)
 
     async def _wait(self, who: str) -> None:
-        if self._free and not self._waiting:
-            self._free -= 1
+        if who not in self._waiting and self._may_begin(who):
+            self._begin(who)
             return
         line = self._waiting.setdefault(who, deque())
         if len(line) >= self._most:
@@ -62,24 +61,32 @@ class Turns:
         except BaseException:
             # whoever leaves while it is called hands its turn on
             if called.is_set():
-                self._hand_on()
+                self._hand_on(who)
             else:
                 line.remove(called)
                 self._forget(who)
             raise
 
-    def _hand_on(self) -> None:
+    def _may_begin(self, who: str) -> bool:
+        return self._free > 0 and self._under_way[who] < self._each
+
+    def _begin(self, who: str) -> None:
+        self._free -= 1
+        self._under_way[who] += 1
+
+    def _hand_on(self, who: str) -> None:
         self._free += 1
+        self._under_way[who] -= 1
+        if not self._under_way[who]:
+            del self._under_way[who]
         self._call()
 
     def _call(self) -> None:
-        called = Counter(self._under_way)
-        while self._free and self._waiting:
+        while ready := [who for who in self._waiting if self._may_begin(who)]:
             # of equals the one that has waited longest: dictionaries keep the order in which they came
-            who = min(self._waiting, key=lambda each: called[each])
+            who = min(ready, key=lambda each: self._under_way[each])
             self._waiting[who].popleft().set()
-            self._free -= 1
-            called[who] += 1
+            self._begin(who)
             line = self._waiting.pop(who)
             if line:
                 self._waiting[who] = line  # behind the others

@@ -109,7 +109,7 @@ def named_specifications() -> dict[str, bytes]:
 def load_specification(text: bytes | str, written_in: Format) -> Any:
     """Read the text of a specification; as `damperlab.studies.text.load_text`, with faults of a specification."""
     try:
-        return load_text(text, written_in)
+        return load_text(text, written_in, guarded=True)
     except StudyFaults as error:
         raise StudyFaults([_of_specification(fault) for fault in error.faults]) from None
 

@@ -9,7 +9,8 @@ import httpx
 import pytest
 from anyio.to_thread import run_sync
 
-from damperlab.service.work.kept import Kept, Shared
+from damperlab.service.work.kept import OTHERS, Kept
+from damperlab.service.work.shared import Shared
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StudyNotFound
 
@@ -62,9 +63,12 @@ class _Service:
 
     def __init__(self, status: int) -> None:
         self.status, self.revision, self.computed = status, 1, 0
+        self.others: dict[str, Any] = {}
         self.state = SimpleNamespace(service=SimpleNamespace(store=self))
 
     def find(self, name: str) -> Any:
+        if name in self.others:
+            return SimpleNamespace(**self.others[name])
         if name != "one":
             raise StudyNotFound(Fault("study", name, "one that is there", "name another"))
         return SimpleNamespace(id=name, created=0, revision=self.revision, state="running")
@@ -127,3 +131,82 @@ def test_refusals_are_not_kept() -> None:
         assert (await client.get(URL.replace("one", "other"))).content == b"6 of 1"
 
     _ask(409, steps)
+
+
+@pytest.mark.parametrize("named", ["with=two", "minus=two", "older=two", "with=three,two"])
+@pytest.mark.parametrize(
+    "change",
+    [{"revision": 2}, {"created": 9}, {"state": "done"}, {"message": "lost"}, {"tags": ("a",)}, None],
+)
+def test_an_answer_made_of_several_studies_is_kept_while_all_stay_as_they_are(
+    named: str, change: dict[str, Any] | None
+) -> None:
+    async def steps(service: _Service, client: httpx.AsyncClient) -> None:
+        other = {"created": 0, "revision": 1, "state": "running", "message": None, "tags": ()}
+        service.others = {"two": {"id": "two", **other}, "three": {"id": "three", **other}}
+        for _ in range(2):
+            assert (await client.get(f"{URL}?{named}")).content == b"1 of 1"
+        if change is None:
+            del service.others["two"]
+        else:
+            service.others["two"] |= change
+        # of one that was deleted the application itself says so
+        assert (await client.get(f"{URL}?{named}")).content == b"2 of 1"
+
+    _ask(200, steps)
+
+
+def test_every_parameter_that_names_a_study_is_one_of_others(
+    client: httpx.Client, curve: dict[str, Any]
+) -> None:
+    """A new one cannot be forgotten: what answers that there is no such study has read it as one."""
+    prefix, found = "/api/v1/studies/{study_id}/", set()
+    for path, operations in client.get("/openapi.json").json()["paths"].items():
+        for parameter in operations.get("get", {}).get("parameters", []) if path.startswith(prefix) else []:
+            if parameter["in"] != "query" or parameter["name"] in found:
+                continue
+            url = path.replace("{study_id}", curve["id"]).replace("{key}", "zarr.json")
+            query = {"x": "frequency_ratio", "y": "friction_ratio"} if "resonance-map" in path else {}
+            answer = client.get(url, params={**query, parameter["name"]: "0" * 12})
+            if answer.status_code == 404:
+                assert answer.json()["type"].endswith("study-not-found"), answer.text
+                found.add(parameter["name"])
+    assert found == set(OTHERS)
+
+
+def test_an_answer_that_its_reader_takes_slowly_keeps_nobody_waiting() -> None:
+    async def main() -> None:
+        read = anyio.Event()
+
+        async def streamed(scope: Any, receive: Any, send: Any) -> None:
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+            await send({"type": "http.response.body", "body": b"part", "more_body": True})
+            await send({"type": "http.response.body", "body": b"", "more_body": False})
+
+        service = _Service(200)
+        kept = Kept(streamed)
+        scope = {
+            "type": "http",
+            "method": "GET",
+            "path": URL,
+            "query_string": b"",
+            "headers": [],
+            "app": service,
+        }
+        nothing: Any = None
+
+        async def slow(message: Any) -> None:
+            if message["type"] == "http.response.body":
+                await read.wait()
+
+        async def quick(message: Any) -> None:
+            if not message.get("more_body", True):
+                read.set()
+
+        with anyio.fail_after(60):
+            async with anyio.create_task_group() as group:
+                group.start_soon(kept, dict(scope), nothing, slow)
+                await anyio.wait_all_tasks_blocked()
+                group.start_soon(kept, dict(scope), nothing, quick)
+
+    anyio.run(main)

@@ -1,6 +1,7 @@
 """Every error is a problem document (RFC 9457) that says what was found, what is allowed and what to do."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import httpx
 import pytest
@@ -127,6 +128,37 @@ def test_a_parameter_that_is_given_twice_is_refused(
     name = path.partition("?")[2].partition("=")[0]
     assert document["errors"][0]["field"] == name
     assert "given more than once" in str(document)
+
+
+TWICE = '"odd": 1, "odd": 2'
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "field"),
+    [
+        ("POST", STUDIES, "{%s}", "odd"),
+        ("POST", "/api/v1/designs", "{%s}", "odd"),
+        ("POST", "/api/v1/simulate", '{"frequency_ratio": 1, "contact": {%s}}', "contact.odd"),
+        ("POST", "/api/v1/earthquake-comparisons", "{%s}", "odd"),
+        ("POST", "/api/v1/fits", '{"structure": {%s}}', "structure.odd"),
+        ("POST", "/api/v1/fits", '{"specification": {"limits": {%s}}}', "specification.limits.odd"),
+        ("POST", "/api/v1/records", '{"kanai_tajimi": {%s}}', "kanai_tajimi.odd"),
+        ("POST", "/api/v1/session", "{%s}", "odd"),
+        ("PATCH", f"{STUDIES}/{{id}}", '{"note": "a", %s}', "odd"),
+        # these take no body at all
+        ("POST", f"{STUDIES}/{{id}}/refine", "{%s}", "body"),
+        ("POST", f"{STUDIES}/{{id}}/race", "{%s}", "body"),
+    ],
+)
+def test_a_key_that_is_given_twice_in_a_body_is_refused(
+    client: httpx.Client, curve: dict[str, Any], method: str, path: str, body: str, field: str
+) -> None:
+    url = path.replace("{id}", curve["id"])
+    sent = client.request(method, url, content=body % TWICE, headers={"Content-Type": "application/json"})
+    errors: Any = _problem(sent, 422)["errors"]
+    assert field in [
+        each["field"] for each in errors if "more than once" in each["message"] or field == "body"
+    ]
 
 
 def test_request_id_of_the_client_is_kept_if_it_is_harmless(client: httpx.Client) -> None:

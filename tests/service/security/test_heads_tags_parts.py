@@ -2,9 +2,12 @@
 
 from typing import Any
 
+import anyio
 import httpx
 import pytest
 from tests.service.security.conftest import Guarded
+
+from damperlab.service.edge.head import ShortHead
 
 STUDIES = "/api/v1/studies"
 
@@ -101,3 +104,31 @@ def test_an_uploaded_record_can_be_removed_by_its_owner(guarded: Guarded) -> Non
             assert admin.delete(url).status_code == 204
             built_in = admin.get("/api/v1/records").json()["records"][0]["id"]
             assert admin.delete(f"/api/v1/records/{built_in}").status_code == 409
+
+
+def test_an_address_has_only_so_many_parameters(client: httpx.Client) -> None:
+    names = "&".join(f"a{each}=1" for each in range(8000 // 4))
+    refused = client.get(f"/health/live?{names}")
+    assert (refused.status_code, refused.json()["errors"][0]["field"]) == (431, "query")
+
+
+def test_no_cookie_is_read_but_the_session() -> None:
+    """Reading a quoted one takes time as the square of its length (CVE-2024-7592)."""
+    seen: list[list[bytes]] = []
+
+    async def application(scope: Any, receive: Any, send: Any) -> None:
+        seen.append([value for name, value in scope["headers"] if name == b"cookie"])
+
+    session = b"damperlab_session=0a.1.2b"
+    for cookies in (
+        [b'a="' + b"\\" * 20_000 + b'"; ' + session],
+        [b"x" + session, session + b"; b=2"],
+        [session],
+        [b"a=1"],
+        [],
+    ):
+        headers = [(b"host", b"localhost"), *((b"cookie", each) for each in cookies)]
+        scope = {"type": "http", "query_string": b"", "headers": headers}
+        nothing: Any = None
+        anyio.run(ShortHead(application), scope, nothing, nothing)
+    assert seen == [[session]] * 3 + [[]] * 2

@@ -4,11 +4,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import anyio
 import httpx
 import pytest
 from tests.service.security.conftest import Guarded, make_key
 
+from damperlab.service.security.caller import ANYBODY, Caller
 from damperlab.service.security.rates import Rates
+from damperlab.service.security.shares import Shares
 
 STUDIES = "/api/v1/studies"
 A_MINUTE = 40
@@ -145,3 +148,62 @@ def test_rates_fill_up_again(monkeypatch: pytest.MonkeyPatch) -> None:
     now += 2.0
     assert [rates.wait_seconds("ann") for _ in range(3)] == [0, 0, 1]
     assert Rates(None).wait_seconds("ann") == 0
+
+
+def _caller(name: str) -> Caller:
+    return Caller(name, ("read",), "key", key_id=name)
+
+
+@pytest.mark.parametrize(
+    ("mine", "other"),
+    [
+        ({"caller": _caller("ann")}, {"caller": _caller("bob")}),
+        (
+            {"caller": ANYBODY, "client_address": "192.0.2.1"},
+            {"caller": ANYBODY, "client_address": "192.0.2.2"},
+        ),
+    ],
+)
+def test_so_many_streams_and_exports_are_open_at_a_time(mine: dict[str, Any], other: dict[str, Any]) -> None:
+    """Of one key, and where nobody has one of one address; another's are not touched by it."""
+
+    async def main() -> None:
+        ended = anyio.Event()
+        statuses: list[int] = []
+
+        async def stream(scope: Any, receive: Any, send: Any) -> None:
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+            await ended.wait()
+
+        shares = Shares(stream, {"events": 2, "export": 1})
+
+        async def ask(kind: str, who: dict[str, Any]) -> None:
+            async def send(message: Any) -> None:
+                if message["type"] == "http.response.start":
+                    statuses.append(message["status"])
+                    if message["status"] == 429:
+                        assert b"retry-after" in dict(message["headers"])
+
+            nothing: Any = None
+            path = f"{STUDIES}/{'0' * 12}/{kind}"
+            await shares({"type": "http", "method": "GET", "path": path, "headers": [], **who}, nothing, send)
+
+        async def together(*kinds: str, who: dict[str, Any] = mine) -> list[int]:
+            statuses.clear()
+            for kind in kinds:
+                group.start_soon(ask, kind, who)
+                await anyio.wait_all_tasks_blocked()
+            return list(statuses)
+
+        with anyio.fail_after(60):
+            async with anyio.create_task_group() as group:
+                assert await together("events", "events", "events") == [200, 200, 429]
+                assert await together("export", "export") == [200, 429]
+                assert await together("events", "export", who=other) == [200, 200]
+                ended.set()
+            ended = anyio.Event()
+            async with anyio.create_task_group() as group:
+                assert await together("events", "events", "events") == [200, 200, 429]
+                ended.set()
+
+    anyio.run(main)

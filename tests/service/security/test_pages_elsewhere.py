@@ -22,6 +22,7 @@ STUDY = {"name": "cross", "particle": False, "axes": {"frequency_ratio": [0.5, 0
         {"Origin": "null"},
         {"Origin": "http://127.0.0.1:1"},
         {"Origin": "evil"},
+        {"Origin": "http://[["},
         {"Sec-Fetch-Site": "cross-site"},
         {"Sec-Fetch-Site": "same-site"},
         {"Sec-Fetch-Site": "odd"},

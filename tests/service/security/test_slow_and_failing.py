@@ -151,3 +151,16 @@ def test_a_defect_is_answered_counted_and_logged_with_its_trace(caplog: pytest.L
     assert traffic.read()[0] == {("GET", 500): 1}
     assert "the-one" in caplog.text
     assert "a defect for the test" in caplog.text
+
+
+def test_idle_connections_of_one_address_keep_nobody_out(own_service: Callable[..., Any]) -> None:
+    most = 5
+    running = own_service(DAMPERLAB_CONNECTIONS_LIMIT="20", DAMPERLAB_ADDRESS_CONNECTIONS_LIMIT=str(most))
+    address = urlsplit(running.url)
+    place = (address.hostname, address.port)
+    with contextlib.ExitStack() as stack:
+        idle = [stack.enter_context(socket.create_connection(place, timeout=60)) for _ in range(30)]
+        for each in idle[:-most]:
+            assert _rest(each) == b""  # the oldest are closed
+        for _ in range(2):
+            assert httpx.get(f"{running.url}/health/live", timeout=60).status_code == 200

@@ -11,6 +11,8 @@ import pytest
 from tests.service.security.conftest import Guarded, command, make_key
 
 from damperlab import Client
+from damperlab.service.security.sessions import OF_ONE_KEY, Sessions
+from damperlab.studies.store.catalogue.access_keys import AccessKey
 
 STUDIES = "/api/v1/studies"
 
@@ -250,6 +252,38 @@ def test_a_session_of_the_page(guarded: Guarded) -> None:
         assert page.delete("/api/v1/session").status_code == 204
         page.cookies.clear()
         assert page.get(STUDIES).status_code == 401
+
+
+def test_a_session_ends_on_the_server(guarded: Guarded) -> None:
+    key = make_key(guarded.data_dir, "guest", "read")
+
+    def signed_in(client: httpx.Client) -> str:
+        assert client.post("/api/v1/session", json={"key": key["key"]}).status_code == 200
+        return client.cookies["damperlab_session"]
+
+    def status(cookie: str) -> int:
+        found = {"damperlab_session": cookie}
+        with httpx.Client(base_url=guarded.url, cookies=found, timeout=300) as thief:
+            return thief.get(STUDIES).status_code
+
+    with guarded.client(None) as page, guarded.client(None) as other:
+        copied, stays = signed_in(page), signed_in(other)
+        assert (status(copied), status(stays)) == (200, 200)
+        assert page.delete("/api/v1/session").status_code == 204
+        assert (status(copied), status(stays)) == (401, 200)
+        done = command("keys", "revoke", key["id"], "--data-dir", str(guarded.data_dir))
+        assert done.returncode == 0, done.stderr
+        give_up = time.monotonic() + 60
+        while status(stays) != 401:
+            assert time.monotonic() < give_up
+            time.sleep(0.2)
+
+
+def test_a_key_has_only_so_many_sessions() -> None:
+    key = AccessKey("0" * 12, "ann", ("read",), None, None, None, "1" * 64)
+    sessions = Sessions()
+    values = [sessions.begin(key)[0] for _ in range(OF_ONE_KEY + 2)]
+    assert [sessions.stands_for(each, key) for each in values] == [False] * 2 + [True] * OF_ONE_KEY
 
 
 def test_the_client_takes_its_key_from_argument_environment_or_file(

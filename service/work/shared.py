@@ -1,0 +1,56 @@
+"""Looks at one thing that many ask for at a time."""
+
+import asyncio
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from anyio import CapacityLimiter
+from anyio.to_thread import run_sync
+
+AT_ONCE = 8
+"""Most threads that look, of one kind of look."""
+
+Found = TypeVar("Found")
+
+
+class Shared(Generic[Found]):
+    """Looks something up once for all who ask while the look before is under way.
+
+    Nobody is told what was seen before they asked: whoever comes during a look waits for the next one.
+
+    Parameters
+    ----------
+    look : callable
+        Called in a thread.
+    at_once : int
+        Most threads that look at a time; they are none of those that all others share.
+    """
+
+    def __init__(self, look: Callable[[str], Found], at_once: int = AT_ONCE) -> None:
+        self._look = look
+        self._at_once = at_once
+        self._limiter: CapacityLimiter | None = None
+        self._next: dict[str, asyncio.Task[Found]] = {}
+        self._under_way: dict[str, asyncio.Task[Found]] = {}
+
+    async def ask(self, what: str) -> Found:
+        """Give what is found; raise what `look` raises."""
+        task = self._next.get(what)
+        if task is None:
+            task = self._next[what] = asyncio.create_task(self._after(self._under_way.get(what), what))
+            task.add_done_callback(
+                lambda done: done.cancelled() or done.exception()
+            )  # whoever asked may be gone
+        return await asyncio.shield(task)
+
+    async def _after(self, before: asyncio.Task[Found] | None, what: str) -> Found:
+        if before is not None:
+            await asyncio.wait([before])
+        self._under_way[what] = self._next.pop(what)
+        mine = self._under_way[what]
+        try:
+            self._limiter = self._limiter or CapacityLimiter(self._at_once)
+            return await run_sync(self._look, what, limiter=self._limiter)
+        finally:
+            if self._under_way.get(what) is mine:
+                del self._under_way[what]

@@ -1,0 +1,128 @@
+"""No route computes in the process of the service: it reads little, or has a process of its own compute."""
+
+import inspect
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import httpx
+import psutil
+import pytest
+from fastapi.routing import APIRoute
+
+from damperlab.service.app import create_app
+from damperlab.service.settings import Settings
+from damperlab.service.work.questions import LIGHT, QUESTION
+
+STUDY = "/api/v1/studies/{study_id}/"
+LIGHT_ROUTES = {
+    ("GET", "/"),
+    ("GET", "/page/{version}/{name}"),
+    ("GET", "/health/live"),
+    ("GET", "/health/ready"),
+    ("GET", "/metrics"),
+    ("GET", "/api/v1/session"),
+    ("POST", "/api/v1/session"),
+    ("DELETE", "/api/v1/session"),
+    ("GET", "/api/v1/catalog"),
+    ("GET", "/api/v1/accuracy"),
+    ("GET", "/api/v1/accuracy/reports"),
+    ("GET", "/api/v1/answers/{answer_id}"),
+    ("DELETE", "/api/v1/answers/{answer_id}"),
+    ("GET", "/api/v1/records"),
+    ("DELETE", "/api/v1/records/{record_id}"),
+    ("GET", "/api/v1/studies"),
+    ("POST", "/api/v1/studies"),
+    ("GET", "/api/v1/studies/{study_id}"),
+    ("PATCH", "/api/v1/studies/{study_id}"),
+    ("DELETE", "/api/v1/studies/{study_id}"),
+    ("GET", "/api/v1/designs"),
+    ("GET", "/api/v1/designs/{design_id}"),
+    ("DELETE", "/api/v1/designs/{design_id}"),
+    ("POST", "/api/v1/designs/{design_id}/cancel"),
+    ("POST", "/api/v1/designs/{design_id}/resume"),
+    # the page of HTML is kept; `document` has a process print it
+    ("GET", "/api/v1/designs/{design_id}/report"),
+}
+"""Routes that read or write a row or a file; whatever else there is must go apart."""
+
+
+def _routes(routes: Any) -> Iterator[APIRoute]:
+    for route in routes:
+        inner = getattr(getattr(route, "original_router", None), "routes", None)
+        if inner is not None:
+            yield from _routes(inner)
+        elif isinstance(route, APIRoute):
+            yield route
+
+
+def _goes_apart(method: str, route: APIRoute) -> bool:
+    about_a_study = route.path.startswith(STUDY) and method == "GET"
+    if about_a_study and QUESTION.fullmatch(route.path.replace("{study_id}", "0" * 12)):
+        return True
+    return {"work", "run"} <= set(route.endpoint.__code__.co_names)
+
+
+def test_every_route_is_light_or_computes_apart() -> None:
+    seen = set()
+    for route in _routes(create_app(Settings(docs_dir=None)).routes):
+        for method in route.methods or ():
+            about_a_study = route.path.startswith(STUDY)
+            light = about_a_study and route.path.removeprefix(STUDY).partition("/")[0] in LIGHT
+            listed = (method, route.path) in LIGHT_ROUTES
+            assert light + listed + _goes_apart(method, route) == 1, (method, route.path)
+            seen.add((method, route.path))
+    assert seen >= LIGHT_ROUTES
+
+
+THREADED = {"_exact_study", "_design", "_exact_design"}
+"""What reads the catalogue or a file before a change, or for a design."""
+
+
+def test_no_dependency_waits_for_a_thread() -> None:
+    """The threads are shared: where all of them wait for a store, what needs none is answered all the same."""
+
+    def calls(dependant: Any) -> Iterator[Any]:
+        for each in dependant.dependencies:
+            yield each.call
+            yield from calls(each)
+
+    routes = list(_routes(create_app(Settings(docs_dir=None)).routes))
+    found = {call for route in routes for call in calls(route.dependant)}
+    assert {call.__name__ for call in found if not inspect.iscoroutinefunction(call)} == THREADED
+
+
+QUESTIONS = (
+    ("GET", "resonance-map?x=frequency_ratio&y=friction_ratio"),
+    ("GET", "export?format=csv"),
+    ("POST", "refine?dry_run=true"),
+)
+
+
+@pytest.fixture
+def computing(own_service: Callable[..., Any], helpers: Any) -> Iterator[tuple[httpx.Client, Any, str]]:
+    """A service with a finished study and one process that computes for requests."""
+    running = own_service()
+    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
+        study = client.post("/api/v1/studies", json=helpers.CURVE).json()["id"]
+        helpers.wait_for(client, study, helpers.ended)
+        yield client, running, f"/api/v1/studies/{study}"
+
+
+def _processes(running: Any) -> list[psutil.Process]:
+    children = psutil.Process(running.process.pid).children(recursive=True)
+    return [each for each in children if "anyio.to_process" in each.cmdline()]
+
+
+def test_what_a_study_is_asked_ends_with_its_client(
+    computing: tuple[httpx.Client, Any, str], helpers: Any
+) -> None:
+    client, running, url = computing
+    for method, question in QUESTIONS:
+        assert client.request(method, f"{url}/{question}").status_code in (200, 422), question
+        (process,) = _processes(running)
+        process.suspend()  # as if it computed for ever
+        with pytest.raises(httpx.ReadTimeout):
+            # packed otherwise: what was answered before is kept
+            client.request(method, f"{url}/{question}", headers={"Accept-Encoding": "identity"}, timeout=2)
+        helpers.wait_until(lambda pid=process.pid: not psutil.pid_exists(pid))
+        assert client.get(url).status_code == 200
