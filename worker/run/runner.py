@@ -198,6 +198,7 @@ class _Run:
         study = parse_stored(self._record.definition, self._record.digest)
         # The cube's own cut: the cost model may have changed since the study was submitted.
         self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
+        self._take_back_lost()
         pending = self._store.pending(self._study_id)
         earlier = measured_blocks(self._store, self._study_id) if pending.size else []
         forecast = Forecast(self._plan, known_of(earlier))
@@ -228,6 +229,14 @@ class _Run:
             self._store, self._lease, self._account, self._plan, forecast, lambda: self._stopping, first
         )
         away.compute(client_factory, self._pump, wait_seconds, return_seconds)
+
+    def _take_back_lost(self) -> None:
+        """Compute blocks whose files are lost again, too."""
+        lost = self._store.lost_blocks(self._study_id)
+        if lost:
+            require_solver(self._study_id, self._record.provenance)
+            owner = self._lease.owner
+            self._record = self._store.forget(self._study_id, lost, "their files are lost", owner=owner)
 
     def _compute_here(self, pending: NDArray[np.int64], work_left: float) -> None:
         """Compute in this process, without a cluster."""
