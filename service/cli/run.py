@@ -170,7 +170,7 @@ def finish(
         left = record.points_total - record.points_done
         note(
             f"damperlab: study {label(record)} is {record.state} with {left} points left; computed points are kept. "
-            f"Continue with: damperlab resume {record.id} --data-dir {store.data_dir}"
+            f"Continue with: {computer.go_on(record.id)}"
         )
         raise typer.Exit(FAILED)
 
