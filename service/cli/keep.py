@@ -58,7 +58,9 @@ def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJso
         note(f"The catalogue was damaged and is now {found.set_aside}.")
     for line in found.trouble:
         note(f"damperlab: left out {line}")
-    note(f"Added {found.studies} studies and {found.blocks} blocks; {found.known} studies were known.")
+    note(
+        f"Added {found.studies} studies and {found.blocks} blocks; {found.known} studies were known, {found.restored} of them restored."
+    )
     if found.deleted:
         note(f"{found.deleted} deleted studies stay deleted; `damperlab gc` removes their files.")
     if as_json:
