@@ -196,6 +196,8 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
     if owner is None:
         assert mine is not None
         mark_owner(place, mine)
+    if address is not None:
+        mark_owner(Folder(data_dir), owner or str(mine))
     return shelf
 
 
