@@ -154,6 +154,8 @@ def finish(
         note(
             f"Study {label(record)} has lost the files of {counted(len(lost), 'block')}; computing them again."
         )
+    elif record.state != "done" and record.blocks_done and record.outdated:
+        require_own_solver(record)
     if record.state == "done" and not lost:
         note(f"Study {label(record)} is complete; nothing was computed.")
         if record.outdated:

@@ -77,6 +77,16 @@ def test_results_of_another_solver_are_repaired_as_far_as_nothing_is_computed(tm
     store.close()
 
 
+def test_a_study_that_another_solver_began_is_left_as_it_is_with_one_advice(tmp_path: Path) -> None:
+    make_store(tmp_path)
+    said = run("resume", "half", "--data-dir", tmp_path, status=1).stderr
+    assert "damperlab recompute" in said
+    assert "damperlab resume" not in said
+    store = Store.open(tmp_path)
+    assert (store.find("half").state, store.find("half").message) == ("cancelled", None)
+    store.close()
+
+
 def test_backup_and_restore(store: Store, tmp_path: Path) -> None:
     run("backup", tmp_path / "safe", "--data-dir", store.data_dir)
     again = run("backup", tmp_path / "safe", "--data-dir", store.data_dir, "--json")
