@@ -1,6 +1,7 @@
 """With what the commands that compute do so: their options, and what computes their studies."""
 
 import inspect
+import shlex
 import signal
 import threading
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from damperlab.service.cli.asked import Command, parameter, with_parameters
+from damperlab.service.cli.failures import CommandFailed
 from damperlab.service.cli.options import (
     QUEUE_SECONDS,
     WAIT_SECONDS,
@@ -21,9 +23,10 @@ from damperlab.service.cli.options import (
     Workers,
     check_cluster,
 )
-from damperlab.service.cli.output import note
+from damperlab.service.cli.output import duration, note
 from damperlab.service.cli.progress import Shown, StudyProgress, preparation
 from damperlab.service.cli.store import settings_of
+from damperlab.studies.faults import sentence
 from damperlab.studies.vocabulary import BatchSystem
 
 if TYPE_CHECKING:
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     from damperlab.service.cluster import SharedCluster
     from damperlab.studies.store.record import Record
     from damperlab.studies.store.store import Store
+    from damperlab.worker.run.progress import Progress
 
 HERE_SECONDS = 0.5
 """Expected work below which no cluster is started: its processes take longer than that to start."""
@@ -175,7 +179,7 @@ class Computer(ExitStack):
         Record
             As it ended.
         """
-        from damperlab.studies.store.faults import StudyBusy
+        from damperlab.studies.store.faults import StoreFault, StudyBusy, may_pass
         from damperlab.worker.run.runner import SECONDS_PER_HOUR, run_study
 
         if self._stopped:
@@ -194,13 +198,7 @@ class Computer(ExitStack):
                         self.store,
                         record.id,
                         self._lent,
-                        lambda now: progress.update(
-                            now.points_done,
-                            now.points_failed,
-                            now.points_per_second,
-                            now.seconds_left,
-                            preparation(now.phase, now.phase_done, now.phase_total),
-                        ),
+                        _Told(progress),
                         stop,
                         # asked to go on with what it is now; whoever cancels it meanwhile is heard
                         only_from=("queued", "running", record.state),
@@ -215,6 +213,22 @@ class Computer(ExitStack):
                     record = self._watch(record.id, progress, stop)
                     if record.ended or stop.is_set():
                         return record
+                except StoreFault as error:
+                    if not may_pass(error):
+                        raise
+                    raise CommandFailed(
+                        "store-away",
+                        f"{error} Computed points are kept. Continue with: {self.go_on(record.id)}",
+                    ) from error
+
+    def go_on(self, study_id: str) -> str:
+        """Give the command that goes on with a study."""
+        means = self._means
+        given = {"workers": means.workers, "scheduler": means.scheduler, "cluster": means.cluster}
+        words = ["damperlab", "resume", study_id, "--data-dir", str(self.store.data_dir)]
+        for name, value in given.items():
+            words += [] if value is None else [f"--{name}", str(value)]
+        return shlex.join(words)
 
     @contextmanager
     def _noting(self, stop: threading.Event) -> "Iterator[None]":
@@ -263,6 +277,27 @@ class Computer(ExitStack):
             return 0
         now = self.store.find(self._now)
         return now.blocks_total - now.blocks_done
+
+
+class _Told:
+    """Hands the progress of a run on, and says once what it waits for."""
+
+    def __init__(self, shown: Shown) -> None:
+        self._shown = shown
+        self._waits_for = ""
+
+    def __call__(self, now: "Progress") -> None:
+        """Take the progress as it is now."""
+        before = preparation(now.phase, now.phase_done, now.phase_total)
+        if now.phase == "waiting":
+            left = duration(now.gives_up_in)
+            before = f"{'waiting' if now.waits_for else before}, giving up in {left}"
+            if now.waits_for not in ("", self._waits_for):
+                note(f"{sentence(now.waits_for)} Waiting up to {left}.")
+        self._waits_for = now.waits_for
+        self._shown.update(
+            now.points_done, now.points_failed, now.points_per_second, now.seconds_left, before
+        )
 
 
 @contextmanager

@@ -58,7 +58,8 @@ def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJso
         note(f"The catalogue was damaged and is now {found.set_aside}.")
     for line in found.trouble:
         note(f"damperlab: left out {line}")
-    note(f"Added {found.studies} studies and {found.blocks} blocks; {found.known} studies were known.")
+    known = f"{found.known} studies were known, {found.restored} of them restored"
+    note(f"Added {found.studies} studies and {found.blocks} blocks; {known}.")
     if found.deleted:
         note(f"{found.deleted} deleted studies stay deleted; `damperlab gc` removes their files.")
     if as_json:

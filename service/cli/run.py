@@ -23,6 +23,7 @@ from damperlab.service.cli.options import (
 from damperlab.service.cli.output import duration, note, print_json, say, working
 from damperlab.service.cli.store import data_folder, label, open_store, settings_of
 from damperlab.service.cli.studies import summary
+from damperlab.service.cli.verify import require_own_solver
 from damperlab.studies.faults import counted
 
 if TYPE_CHECKING:
@@ -146,8 +147,16 @@ def finish(
 ) -> None:
     """Compute what is missing, if anything is, and print the record."""
     store = computer.store
-    if record.state == "done":
-        store.pending(record.id)  # a lost done-mark is told, and not taken for an end
+    # a lost done-mark is told, and not taken for an end
+    lost = store.lost_blocks(record.id)
+    if lost:
+        require_own_solver(record)
+        note(
+            f"Study {label(record)} has lost the files of {counted(len(lost), 'block')}; computing them again."
+        )
+    elif record.state != "done" and record.blocks_done and record.outdated:
+        require_own_solver(record)
+    if record.state == "done" and not lost:
         note(f"Study {label(record)} is complete; nothing was computed.")
         if record.outdated:
             note(
@@ -163,7 +172,7 @@ def finish(
         left = record.points_total - record.points_done
         note(
             f"damperlab: study {label(record)} is {record.state} with {left} points left; computed points are kept. "
-            f"Continue with: damperlab resume {record.id} --data-dir {store.data_dir}"
+            f"Continue with: {computer.go_on(record.id)}"
         )
         raise typer.Exit(FAILED)
 

@@ -92,13 +92,18 @@ def _require_solver_of_blocks(record: "Record", damages: "list[Damage]") -> None
     CommandFailed
         Before anything is given up.
     """
+    if any(damage.block is not None or damage.part == "catalogue" for damage in damages):
+        require_own_solver(record)
+
+
+def require_own_solver(record: "Record") -> None:
+    """Refuse to compute blocks of another solver again; raise `CommandFailed`."""
     from damperlab.worker.provenance import WrongCode, require_solver
 
-    if any(damage.block is not None or damage.part == "catalogue" for damage in damages):
-        try:
-            require_solver(record.id, record.provenance)
-        except WrongCode as error:
-            raise CommandFailed("wrong-code", str(error)) from error
+    try:
+        require_solver(record.id, record.provenance)
+    except WrongCode as error:
+        raise CommandFailed("wrong-code", str(error)) from error
 
 
 def _every(store: "Store") -> "Iterator[Record]":

@@ -1,4 +1,4 @@
-"""Heads of requests: no longer than anybody needs, so that whatever reads a header has little to read."""
+"""Heads of requests: no longer than anybody needs, so that whatever reads a header has little to read; one framing."""
 
 import re
 
@@ -18,14 +18,14 @@ PARAMETERS_LIMIT = 500
 
 
 class ShortHead:
-    """ASGI middleware: refuses a head that is too long, and drops all cookies but the service's own."""
+    """ASGI middleware: refuses a head that is too long or frames its body twice, and drops all cookies but the service's own."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request, or refuse it."""
-        problem = _too_long(scope) if scope["type"] == "http" else None
+        problem = (_framed_twice(scope) or _too_long(scope)) if scope["type"] == "http" else None
         if problem is None:
             if scope["type"] == "http":
                 scope["headers"] = _without_cookies(scope["headers"])
@@ -39,6 +39,27 @@ def _without_cookies(headers: list[tuple[bytes, bytes]]) -> list[tuple[bytes, by
     kept = [(name, value) for name, value in headers if name != b"cookie"]
     cookies = [_SESSION.search(value) for name, value in headers if name == b"cookie"]
     return kept + [(b"cookie", found[1]) for found in cookies if found]
+
+
+def _framed_twice(scope: Scope) -> Problem | None:
+    names = {name for name, _ in scope["headers"]}
+    if not names.issuperset((b"content-length", b"transfer-encoding")):
+        return None
+    fault = Fault(
+        "Content-Length",
+        "one beside Transfer-Encoding",
+        "one of the two",
+        "leave it out",
+        "`Content-Length` and `Transfer-Encoding` exclude each other (RFC 9112, 6.1).",
+    )
+    # another reader on the way may see another request behind the body
+    return Problem(
+        400,
+        "malformed-request",
+        "The head of the request says twice where its body ends.",
+        (fault,),
+        {"Connection": "close"},
+    )
 
 
 def _too_long(scope: Scope) -> Problem | None:

@@ -59,6 +59,11 @@ class TooManyUnfinished(QuotaReached):
     """As many studies wait or run as may."""
 
 
+def may_pass(error: StoreFault) -> bool:
+    """Whether a store or its catalogue may answer again by itself: a server that restarts, a lock, a disk."""
+    return type(error) in (StoreFault, StoreAway)
+
+
 def cannot_use(place: str, error: OSError) -> StoreFault:
     """Put what keeps cubes from being read or written into the user's words."""
     away = isinstance(error, (ShelfAway, PermissionError))

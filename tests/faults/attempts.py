@@ -44,6 +44,8 @@ def dask_setup(worker: object) -> None:
     import damperlab.worker.worker_process.tasks
 
     run_block = damperlab.worker.worker_process.tasks.run_block
+    if hasattr(run_block, "__wrapped__"):
+        return  # the process has joined again
     log = os.open(
         Path(os.environ[FOLDER]) / f"attempts-{os.getpid()}.jsonl", os.O_CREAT | os.O_APPEND | os.O_WRONLY
     )

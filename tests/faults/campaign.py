@@ -26,7 +26,7 @@ from tests.faults.attempts import FOLDER, read_attempts
 from tests.faults.care import Care
 from tests.faults.compare import compare, run_again, unexpected_files
 from tests.faults.deeds import Deeds
-from tests.faults.processes import Database, ObjectServer, Process, Victim, dask, end_on_sigterm
+from tests.faults.processes import Database, Member, ObjectServer, Process, Victim, dask, end_on_sigterm
 from tests.faults.report import Report
 from tests.faults.submitting import submit
 from tests.ports import free_port
@@ -99,16 +99,13 @@ class Campaign:
             "DAMPERLAB_CATALOGUE": database.address if database else "",
         }
         secrets = objects.environment if objects else {}
-        worker = ("worker", address, "--no-nanny", "--nthreads", "1", "--local-directory", str(folder))
         self._victims: dict[str, list[Victim]] = {
             "scheduler": [dask(folder / "scheduler.log", "scheduler", "--port", str(scheduler))],
             "worker": [
-                dask(
+                Member(
                     folder / f"worker-{number}.log",
-                    *worker,
-                    "--preload",
-                    "tests.faults.attempts",
-                    **{FOLDER: str(folder)},
+                    *(sys.executable, "-m", "damperlab", "worker", address),
+                    **{FOLDER: str(folder), "DASK_DISTRIBUTED__WORKER__PRELOAD": "['tests.faults.attempts']"},
                     **secrets,
                 )
                 for number in range(2)

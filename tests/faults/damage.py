@@ -1,4 +1,4 @@
-"""Single bits flipped over all files of a store, and every file lost once: found, harmless or refused, never silent.
+"""Bits flipped over all files of a store, the tail of its log cut, each file lost: found, harmless or refused, never silent.
 
 Each case is a fresh copy of one store, in which one thing is damaged. It is then opened, every study is listed, read
 whole and verified, and its garbage is collected, of which there is none. The outcome is one of
@@ -28,6 +28,7 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
+from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 from damperlab.studies.store.cube.checksum import checksum
 from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.cube.opened import KEPT
@@ -62,6 +63,11 @@ class Report:
 
 def make_store(folder: Path) -> None:
     """Make a store of three studies: done, cancelled half-way, and queued."""
+    fill_store(folder).close()
+
+
+def fill_store(folder: Path) -> Store:
+    """Make that store, and leave it open: what was committed last is in its write-ahead log alone."""
     store = Store.open(folder)
     random = np.random.default_rng(3)
     for name, zeta, blocks, state in (
@@ -96,7 +102,7 @@ def make_store(folder: Path) -> None:
             store.mark(record.id, outcome)
         if state is not None:
             store.set_state(record.id, state)
-    store.close()
+    return store
 
 
 def answers(folder: Path) -> tuple[dict[str, Any], list[str]]:
@@ -174,13 +180,27 @@ def flips(store: Path, number: int, seed: int) -> Iterator[tuple[Path, int, int]
         yield file, int(random.choice(where)), int(random.integers(8))
 
 
+def cuts(store: Path, number: int, seed: int) -> Iterator[tuple[Path, bytes, str]]:
+    """Draw where the tail of the catalogue's log is cut off, or reads as zeros: file, what is left, and in words."""
+    random = np.random.default_rng(seed)
+    log = store / f"{SQLITE_FILE}-wal"
+    content = log.read_bytes()
+    for at in random.integers(len(content), size=number):
+        yield log, content[:at], f"cut at byte {at}"
+        yield log, content[:at] + bytes(len(content) - at), f"zeros from byte {at}"
+
+
 def run_damage(number: int, seed: int, *, losses: bool = True, say: bool = False) -> Report:
     """Flip bits one at a time, then lose every file one at a time."""
     report = Report()
     with tempfile.TemporaryDirectory() as made:
         whole, case = Path(made, "whole"), Path(made, "case")
-        make_store(whole)
-        expected, told = answers(whole)
+        with closing(fill_store(Path(made, "open"))):
+            # as a machine leaves it that loses its power
+            shutil.copytree(Path(made, "open"), whole)
+        shutil.copytree(whole, case)
+        expected, told = answers(case)
+        shutil.rmtree(case)
         assert not told, told
 
         def add(file: Path, what: str) -> None:
@@ -198,6 +218,10 @@ def run_damage(number: int, seed: int, *, losses: bool = True, say: bool = False
             damaged[at] ^= 1 << bit
             (case / file.relative_to(whole)).write_bytes(bytes(damaged))
             add(file, f"byte {at} bit {bit}")
+        for file, left, what in cuts(whole, number // 10, seed):
+            shutil.copytree(whole, case)
+            (case / file.relative_to(whole)).write_bytes(left)
+            add(file, what)
         for file in sorted(path for path in whole.rglob("*") if path.is_file()) if losses else ():
             shutil.copytree(whole, case)
             (case / file.relative_to(whole)).unlink()

@@ -25,7 +25,7 @@ from tests.faults.campaign import study_of
 from tests.faults.compare import compare, unexpected_files
 from tests.faults.hosts import Host, NoHosts, hosts
 from tests.faults.machines import Machine, PostgreSQL
-from tests.faults.processes import ObjectServer, Process, end_on_sigterm
+from tests.faults.processes import Member, ObjectServer, Process, end_on_sigterm
 from tests.faults.report import Report
 from tests.faults.submitting import submit
 from tests.worker.dispatch.test_workers_judged import altered
@@ -105,7 +105,8 @@ class Campaign:
 
         def part(host: Host, name: str, *command: str, **environment: str) -> Machine:
             log = folder / f"{host.name.partition('-')[2]}.log"
-            return Machine(host, {name: Process(log, *host.inside(*command), **environment)})
+            kind = Member if name == "worker" else Process
+            return Machine(host, {name: kind(log, *host.inside(*command), **environment)})
 
         self._storage = Machine(storage, {"database": database, "objects": objects})
         self._scheduler = part(

@@ -71,6 +71,16 @@ class Process:
             self._process.wait()
 
 
+class Member(Process):
+    """A worker, which outlives its scheduler: it is started again where it was killed or told to leave, and not else."""
+
+    def keep_up(self) -> None:
+        """Start it, unless it runs; raise `AssertionError` where it has ended by itself."""
+        status = None if self._process is None else self._process.poll()
+        assert status in (None, 0, -signal.SIGKILL), f"a worker ended with status {status}; see {self._log}"
+        super().keep_up()
+
+
 class Database:
     """A PostgreSQL server of its own.
 

@@ -52,3 +52,20 @@ def scheduler_process(*options: str) -> Iterator[tuple[str, subprocess.Popen[str
                 yield found.group(1), process
                 return
         raise AssertionError("the scheduler ended before it listened")
+
+
+@contextmanager
+def member(address: str, *options: str, stderr: int | None = None) -> Iterator[subprocess.Popen[bytes]]:
+    """`damperlab worker`."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "damperlab", "worker", address, *options],
+        cwd=ROOT,
+        env=environment,
+        stderr=stderr,
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()

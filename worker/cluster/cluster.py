@@ -211,6 +211,8 @@ def _remote(address: str) -> Iterator[Client]:
                 f"No Dask scheduler can be used at {address}: {why}.",
             )
         ) from error
+    # the library would log a traceback when the connection is lost, which is told by an exception
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     try:
         opened = Client(address, security=shown, timeout=SCHEDULER_TIMEOUT_SECONDS, set_as_default=False)
     except (

@@ -80,6 +80,11 @@ class Window:
         """Why nothing is computed, where that is for want of workers; None while something is."""
         return None if self._flying or self.crew.usable else self.crew.words()
 
+    @property
+    def gives_up_at(self) -> float:
+        """Until when workers are waited for while none can compute, by the monotonic clock [s]."""
+        return self._able + self._wait_seconds
+
     def assemble(
         self,
         cube_path: str,

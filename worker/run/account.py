@@ -1,6 +1,7 @@
 """What everybody is told of a run while it goes on: its phase, its progress, what becomes of its workers."""
 
 import logging
+import math
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -43,6 +44,7 @@ class Account:
         self._meter: Meter | None = None
         self._crew: Crew | None = None
         self._reported = 0.0
+        self._waits_for, self._gives_up_at = "", math.inf
 
     def measure(self, record: Record, work_left: float) -> None:
         """Count from here on: what has passed before says nothing about the pace of what comes.
@@ -72,6 +74,20 @@ class Account:
             )
         self.report(at_once=True)
 
+    def wait(self, what: str, gives_up_at: float) -> None:
+        """Report that the study waits; the catalogue may be what it waits for, and is not told.
+
+        Parameters
+        ----------
+        what : str
+            For what, in a sentence.
+        gives_up_at : float
+            Until when, by the monotonic clock [s].
+        """
+        self._phase = "waiting", None, None
+        self._waits_for, self._gives_up_at = what, gives_up_at
+        self.report(at_once=True)
+
     def compiling(self, done: int, total: int) -> None:
         """Let everybody see how far the kernels are."""
         self.enter("compiling", done, total)
@@ -81,14 +97,17 @@ class Account:
         self.enter(None, message=self.left_out)
         self.measure(record, work_left)
 
-    def tell_of_workers(self, stranded: str | None) -> None:
+    def tell_of_workers(self, stranded: str | None, gives_up_at: float = math.inf) -> None:
         """Record what has happened to workers, and what the study waits for.
 
         Parameters
         ----------
         stranded : str, optional
             Why nothing is computed, where that is for want of workers.
+        gives_up_at : float
+            Until when workers are waited for, by the monotonic clock [s].
         """
+        self._waits_for, self._gives_up_at = "", gives_up_at
         assert self._crew is not None
         study_id = self._lease.study_id
         incidents, self._crew.incidents = self._crew.incidents, []
@@ -131,6 +150,12 @@ class Account:
         phase, done, total = self._phase
         if phase is not None:
             progress = replace(progress, phase=phase, phase_done=done, phase_total=total)
+        if phase in ("starting", "waiting"):
+            # what is left to compute says nothing of when it goes on
+            progress = replace(progress, seconds_left=None)
+        if phase == "waiting":
+            left = max(0.0, self._gives_up_at - now)
+            progress = replace(progress, waits_for=self._waits_for, gives_up_in=left)
         if self._crew is not None:
             crew = self._crew
             progress = replace(

@@ -42,6 +42,8 @@ class Harvest:
     ) -> None:
         self.spent_seconds = 0.0
         """Kernel seconds of the blocks and parts that this run has brought in."""
+        self.marked = 0
+        """How many blocks this run has marked as done."""
         self.failures: list[str] = []
         """Which blocks were given up, and why."""
         self._store = store
@@ -89,6 +91,7 @@ class Harvest:
         if not self._store.mark(self._lease.study_id, *outcomes, owner=self._lease.owner):
             self._lease.lost.set()
             return
+        self.marked += len(outcomes)
         for outcome in outcomes:
             self._account.count(outcome, float(self._expected[outcome.index]))
 

@@ -97,8 +97,10 @@ class OnCluster:
         while pending.size and not self._stopping():
             first = lost is None
             try:
-                self._account.enter("starting")
+                if first:
+                    self._account.enter("starting")
                 with client_factory() as client:
+                    self._account.enter("starting")
                     self._compute_at(client, pending, pump, wait_seconds)
                 return
             except SchedulerLost as error:
@@ -112,6 +114,7 @@ class OnCluster:
             pending = left
             if time.monotonic() >= gives_up_at:
                 raise lost
+            self._account.wait(str(lost), gives_up_at)
             self._account.enter("waiting", message=str(lost))
             time.sleep(min(AGAIN_SECONDS, return_seconds))
 
@@ -161,5 +164,5 @@ class OnCluster:
 
     def _look_on(self, window: Window) -> bool:
         """Let everybody see what is waited for; False where the study shall stop."""
-        self._account.tell_of_workers(window.stranded)
+        self._account.tell_of_workers(window.stranded, window.gives_up_at)
         return not self._stopping()

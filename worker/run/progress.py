@@ -1,5 +1,6 @@
 """How far a study is, how fast it goes, and when it will be done."""
 
+import math
 import time
 from collections import deque
 from dataclasses import dataclass
@@ -30,6 +31,10 @@ class Progress:
         How many workers of the cluster have which standing for this study.
     blocks_in_flight, retries : int
         Blocks, or parts of them, at workers, and those of this run that were begun again.
+    waits_for : str
+        What was lost and is waited for, while the phase is waiting; empty where that is a worker.
+    gives_up_in : float
+        How long it is still waited for [s].
     """
 
     points_total: int
@@ -45,6 +50,8 @@ class Progress:
     workers: tuple[tuple[str, int], ...] = ()
     blocks_in_flight: int = 0
     retries: int = 0
+    waits_for: str = ""
+    gives_up_in: float = math.inf
 
 
 class Meter:

@@ -1,6 +1,7 @@
 """One study from claimed to done: its pending blocks through a cluster into the store."""
 
 import math
+import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, closing, suppress
 from threading import Event
@@ -13,7 +14,7 @@ from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.care.sweep import sweep
 from damperlab.studies.store.cube.cube import description_of
 from damperlab.studies.store.cube.definition import parse_stored
-from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.faults import StoreFault, StudyNotFound, may_pass
 from damperlab.studies.store.files.places import open_shelf
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome, Record
@@ -43,6 +44,8 @@ if TYPE_CHECKING:
 
 GRACE_SECONDS = 15.0
 """How long blocks that run when a study is stopped may still take; a block takes a few seconds."""
+AGAIN_SECONDS = 1.0
+"""Between two looks for a store that does not answer."""
 POLL_SECONDS = 0.2
 """Longest sleep of the coordinator: how late it notices that it shall stop."""
 SECONDS_PER_HOUR = 3600.0
@@ -118,8 +121,7 @@ def run_study(
         run = _Run(store, lease, Account(store, lease, on_progress), stop, budget_seconds)
         if run.begin(only_from):
             try:
-                run.compute(client_factory, here_seconds, wait_seconds, return_seconds)
-                run.end(stopped_as)
+                run.complete(stopped_as, client_factory, here_seconds, wait_seconds, return_seconds)
             # One step each: a process that is killed between two would leave the first one's state for good.
             except Outage as error:
                 run.ending.put_down(outage_as, f"{error}; {run.ending.left()}")
@@ -187,6 +189,44 @@ class _Run:
         self._lease.begun.set()
         return self._record.state == "running"
 
+    def complete(
+        self,
+        stopped_as: str,
+        client_factory: "Callable[[], AbstractContextManager[Client]]",
+        here_seconds: float,
+        wait_seconds: float,
+        return_seconds: float,
+    ) -> None:
+        """Compute what is pending and end the study; a store that does not answer is waited for, as a scheduler is."""
+        gives_up_at, kept = 0.0, -1
+        while True:
+            try:
+                self.compute(client_factory, here_seconds, wait_seconds, return_seconds)
+                self.end(stopped_as)
+                return
+            except StoreFault as error:
+                if not may_pass(error) or self._stopping:
+                    raise
+                marked = self._harvest.marked if self._harvest else 0
+                if marked > kept:
+                    gives_up_at, kept = time.monotonic() + return_seconds, marked
+                self._wait_for_store(error, gives_up_at)
+
+    def _wait_for_store(self, error: StoreFault, gives_up_at: float) -> None:
+        """Wait until the catalogue answers, and look at the study again; raise what it says where that takes too long."""
+        while time.monotonic() < gives_up_at and not self._stopping:
+            self._account.wait(error.fault.sentence, gives_up_at)
+            self._stop.wait(AGAIN_SECONDS)
+            try:
+                self._record = self._store.find(self._study_id)
+                self._account.enter(None)
+                return
+            except StoreFault as again:
+                if not may_pass(again):
+                    raise
+                error = again
+        raise error
+
     def compute(
         self,
         client_factory: "Callable[[], AbstractContextManager[Client]]",
@@ -198,11 +238,15 @@ class _Run:
         study = parse_stored(self._record.definition, self._record.digest)
         # The cube's own cut: the cost model may have changed since the study was submitted.
         self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
+        self._take_back_lost()
         pending = self._store.pending(self._study_id)
         earlier = measured_blocks(self._store, self._study_id) if pending.size else []
         forecast = Forecast(self._plan, known_of(earlier))
         work_left = float(forecast.seconds[pending].sum())
-        self._harvest = Harvest(self._store, self._lease, self._plan, forecast.seconds, self._account)
+        # once: what was spent before the store was lost counts too
+        self._harvest = self._harvest or Harvest(
+            self._store, self._lease, self._plan, forecast.seconds, self._account
+        )
         self._account.measure(self._record, work_left)
         self._account.report(at_once=True)
         if not pending.size or self._stopping:
@@ -228,6 +272,14 @@ class _Run:
             self._store, self._lease, self._account, self._plan, forecast, lambda: self._stopping, first
         )
         away.compute(client_factory, self._pump, wait_seconds, return_seconds)
+
+    def _take_back_lost(self) -> None:
+        """Compute blocks whose files are lost again, too."""
+        lost = self._store.lost_blocks(self._study_id)
+        if lost:
+            require_solver(self._study_id, self._record.provenance)
+            owner = self._lease.owner
+            self._record = self._store.forget(self._study_id, lost, "their files are lost", owner=owner)
 
     def _compute_here(self, pending: NDArray[np.int64], work_left: float) -> None:
         """Compute in this process, without a cluster."""
@@ -292,7 +344,7 @@ class _Run:
             if window.empty:
                 return
             if not isinstance(window, InThisProcess):
-                self._account.tell_of_workers(window.stranded)
+                self._account.tell_of_workers(window.stranded, window.gives_up_at)
             self._harvest.keep(window.collect(POLL_SECONDS))
             self._account.report()
         for ended in window.drain(GRACE_SECONDS):

@@ -16,7 +16,7 @@ from distributed.core import Status
 
 from damperlab.worker.cluster.cluster import ONE_THREAD
 from damperlab.worker.worker_process.block_process import stand_by
-from damperlab.worker.worker_process.connecting import joined, own_host, say
+from damperlab.worker.worker_process.connecting import REFUSED_AGAIN_SECONDS, joined, own_host, say
 from damperlab.worker.worker_process.self_check import show_alive
 from damperlab.worker.worker_process.termination_notice import ASK_SECONDS, announced
 
@@ -54,7 +54,7 @@ class Terms:
 
 
 async def work(scheduler: str, security: Security, terms: Terms, memory_limit: str, name: str | None) -> int:
-    """Work for a scheduler until told to leave.
+    """Work for a scheduler until told to leave; one that is lost is waited for, and gone on with.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
     Returns
     -------
     int
-        Exit status: 0 where it left as it was told, 1 where the scheduler was lost, or none was found, or it computes wrong.
+        Exit status: 0 where it left as it was told, 1 where no scheduler answered in time, or it computes wrong.
     """
     loop = asyncio.get_running_loop()
     told: asyncio.Future[str] = loop.create_future()
@@ -95,39 +95,74 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, tell, signal.Signals(number).name)
     began = time.monotonic()
-    stays = (seconds for seconds in (terms.leave_idle_s, terms.lifetime_s) if seconds is not None)
-    limit_seconds = min(stays, default=math.inf)
-    host = await own_host(scheduler, told, limit_seconds)
-    if host is None:
-        return 0 if told.done() and not wrong else 1
-    worker = Worker(
-        scheduler,
-        host=host,
-        nthreads=1,
-        security=security,
-        dashboard=False,
-        memory_limit=memory_limit,
-        name=name,
-    )
-    if not await joined(worker, security, told, limit_seconds):
-        return 0 if told.done() and not wrong else 1
-    async with worker, _asking(terms.notice_url, told):
-        reason = await _until_told(worker, told, terms, began)
-        if not reason:
-            return 1
-        deadline = time.monotonic() + terms.leave_within_s
-        say(f"leaving ({reason}): no more blocks, gone within {terms.leave_within_s:g} s")
-        # the scheduler tells whoever asks that this worker takes nothing more
-        worker.status = Status.closing_gracefully
-        # a result that is here has yet to be fetched
-        while worker.state.tasks and time.monotonic() < deadline:
-            await asyncio.sleep(LOOK_SECONDS)
-        given_back = sum(1 for task in worker.state.executing if str(task.key).startswith("block-"))
-        say(f"left; {given_back} blocks given back")
-        await worker.close(timeout=2, executor_wait=False, reason=reason)
+    async with _asking(terms.notice_url, told):
+        reason = ""
+        while not reason:
+            worker = await _member(scheduler, security, told, _patience(terms, began), memory_limit, name)
+            if worker is None:
+                return 0 if told.done() and not wrong else 1
+            async with worker:
+                reason = await _until_told(worker, told, terms, began)
+                if reason:
+                    await _leave(worker, reason, terms.leave_within_s)
+                else:
+                    say(f"the scheduler at {scheduler} is lost; waiting for it to come back")
     if showing is not None:
         showing.cancel()
     return 1 if wrong else 0
+
+
+def _patience(terms: Terms, began: float) -> float:
+    """Give how long a scheduler is waited for from now on [s]."""
+    lifetime = math.inf if terms.lifetime_s is None else began + terms.lifetime_s - time.monotonic()
+    return max(0.0, min(lifetime, math.inf if terms.leave_idle_s is None else terms.leave_idle_s))
+
+
+async def _member(
+    scheduler: str,
+    security: Security,
+    told: "asyncio.Future[str]",
+    limit_seconds: float,
+    memory_limit: str,
+    name: str | None,
+) -> Worker | None:
+    """Give a worker that its scheduler knows; None where that is given up."""
+    gives_up_at = time.monotonic() + limit_seconds
+    while (left := gives_up_at - time.monotonic()) > 0.0:
+        host = await own_host(scheduler, told, left)
+        if host is None:
+            return None
+        worker = Worker(
+            scheduler,
+            host=host,
+            nthreads=1,
+            security=security,
+            dashboard=False,
+            memory_limit=memory_limit,
+            name=name,
+        )
+        try:
+            return worker if await joined(worker, security, told, left) else None
+        # as where the scheduler ends meanwhile, or has not yet seen that a worker of this name has gone
+        except (OSError, RuntimeError, ValueError) as error:
+            say(f"{scheduler} did not take this worker in: {error}")
+            await asyncio.wait([told], timeout=REFUSED_AGAIN_SECONDS)
+    say(f"leaving: no scheduler has answered at {scheduler}")
+    return None
+
+
+async def _leave(worker: Worker, reason: str, seconds: float) -> None:
+    """Take no more blocks, end or give back what runs, and be gone within a time."""
+    deadline = time.monotonic() + seconds
+    say(f"leaving ({reason}): no more blocks, gone within {seconds:g} s")
+    # the scheduler tells whoever asks that this worker takes nothing more
+    worker.status = Status.closing_gracefully
+    # a result that is here has yet to be fetched
+    while worker.state.tasks and time.monotonic() < deadline:
+        await asyncio.sleep(LOOK_SECONDS)
+    given_back = sum(1 for task in worker.state.executing if str(task.key).startswith("block-"))
+    say(f"left; {given_back} blocks given back")
+    await worker.close(timeout=2, executor_wait=False, reason=reason)
 
 
 @asynccontextmanager

@@ -31,7 +31,7 @@ from damperlab.studies.store.catalogue.home import (
     parse_cube_name,
     remember,
 )
-from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters
+from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, last_event
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, studies
 from damperlab.studies.store.cube.cube import bytes_per_point
@@ -42,7 +42,7 @@ from damperlab.studies.store.cube.unpacked import marks_of_files
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_use
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
-from damperlab.studies.store.life_cycle.manifest import read_marks, read_tombstone, study_columns
+from damperlab.studies.store.life_cycle.manifest import lost_end, read_marks, read_tombstone, study_columns
 
 _AT_ONCE = 1000  # rows in one statement
 _UNTOLD = {
@@ -66,6 +66,8 @@ class Rebuilt:
         Added to the catalogue.
     known : int
         Studies that it knew already.
+    restored : int
+        Of these, whose end or provenance it had lost.
     deleted : int
         Studies that were deleted and whose files are still there: they stay deleted.
     trouble : list of str
@@ -77,6 +79,7 @@ class Rebuilt:
     studies: int = 0
     blocks: int = 0
     known: int = 0
+    restored: int = 0
     deleted: int = 0
     trouble: list[str] = field(default_factory=list)
     set_aside: str | None = None
@@ -193,6 +196,8 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
     if owner is None:
         assert mine is not None
         mark_owner(place, mine)
+    if address is not None:
+        mark_owner(Folder(data_dir), owner or str(mine))
     return shelf
 
 
@@ -230,10 +235,15 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
         if deleted is None and row is None and connection.execute(other).first() is not None:
             raise ValueError(f"study {study_id} has another cube")
         if row is not None and row.id != study_id:
-            if deleted is None and marks:
+            twice = connection.execute(other).first() is not None
+            if deleted is None and (marks or not twice):
                 raise ValueError(_taken(study_id, number, str(row.id)))
-            return  # left by a submission that was cut short, or by a study that was deleted
+            return  # left by a submission that was cut short and came again, or by a study that was deleted
         if row is not None and row.deleted is not None:
+            return
+        if row is not None and deleted is not None:
+            connection.execute(update(studies).where(studies.c.number == number).values(deleted=deleted))
+            found.deleted += 1
             return
         if row is None:
             values = {
@@ -262,8 +272,15 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
                 found.deleted += 1
                 return  # whoever removes files of deleted studies finds it
             found.studies += 1
+            restored = True
         else:
             found.known += 1
+            restored = lost_end(kept, row, last_event(connection, study_id))
+            if not row.blocks_done and provenance != json.loads(row.provenance):
+                # what computes a study is put into its cube first
+                said = {"provenance": json.dumps(provenance), "family": family_digest(study, provenance)}
+                connection.execute(update(studies).where(studies.c.number == number).values(said))
+                found.restored += 1
         have = set()
         lost = 0
         for mark in connection.execute(select(done_blocks).where(done_blocks.c.study == number)).all():
@@ -274,11 +291,12 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
                 connection.execute(delete(done_blocks).where(*place))
                 lost += 1
         fresh = [mark for mark in marks if 0 <= mark["block"] < total and mark["block"] not in have]
-        if row is not None and not fresh and not lost:
+        if row is not None and not fresh and not lost and not restored:
             return
         _insert_marks(connection, number, fresh)
         found.blocks += len(fresh)
-        _sum_up(connection, number, total, kept)
+        found.restored += row is not None and restored
+        _sum_up(connection, number, total, kept, restored)
 
 
 def _drop_damaged(catalogue: Catalogue) -> None:
@@ -333,7 +351,7 @@ def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any
         connection.execute(insert(done_blocks), rows[start : start + _AT_ONCE])
 
 
-def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any]) -> None:
+def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any], restored: bool) -> None:
     b = done_blocks.c
     names = ("points", "failed", "reused", "seconds", "kernel_seconds")
     sums = connection.execute(
@@ -349,7 +367,8 @@ def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any
         )
     )
     # what was seen of an earlier catalogue's revisions must not be taken for what is there now
-    revision = max(int(kept.get("revision", 0)), 0) + total + 1
+    before = connection.execute(select(studies.c.revision).where(studies.c.number == number)).scalar_one()
+    revision = max(int(kept.get("revision", 0)), before, 0) + total + 1
     change |= {"revision": revision, "taken_back": revision}
     if sums[0] == total:
         last = connection.execute(select(func.max(b.at)).where(b.study == number)).scalar()
@@ -357,4 +376,6 @@ def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any
         change |= {"finished": kept.get("finished") or last}
     elif kept.get("state") not in ("cancelled", "failed"):
         change |= {"state": "queued", "finished": None}
+    elif restored:
+        change |= {name: kept.get(name) for name in ("state", "finished", "message")}
     connection.execute(update(studies).where(studies.c.number == number).values(change))

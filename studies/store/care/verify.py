@@ -20,7 +20,7 @@ from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.plan import Block, plan_with_chunk
 from damperlab.studies.store.catalogue.home import cube_name, holds_results, parse_cube_name
-from damperlab.studies.store.catalogue.rows import study_row
+from damperlab.studies.store.catalogue.rows import last_event, study_row
 from damperlab.studies.store.catalogue.rowsum import SUMMED, damaged_row, is_sound
 from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, studies
 from damperlab.studies.store.cube.checksum import checksum
@@ -33,7 +33,7 @@ from damperlab.studies.store.cube.opened import open_cube
 from damperlab.studies.store.cube.packed import block_key, read_header
 from damperlab.studies.store.faults import StoreAway, StoreFault, cannot_use
 from damperlab.studies.store.files.shelf import Shelf, ShelfAway
-from damperlab.studies.store.life_cycle.manifest import keep_marks, read_marks
+from damperlab.studies.store.life_cycle.manifest import keep_marks, lost_end, read_marks, read_tombstone
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
@@ -164,14 +164,50 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
         yield damaged_record
     for _, damaged_design in Designs(store.data_dir).damaged(pause):
         yield damaged_design
-    known = {cube_name(row.id, row.number) for row in rows}
+    yield from _lost_by_the_catalogue(store, names, rows)
     alive = {cube_name(row.id, row.number) for row in rows if row.deleted is None}
-    for name in names:
-        # one without results may be a submission that is under way, or was cut short
-        if parse_cube_name(name) and name not in known and holds_results(store.shelf.at(name)):
-            yield f"cube {name} belongs to no study of the catalogue; `damperlab rebuild` adds it"
     for name in sorted(alive.difference(names)):
         yield f"the cube {name} is lost; restore it from a backup, or delete its study"
+
+
+def _lost_by_the_catalogue(store: Store, names: Sequence[str], rows: Sequence[Any]) -> Iterator[str]:
+    """Compare the cubes with the studies that the catalogue knows: what it has lost, as with the tail of its log."""
+    cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
+    known = {cube_name(row.id, row.number) for row in rows}
+    if not known.issuperset(cubes) and not store.catalogue.read_only:
+        # a submission makes its cubes before it commits: a turn at writing waits for those that are under way
+        with store.catalogue.writing() as connection:
+            rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
+        known = {cube_name(row.id, row.number) for row in rows}
+    alive = {row.id: row.number for row in rows if row.deleted is None}
+    advice = "`damperlab rebuild` adds it"
+    for name, (study_id, _) in cubes.items():
+        if name in known:
+            continue
+        # without results and with a study of the same id: a submission that was cut short and came again
+        if study_id not in alive or holds_results(store.shelf.at(name)):
+            yield f"cube {name} belongs to no study of the catalogue; {advice}"
+    for name, (study_id, number) in cubes.items():
+        if alive.get(study_id) != number:
+            continue
+        shelf = store.shelf.at(name)
+        try:
+            kept = read_marks(shelf)
+            if read_tombstone(shelf) is not None:
+                yield f"study {study_id} was deleted, and the catalogue has lost that; `damperlab rebuild` deletes it again"
+                continue
+        except (OSError, ValueError):
+            continue  # the study's own verification tells of it
+        if kept is None:
+            continue
+        with store.catalogue.reading() as connection:
+            row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
+            if row is not None and lost_end(kept[0], row, last_event(connection, study_id)):
+                state = kept[0]["state"]
+                yield (
+                    f"study {study_id} is {row.state} in the catalogue, which has lost that it was {state}; "
+                    "`damperlab rebuild` restores it"
+                )
 
 
 def repair(store: Store, record: Record, damages: list[Damage]) -> Record:

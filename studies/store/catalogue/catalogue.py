@@ -203,6 +203,11 @@ class Catalogue:
             return "another process holds the lock"
         return f"process {pid} on {host} has held it for {seconds:.0f} s; if it stands still, end it (kill -9 {pid})"
 
+    @property
+    def is_file(self) -> bool:
+        """Whether it is a file in its data folder, and goes where that goes."""
+        return self._sqlite
+
     def integrity(self) -> list[str]:
         """Let SQLite check its own file; what it finds, nothing where all is well. PostgreSQL is left to its server."""
         if not self._sqlite:

@@ -49,20 +49,33 @@ def parse_cube_name(name: str) -> tuple[str, int] | None:
 
 
 def require_catalogue(data_dir: Path) -> None:
-    """Refuse to make a new SQLite catalogue beside cubes that some catalogue owns already.
+    """Refuse to make a new SQLite catalogue in a folder that belongs to some catalogue already.
 
     Raises
     ------
     StoreFault
-        If there are cubes in the folder, and no catalogue.
+        If the folder has an owner marker or holds cubes, and no catalogue.
     """
     cubes, catalogue = data_dir / CUBES, data_dir / SQLITE_FILE
     try:
-        # the catalogue is looked for again after the cubes: who opens a new folder meanwhile makes it before its first cube
-        if catalogue.exists() or not _holds_cubes(Folder(cubes).shelves()) or catalogue.exists():
+        marked = any((place / MARKER).exists() for place in (data_dir, cubes))
+        holds = _holds_cubes(Folder(cubes).shelves())
+        owned = not catalogue.exists() and (marked or holds)
+        # looked for again: who opens a new folder meanwhile makes the catalogue before its marker and its first cube
+        if not owned or catalogue.exists():
             return
     except OSError:
         return  # which opening it tells better
+    if not holds:
+        raise StoreFault(
+            Fault(
+                "catalogue",
+                f"no {SQLITE_FILE} in {data_dir}, which belongs to a catalogue that is elsewhere",
+                "the catalogue that the folder belongs to",
+                f"set DAMPERLAB_CATALOGUE to the address of its PostgreSQL database; if it is lost, {_REBUILD}",
+                f"The data folder {data_dir} belongs to a catalogue that is not in it.",
+            )
+        )
     raise StoreFault(
         Fault(
             "data_dir",
@@ -97,6 +110,7 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
         used = connection.execute(select(studies.c.number).where(ALIVE).limit(1)).first() is not None
     if address is None and known is None:
         folder = Folder(data_dir / CUBES)
+        _own_data_folder(catalogue, data_dir, mark=False)
         _own_folder(catalogue, folder, used)
         return folder
     # here, for it needs a library that not every installation has
@@ -104,6 +118,7 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
 
     bucket: Bucket = open_bucket(address or known or "")
     if bucket.address == known:
+        _own_data_folder(catalogue, data_dir)
         return bucket.at(CUBES)
     if known is None and used:
         raise StoreFault(
@@ -119,7 +134,32 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
     _own_bucket(bucket, catalogue_id(catalogue), known if used else None)
     with catalogue.writing() as connection:
         remember(connection, "cubes", bucket.address)
+    _own_data_folder(catalogue, data_dir)
     return bucket.at(CUBES)
+
+
+def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) -> None:
+    """Make sure that a data folder belongs to this catalogue; one with its cubes in a bucket may have several folders."""
+    folder = Folder(data_dir)
+    found = owner_of(folder)
+    if found is None and not mark:
+        return
+    mine = catalogue_id(catalogue)
+    try:
+        if found is None and not mark_owner(folder, mine):
+            found = owner_of(folder)
+    except OSError as error:
+        raise cannot_use(folder.address, error) from error
+    if found not in (None, mine):
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"{data_dir}, which belongs to a catalogue other than {catalogue.name}",
+                "a new folder, or one of this catalogue's",
+                "name the folder of this catalogue (--data-dir), or the catalogue of this folder (DAMPERLAB_CATALOGUE)",
+                f"The data folder {data_dir} belongs to a catalogue other than {catalogue.name}.",
+            )
+        )
 
 
 def catalogue_id(catalogue: Catalogue) -> str:
@@ -185,6 +225,9 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
         marked = fact(connection, "marked") is not None
         copied = fact(connection, BACKUP_OF) is not None
         last = int(connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one())
+    if found is None and marked:
+        # who opens a new folder meanwhile marks it before the catalogue says so
+        found = owner_of(folder)
     if found is None:
         _require_own_cubes(catalogue, folder, holds, used, marked)
         mine = catalogue_id(catalogue)
@@ -226,6 +269,17 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
         )
     if marked and used and not holds:
         raise no_cubes(catalogue, folder)
+    if marked and not catalogue.is_file:
+        # it would look for its cubes in two folders
+        raise StoreFault(
+            Fault(
+                "data_dir",
+                f"{folder.address}, which {catalogue.name} does not know",
+                "the data folder of this catalogue",
+                "name that folder with --data-dir; if it is lost, let the catalogue go on here with `damperlab rebuild`",
+                f"The cubes of {catalogue.name} are in another data folder than {folder.address}.",
+            )
+        )
 
 
 def no_cubes(catalogue: Catalogue, folder: Folder) -> StoreFault:

@@ -206,6 +206,14 @@ def log_event(connection: Connection, study_id: str, what: str) -> None:
     connection.execute(insert(events).values(study=study_id, at=time.time(), what=what))
 
 
+def last_event(connection: Connection, study_id: str) -> float | None:
+    """Give when the catalogue last noted anything of a study, in seconds since 1970."""
+    found: float | None = connection.execute(
+        select(func.max(events.c.at)).where(events.c.study == study_id)
+    ).scalar()
+    return found
+
+
 def advance_counters(connection: Connection) -> None:
     """Let the next number be a new one after rows came with theirs: PostgreSQL's counters do not learn from them."""
     if connection.dialect.name != "postgresql":

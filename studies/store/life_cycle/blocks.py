@@ -10,7 +10,14 @@ import numpy as np
 from sqlalchemy import Connection, Row, delete, func, insert, select, update
 
 from damperlab.studies.faults import Fault, counted
-from damperlab.studies.store.catalogue.rows import log_event, lost_marks, marks_of, record_of, study_row
+from damperlab.studies.store.catalogue.rows import (
+    claim_owner,
+    log_event,
+    lost_marks,
+    marks_of,
+    record_of,
+    study_row,
+)
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.faults import NothingToDo, StoreFault, StudyBusy, cannot_use, catalogue_damaged
 from damperlab.studies.store.life_cycle.claims import require_free
@@ -174,7 +181,15 @@ class Blocks(Lookup):
             failed = select(b.block).where(b.study == number, b.message.is_not(None)).order_by(b.block)
             return connection.execute(failed).scalars().all()
 
-    def forget(self, study_id: str, blocks: Sequence[int], why: str, *, in_turn: bool = False) -> Record:
+    def forget(
+        self,
+        study_id: str,
+        blocks: Sequence[int],
+        why: str,
+        *,
+        in_turn: bool = False,
+        owner: str | None = None,
+    ) -> Record:
         """Take done-marks back, all in one transaction: the blocks read as not computed and can be run again.
 
         Parameters
@@ -187,6 +202,8 @@ class Blocks(Lookup):
             Kept among the study's events.
         in_turn : bool
             Whether the study, which is queued by this, counts as one that somebody submits.
+        owner : str, optional
+            Who works on the study and computes them next; its state stays as it is.
 
         Raises
         ------
@@ -200,7 +217,8 @@ class Blocks(Lookup):
 
         def look(connection: Connection) -> Row[Any]:
             row = study_row(connection, study_id)
-            require_free(row, "take blocks back from")
+            if owner is None or claim_owner(row) != owner:
+                require_free(row, "take blocks back from")
             if in_turn:
                 self._require_turn(connection, row)
             return row
@@ -215,7 +233,7 @@ class Blocks(Lookup):
             raise cannot_use(shelf.address, error) from error
         try:
             with self.catalogue.writing() as connection:
-                return self._take_back(connection, look(connection), blocks, why)
+                return self._take_back(connection, look(connection), blocks, why, queue=owner is None)
         except StudyBusy:
             # claimed just now, perhaps by nobody who will end the study anew
             if row.state in ENDED:
@@ -223,7 +241,9 @@ class Blocks(Lookup):
                     keep_marks(self, study_id, {})
             raise
 
-    def _take_back(self, connection: Connection, row: Row[Any], blocks: Sequence[int], why: str) -> Record:
+    def _take_back(
+        self, connection: Connection, row: Row[Any], blocks: Sequence[int], why: str, *, queue: bool
+    ) -> Record:
         b, c = done_blocks.c, studies.c
         for start in range(0, len(blocks), _AT_ONCE):
             piece = [int(index) for index in blocks[start : start + _AT_ONCE]]
@@ -246,12 +266,9 @@ class Blocks(Lookup):
             c.kernel_seconds,
         )
         change: dict[Any, Any] = dict(zip(names, sums, strict=True))
-        change |= {
-            c.revision: row.revision + 1,
-            c.taken_back: row.revision + 1,
-            c.state: "queued",
-            c.finished: None,
-        }
+        change |= {c.revision: row.revision + 1, c.taken_back: row.revision + 1}
+        if queue:
+            change |= {c.state: "queued", c.finished: None}
         connection.execute(update(studies).where(c.number == row.number).values(change))
         log_event(connection, row.id, f"{row.blocks_done - sums[0]} blocks invalidated: {why}")
         return record_of(study_row(connection, row.id))

@@ -9,7 +9,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from sqlalchemy import select
+from sqlalchemy import Row, select
 
 from damperlab.studies.store.catalogue.base import StoreBase
 from damperlab.studies.store.catalogue.rows import study_row
@@ -17,6 +17,7 @@ from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.description import DESCRIPTION, as_complete
 from damperlab.studies.store.files.sealed import PLACEHOLDER, require_seal, seal
 from damperlab.studies.store.files.shelf import TOMBSTONE, Shelf
+from damperlab.studies.vocabulary import ENDED
 
 MARKS = "marks.json"
 """The key of the marks."""
@@ -118,6 +119,24 @@ def parse_marks(content: bytes) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     document = json.loads(content)
     columns = document["columns"]
     return document["study"], [dict(zip(columns, row, strict=True)) for row in document["blocks"]]
+
+
+def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -> bool:
+    """Whether the marks tell of an end that the catalogue has lost, as with the tail of its log.
+
+    Parameters
+    ----------
+    kept : mapping
+        What the marks say of the study; empty where there are none.
+    row : Row
+        What the catalogue says.
+    last_event : float, optional
+        When it last noted anything of the study, in seconds since 1970: one that was resumed since has not lost its end.
+    """
+    finished = kept.get("finished")
+    if kept.get("state") not in ENDED or finished is None or row.finished == finished:
+        return False
+    return last_event is None or last_event < finished
 
 
 def study_columns() -> frozenset[str]:

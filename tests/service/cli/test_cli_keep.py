@@ -38,6 +38,21 @@ def test_damage_is_found_and_repaired(store: Store) -> None:
     assert list(verify(store, store.find(record.id))) == []
 
 
+@pytest.mark.parametrize("state", ["done", "cancelled"])
+def test_a_lost_block_is_computed_again(store: Store, linear_study: Path, state: str) -> None:
+    (record,) = store.page().records
+    before = store.cube(record.id).load()
+    store.set_state(record.id, state)
+    next(Path(store.cube_path(record.id), "blocks").iterdir()).unlink()
+    said = run("run", linear_study, "--data-dir", store.data_dir).stderr
+    assert "lost the file" in said
+    assert "nothing was computed" not in said
+    assert store.cube(record.id).load().drop_vars("run_time").equals(before.drop_vars("run_time"))
+    assert list(verify(store, store.find(record.id))) == []
+    again = run("run", linear_study, "--data-dir", store.data_dir).stderr
+    assert "nothing was computed" in again
+
+
 def test_results_of_another_solver_are_repaired_as_far_as_nothing_is_computed(tmp_path: Path) -> None:
     data = tmp_path / "data"
     make_store(data)
@@ -56,7 +71,19 @@ def test_results_of_another_solver_are_repaired_as_far_as_nothing_is_computed(tm
     next(Path(store.cube_path(record.id), "blocks").iterdir()).unlink()
     refused = run("verify", record.id, "--repair", "--data-dir", data, status=1).stderr
     assert "damperlab recompute" in refused
+    refused = run("resume", record.id, "--data-dir", data, status=1).stderr
+    assert "damperlab recompute" in refused
     assert store.find(record.id).blocks_done == 12  # nothing is given up that this solver may not compute
+    store.close()
+
+
+def test_a_study_that_another_solver_began_is_left_as_it_is_with_one_advice(tmp_path: Path) -> None:
+    make_store(tmp_path)
+    said = run("resume", "half", "--data-dir", tmp_path, status=1).stderr
+    assert "damperlab recompute" in said
+    assert "damperlab resume" not in said
+    store = Store.open(tmp_path)
+    assert (store.find("half").state, store.find("half").message) == ("cancelled", None)
     store.close()
 
 

@@ -65,6 +65,8 @@ def test_no_request_hides_in_another(service: Any, framing: bytes) -> None:
     assert statuses, framing
     # the hidden one is answered 404 where it is served
     assert statuses[0] in (400, 411, 415, 422, 501), statuses
+    if b"Content-Length: 5" in framing and framing.count(b"chunked"):
+        assert statuses == [400], statuses
     if statuses[0] in (400, 501):
         assert len(statuses) == 1, statuses
 

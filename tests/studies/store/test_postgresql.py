@@ -149,6 +149,18 @@ def test_a_rebuilt_catalogue_takes_studies_with_new_numbers(tmp_path, server, ma
     store.close()
 
 
+def test_a_folder_and_its_database_belong_together_before_the_first_study(tmp_path, address):
+    Store.open(tmp_path / "data", address).close()
+    with pytest.raises(StoreFault, match="DAMPERLAB_CATALOGUE"):
+        Store.open(tmp_path / "data")
+    assert not (tmp_path / "data" / "catalogue.sqlite").exists()
+    with pytest.raises(StoreFault, match="another data folder"):
+        Store.open(tmp_path / "other", address)
+    Store.open(tmp_path / "data", address).close()
+    rebuild(tmp_path / "other", address)
+    Store.open(tmp_path / "other", address).close()
+
+
 def test_a_study_lives_and_dies(store, make_study, make_plan_of, values_of):
     study = make_study("in PostgreSQL")
     plan = make_plan_of(study)

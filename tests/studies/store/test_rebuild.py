@@ -95,6 +95,57 @@ def test_a_damaged_catalogue_is_set_aside(filled):
     again.close()
 
 
+def test_what_the_tail_of_the_log_held_is_missed_and_restored(
+    store, make_study, make_plan_of, values_of, tmp_path
+):
+    """As a machine leaves it that loses its power, and a disk that loses what was written last."""
+    first = make_study("first", damping_ratio=0.01, metrics=METRICS)
+    second = make_study("second", damping_ratio=0.02, metrics=METRICS)
+    gone = make_study("gone", damping_ratio=0.03, metrics=METRICS)
+    study_id = fill(store, first, make_plan_of(first), values_of, range(12))
+    half = fill(store, second, make_plan_of(second), values_of, range(5))
+    deleted = fill(store, gone, make_plan_of(gone), values_of, ())
+    store.set_state(deleted, "cancelled")
+    log = store.data_dir / "catalogue.sqlite-wal"
+    ends = log.stat().st_size
+    store.set_state(study_id, "done")
+    store.set_state(half, "cancelled", "stopped")
+    store.delete(deleted)
+    queued = [
+        store.submit(study, make_plan_of(study), {"kernels": "k", "solver_version": "1"})[0].id
+        for number in range(25)
+        for study in [make_study(f"queued {number}", damping_ratio=0.1 + number / 1000, metrics=METRICS)]
+    ]
+    before = told(store)
+    for kind in ("cut", "zeroed"):
+        data = tmp_path / kind
+        shutil.copytree(store.data_dir, data)
+        content = log.read_bytes()
+        zeros = bytes(len(content) - ends) if kind == "zeroed" else b""
+        (data / log.name).write_bytes(content[:ends] + zeros)
+        again = Store.open(data)
+        said = list(check_catalogue(again))
+        for each in (study_id, half, deleted, *queued):
+            assert any(each in line and "damperlab rebuild" in line for line in said), each
+        again.close()
+        found = rebuild(data)
+        assert (found.studies, found.restored, found.deleted, found.trouble) == (25, 2, 1, [])
+        again = Store.open(data)
+        assert told(again) == before
+        assert list(check_catalogue(again)) == []
+        for record in again.page(limit=100).records:
+            assert list(verify(again, record)) == []
+        again.close()
+
+
+def test_a_study_that_was_resumed_since_its_end_is_left_as_it_is(filled):
+    (half,) = (each for each in filled.page().records if each.state == "cancelled")
+    filled.set_state(half.id, "queued")
+    assert list(check_catalogue(filled)) == []
+    assert rebuild(filled.data_dir).restored == 0
+    assert filled.find(half.id).state == "queued"
+
+
 def test_an_older_copy_gets_what_it_lacks(filled, make_study, make_plan_of, values_of):
     data = filled.data_dir
     filled.close()

@@ -5,11 +5,10 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import ClassVar
@@ -17,7 +16,7 @@ from typing import ClassVar
 import psutil
 import pytest
 from distributed import Security
-from tests.worker.dask_processes import ROOT, scheduler_process
+from tests.worker.dask_processes import member, scheduler_process
 
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.cluster.certificates import make_certificates, security
@@ -28,22 +27,6 @@ from damperlab.worker.outcomes import ClusterUnusable, Failure
 from damperlab.worker.worker_process.termination_notice import announced, faulty
 
 GONE_SECONDS = 120.0
-
-
-@contextmanager
-def member(address: str, *options: str, stderr: int | None = None) -> Iterator[subprocess.Popen[bytes]]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "damperlab", "worker", address, *options],
-        cwd=ROOT,
-        env=environment,
-        stderr=stderr,
-    )
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
 
 
 def pump(window: Window, seconds: float = 200.0) -> list[BlockOutcome | Failure]:
@@ -90,6 +73,28 @@ def test_worker_that_is_told_to_leave_ends_its_block_and_the_next_one_goes_on(tm
     assert sorted(each.index for each in ended) == list(range(6))
     assert all(isinstance(each, BlockOutcome) for each in ended)
     assert begun(tmp_path) == dict.fromkeys(range(6), 1)
+
+
+def test_worker_comes_back_to_a_scheduler_that_is_started_again_at_its_address() -> None:
+    with ExitStack() as stack:
+        address, scheduler = stack.enter_context(scheduler_process())
+        process = stack.enter_context(member(address))
+        with connect(scheduler=address) as client:
+            client.wait_for_workers(1, timeout=GONE_SECONDS)
+        scheduler.kill()
+        scheduler.wait()
+        stack.enter_context(scheduler_process("--port", address.rpartition(":")[2]))
+        with connect(scheduler=address) as client:
+            client.wait_for_workers(1, timeout=GONE_SECONDS)
+            assert list(client.run(os.getpid).values()) == [process.pid]
+
+
+def test_worker_whose_scheduler_does_not_come_back_leaves_in_time() -> None:
+    with scheduler_process() as (address, scheduler), member(address, "--leave-idle=8") as process:
+        with connect(scheduler=address) as client:
+            client.wait_for_workers(1, timeout=GONE_SECONDS)
+        scheduler.kill()
+        assert process.wait(GONE_SECONDS) == 1
 
 
 def catches(pid: int, number: signal.Signals) -> bool:

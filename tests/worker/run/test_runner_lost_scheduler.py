@@ -7,7 +7,7 @@ from pathlib import Path
 import dask
 import psutil
 import pytest
-from tests.worker.dask_processes import dask_process, scheduler_process
+from tests.worker.dask_processes import dask_process, member, scheduler_process
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -42,10 +42,11 @@ def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
     record = submitted(store)
     with ExitStack() as stack:
         address, process = stack.enter_context(scheduler_process())
-        command = ("worker", address, "--nthreads=1", "--no-dashboard")
-        stack.enter_context(dask_process(*command))
+        # one worker, which comes back by itself
+        stack.enter_context(member(address))
         kept: list[int] = []
         waited: list[str | None] = []
+        patience: list[float] = []
 
         def kill(progress: Progress) -> None:
             if progress.blocks_done and not kept:
@@ -55,8 +56,9 @@ def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
             now = store.find(record.id)
             if kept and now.phase == "waiting" and not waited:
                 waited.append(now.message)
+                patience.append(progress.gives_up_in)
+                assert (progress.waits_for, progress.seconds_left) == (now.message, None)
                 stack.enter_context(scheduler_process("--port", address.rpartition(":")[2]))
-                stack.enter_context(dask_process(*command))
 
         ended = run_study(
             store,
@@ -66,6 +68,7 @@ def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
             threading.Event(),
             return_seconds=300.0,
         )
+    assert all(0.0 < seconds <= 300.0 for seconds in patience)
     assert waited == ["the connection to the Dask scheduler was lost"]
     assert (ended.state, ended.points_failed, ended.message) == ("done", 0, None)
     assert 0 < kept[0] < ended.blocks_done == ended.blocks_total
