@@ -26,6 +26,7 @@ from damperlab.studies.design.spelling import (
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification
+from damperlab.studies.understood import unusual_specification
 
 CALLED = {
     "clearance_m": "clearance",
@@ -46,6 +47,7 @@ def words_of(found: Found) -> list[str]:
     """Put all that was found into sentences."""
     return [
         *_damper(found),
+        *unusual_specification(found.asked),
         *_worst(found),
         *words_of_better(found),
         *limits_in_words(found),
