@@ -592,7 +592,10 @@ def answer_schemas() -> dict[str, Schema]:
             answer=_or_null(of("DesignAnswer")),
         ),
         "DesignOrBudget": {
-            "anyOf": [of("Design"), _object(name=TEXT, digest=TEXT, chosen=TEXTS, budget_points=COUNT)]
+            "anyOf": [
+                of("Design"),
+                _object(name=TEXT, digest=TEXT, chosen=TEXTS, budget_points=COUNT, understood=TEXTS),
+            ]
         },
         "Compared": _object(
             ("histories",),

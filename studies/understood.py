@@ -11,6 +11,7 @@ from damperlab.studies.axes import AxisSpec
 from damperlab.studies.definition import Study
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.physical import derivations
+from damperlab.studies.specification.specification import Specification
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import DEFAULTS
 
@@ -46,9 +47,36 @@ def understood(study: AnyStudy) -> list[str]:
     made = ratios(study)
     if made:
         found.append(f"In ratios: {', '.join(_spelled(name, ends) for name, ends in made.items())}.")
-    found += _unusual(study, made)
+    found += _unusual(made, float(study.coordinates["damping_ratio"][0]), study.forced, "the physical block")
     found += _two_frequencies(study)
     return found
+
+
+def unusual_specification(asked: Specification) -> list[str]:
+    """Say what is certainly unusual in a specification in units, whatever is chosen of its ranges and however strongly it is
+    shaken; nothing of base amplitudes under ground-motion records."""
+    if not asked.in_units:
+        return []
+    structure, chosen = asked.structure, asked.choices
+    made = {"mass_ratio": (chosen["particle_mass_kg"].start / structure.mass_kg,) * 2}
+    over_m = [
+        float(amplitude * each.base_m(1.0, r))
+        for each in asked.excitations
+        for amplitude in (each.lowest_m, each.highest_m)
+        for r in (each.low, each.high)
+    ]
+    if over_m:
+        clearance, force = chosen["clearance_m"], chosen["friction_force_n"]
+        made["friction_ratio"] = (
+            force.start / (structure.stiffness_n_per_m * max(over_m)),
+            force.stop / (structure.stiffness_n_per_m * min(over_m)),
+        )
+        if chosen["particle_mass_kg"].stop > 0.0:
+            made["clearance_ratio"] = (clearance.start / max(over_m), clearance.stop / min(over_m))
+    forced = all(each.motion.force for each in asked.excitations)
+    motions = {each.motion.key for each in asked.excitations}
+    key = f"`{motions.pop()}`" if len(motions) == 1 else "the excitations"
+    return _unusual(made, structure.damping_ratio, forced, "the specification", key)
 
 
 def ratios(study: Study) -> dict[str, Ends]:
@@ -71,11 +99,13 @@ def _spelled(name: str, ends: Ends) -> str:
     return f"{SYMBOLS[name]} = {low:.3g}" + (f" to {high:.3g}" if low < high else "")
 
 
-def _unusual(study: Study, made: Mapping[str, Ends]) -> list[str]:
+def _unusual(made: Mapping[str, Ends], damping: float, forced: bool, where: str, key: str = "") -> list[str]:
+    """Say which ratios are certainly unusual, and where their quantities are given."""
     found = []
-    moves, exerts, key = "base moves {} times as far as", "base exerts", "`base_amplitude_m`"
-    if study.forced:
-        moves, exerts, key = "static displacement is {} times", "excitation exerts", "`force_n`"
+    moves, exerts = "base moves {} times as far as", "base exerts"
+    if forced:
+        moves, exerts = "static displacement is {} times", "excitation exerts"
+    key = key or ("`force_n`" if forced else "`base_amplitude_m`")
     if "mass_ratio" in made and made["mass_ratio"][1] > 1.0:
         shown = _spelled("mass_ratio", made["mass_ratio"])
         found.append(f"The particle is heavier than the structure ({shown}): check the masses.")
@@ -87,7 +117,6 @@ def _unusual(study: Study, made: Mapping[str, Ends]) -> list[str]:
                 f"The {moves.format(f'more than {1.0 / FEW:g}')} the clearance ({shown}): check the units of "
                 f"`clearance_m` and {key}."
             )
-        damping = float(study.coordinates["damping_ratio"][0])
         # undamped by anything else the structure moves Z/(2ζ) at resonance, and never more than twice that on the way there
         if damping > 0.0 and low > max(1.0 / damping, MANY):
             found.append(
@@ -97,7 +126,7 @@ def _unusual(study: Study, made: Mapping[str, Ends]) -> list[str]:
     if "friction_ratio" in made and made["friction_ratio"][0] > MANY:
         found.append(
             f"The friction force is more than {MANY:g} times the force that the {exerts} "
-            f"({_spelled('friction_ratio', made['friction_ratio'])}): check the units of the physical block."
+            f"({_spelled('friction_ratio', made['friction_ratio'])}): check the units of {where}."
         )
     return found
 

@@ -37,7 +37,10 @@ CRITERIA: dict[Criterion, str] = {
         "conventions, kept to reproduce the paper's curve; read as c/(2 m ω_n) it is den_hartog itself"
     ),
     "hinf": "exact least peak for an undamped structure, closed form of Nishihara and Asami (2002)",
-    "h2": "least mean square under white noise for an undamped structure, closed form",
+    "h2": (
+        "least mean square of an undamped structure under white noise, closed form: of its displacement under a force, of that "
+        "against the base under a base acceleration"
+    ),
     "minimax": "least peak for the structure with its own damping, found numerically",
 }
 """How a tuned mass damper is tuned, and what each tuning is."""

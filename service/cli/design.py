@@ -54,6 +54,7 @@ def design(
     from damperlab.studies.design.design import designing
     from damperlab.studies.ground.shelf import Shelf
     from damperlab.studies.specification.reading import read_specification
+    from damperlab.studies.understood import unusual_specification
 
     asked = read_specification(specification, Shelf(data_folder(data_dir)))
     with working("Planning"):
@@ -62,9 +63,12 @@ def design(
             next(
                 designing(asked, budget)
             )  # a budget that ends before the first look does is refused here too
+    unusual = unusual_specification(asked)
     if dry_run:
-        _print_size(asked, budget, as_json)
+        _print_size(asked, budget, unusual, as_json)
         return
+    for line in unusual:
+        note(line)
     with Computer(open_store(data_dir), means, HERE_SECONDS) as computer:
         found = _search(asked, budget, _Evaluation(computer, asked))
     from damperlab.studies.design.answer import answer_document
@@ -151,12 +155,15 @@ def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "Fo
             return found
 
 
-def _print_size(asked: "Specification", budget: int, as_json: bool) -> None:
+def _print_size(asked: "Specification", budget: int, unusual: list[str], as_json: bool) -> None:
     free = list(asked.free)
     if as_json:
-        print_json({"name": asked.name, "digest": asked.digest, "chosen": free, "budget_points": budget})
+        size = {"name": asked.name, "digest": asked.digest, "chosen": free, "budget_points": budget}
+        print_json(size | {"understood": unusual})
     else:
         chosen = (
             f"Chosen: {', '.join(free)}" if free else "Nothing is to be chosen: the damper given is assessed"
         )
         say(f"{asked.name or 'The specification'} is complete. {chosen}. Budget: {budget:,} points.")
+        for line in unusual:
+            say(line)

@@ -75,7 +75,7 @@ export async function designForm(root, { query }) {
     try {
       const found = await send("designs", asked, { dry_run: true }, asking.signal);
       showFaults([]);
-      fill(budget, `To be chosen: ${found.chosen.map((/** @type {string} */ name) => damper.find((each) => each.name === name)?.label ?? name).join("; ")}. At most ${count(found.budget_points)} points.`);
+      fill(budget, `To be chosen: ${found.chosen.map((/** @type {string} */ name) => damper.find((each) => each.name === name)?.label ?? name).join("; ")}. At most ${count(found.budget_points)} points. ${found.understood.join(" ")}`);
     } catch (error) {
       if (!(error instanceof Refusal)) return;
       showFaults(error.faults);

@@ -72,12 +72,12 @@ async def ask(request: Request, service: TheService, query: Annotated[AskQuery, 
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
     written_in: Format = "json" if kind in JSON_TYPES else "yaml"
-    asked, budget = await service.work.run(request, specified, body, written_in, service.settings.records)
+    asked, budget, unusual = await service.work.run(
+        request, specified, body, written_in, service.settings.records
+    )
     if query.dry_run:
-        chosen = list(asked.free)
-        return Document(
-            {"name": asked.name, "digest": asked.digest, "chosen": chosen, "budget_points": budget}
-        )
+        found = {"name": asked.name, "digest": asked.digest, "chosen": list(asked.free)}
+        return Document(found | {"budget_points": budget, "understood": unusual})
     return await run_sync(_keep, service, asked, budget, limiter=service.submissions)
 
 

@@ -24,6 +24,7 @@ from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.specification.reading import load_specification, parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.text import Format, load_text
+from damperlab.studies.understood import unusual_specification
 from damperlab.studies.vocabulary import AccelerationUnits
 from damperlab.worker.fit.estimate import fit_response
 from damperlab.worker.fit.history.estimate import fit_history
@@ -100,9 +101,10 @@ def looked_at(motion: GroundMotion, most: int) -> dict[str, Any]:
     }
 
 
-def specified(body: bytes, written_in: Format, records: Shelf) -> tuple[Specification, int]:
-    """Read a specification, and say how many points its budget allows; refuse a budget that ends before the first look."""
+def specified(body: bytes, written_in: Format, records: Shelf) -> tuple[Specification, int, list[str]]:
+    """Read a specification, and say how many points its budget allows and what is unusual; refuse a budget that ends before the
+    first look."""
     asked = parse_specification(load_specification(body, written_in), records)
     budget = budget_of(asked)
     next(designing(asked, budget))
-    return asked, budget
+    return asked, budget, unusual_specification(asked)

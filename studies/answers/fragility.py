@@ -37,6 +37,9 @@ WIDEST = 4.0
 """Largest dispersion that is looked at; buildings and dampers have 0.1 to 1."""
 NARROWEST = 1e-3
 CELLS, ZOOMS = 24, 14
+FAILED_RUNS = (Status.TOO_MANY_EVENTS, Status.UNBOUNDED, Status.NO_PROGRESS)
+"""A run that ends so at a scale above all that are known of its record counts as one that exceeds the limit, as in incremental
+dynamic analysis: left out, a record that fails as it is scaled up would make the damper look better than it is."""
 
 
 class Fitted(NamedTuple):
@@ -107,16 +110,20 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     index = choose(cube, asked.at, (RECORD, SCALE))
     dims = (RECORD, SCALE)
     values, status = as_float(read(cube, metric, index, dims)), read(cube, "status", index, dims)
-    known = ((status >= Status.CONVERGED) & (status <= Status.MAX_CYCLES) & np.isfinite(values)).all(axis=1)
+    known = (status >= Status.CONVERGED) & (status <= Status.MAX_CYCLES) & np.isfinite(values)
+    known_above = np.maximum.accumulate(known[:, ::-1], axis=1)[:, ::-1]
+    beyond = np.isin(status, FAILED_RUNS) & ~known_above
+    exceeds, keeps = (known & (values > asked.threshold)) | beyond, known & ~(values > asked.threshold)
+    some = (exceeds | keeps).any(axis=1)
     scales = cube[SCALE].values
-    exceeded = np.maximum.accumulate(values[known] > asked.threshold, axis=1)
-    low, high = bounds(exceeded, scales)
+    low, high = bounds(exceeds[some], scales, keeps[some])
     fitted = fit_lognormal(low, high)
+    values = np.where(known, values, np.nan)
     attributes: dict[str, Any] = {
         **completeness(*count(status), status.size),
         "threshold": asked.threshold,
         "metric": metric,
-        "records": int(known.sum()),
+        "records": int(some.sum()),
         "never": int(np.isinf(high).sum()),
     }
     if fitted is not None:
@@ -126,21 +133,22 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
             "median_scale_interval": list(fitted.median_interval),
             "dispersion_interval": list(fitted.dispersion_interval),
         }
-    attributes["note"] = _note(cube, metric, attributes, say(cube, index, asked.at, Phrases.of(cube)))
+    where = say(cube, index, asked.at, Phrases.of(cube))
+    attributes["note"] = _note(cube, metric, attributes, where, may_be_one(low, high), int(beyond.sum()))
     nothing = np.full(scales.size, np.nan)
-    some = bool(known.any())
+    by, not_by = (high[:, None] <= scales).sum(axis=0), (low[:, None] >= scales).sum(axis=0)
     variables: Mapping[str, tuple[Floats, str]] = {
         "exceeded": (
-            exceeded.mean(axis=0) if some else nothing,
+            np.divide(by, by + not_by, out=nothing.copy(), where=by + not_by > 0),
             "share of the records that exceed the limit",
         ),
         "probability": (
             nothing if fitted is None else cumulative(np.log(scales / fitted.median) / fitted.dispersion),
             "probability of exceeding the limit",
         ),
-        "lowest": (values[known].min(axis=0) if some else nothing, "smallest over the records"),
-        "median": (np.median(values[known], axis=0) if some else nothing, "median over the records"),
-        "highest": (values[known].max(axis=0) if some else nothing, "largest over the records"),
+        "lowest": (np.fmin.reduce(values, axis=0), "smallest over the records"),
+        "median": (_median(values), "median over the records"),
+        "highest": (np.fmax.reduce(values, axis=0), "largest over the records"),
     }
     units = {name: cube[metric].attrs.get("units", "1") for name in ("lowest", "median", "highest")}
     described = {
@@ -150,11 +158,34 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     return xr.Dataset(described, {SCALE: cube[SCALE], **scalars(cube, index)}, attributes)
 
 
-def bounds(exceeded: NDArray[np.bool_], scales: Floats) -> tuple[Floats, Floats]:
-    """Give for each record the scales between which it first exceeds, (n,) each: 0 below the first, infinity where never."""
-    first = np.where(exceeded.any(axis=1), exceeded.argmax(axis=1), scales.size)
+def bounds(
+    exceeds: NDArray[np.bool_], scales: Floats, keeps: NDArray[np.bool_] | None = None
+) -> tuple[Floats, Floats]:
+    """Give for each record the scales between which it first exceeds.
+
+    Parameters
+    ----------
+    exceeds, keeps : ndarray of bool, (n, m)
+        Whether a record is known to exceed the limit at a scale, and whether it is known not to; by default all are known.
+    scales : ndarray, (m,)
+        Ascending.
+
+    Returns
+    -------
+    low, high : ndarray, (n,)
+        0 below the first scale, infinity where the limit is never exceeded.
+    """
+    keeps = ~exceeds if keeps is None else keeps
+    first = np.where(exceeds.any(axis=1), exceeds.argmax(axis=1), scales.size)
+    before = keeps & (np.arange(scales.size) < first[:, None])
+    last = np.where(before.any(axis=1), scales.size - before[:, ::-1].argmax(axis=1), 0)
     edges = np.concatenate(([0.0], scales, [np.inf]))
-    return edges[first], edges[first + 1]
+    return edges[last], edges[first + 1]
+
+
+def may_be_one(low: Floats, high: Floats) -> bool:
+    """Whether one number is in, or at an end of, every interval: the likelihood then grows as the dispersion falls to 0."""
+    return low.size < 2 or float(low.max()) <= float(high.min())
 
 
 def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
@@ -168,11 +199,10 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
     Returns
     -------
     Fitted or None
-        None where the data give no dispersion: fewer than two numbers, or all may be one.
+        None where the data give no dispersion: see `may_be_one`, or `WIDEST` or more.
     """
     finite = np.concatenate((low[low > 0], high[np.isfinite(high)]))
-    # if one number lies in all intervals, the likelihood grows without end as the distribution narrows to it
-    if low.size < 2 or not finite.size or float(low.max()) < float(high.min()):
+    if not finite.size or may_be_one(low, high):
         return None
     centre, span = np.log(finite).mean(), np.ptp(np.log(finite)) + WIDEST
     corner = (centre - span, math.log(NARROWEST), centre + span, math.log(WIDEST))
@@ -181,7 +211,10 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
         medians, widths, likely = _grid(box, low, high)
         i, j = np.unravel_index(int(likely.argmax()), likely.shape)
         reach = [2.0 * (axis[1] - axis[0]) for axis in (medians, widths)]
-        box = (medians[i] - reach[0], widths[j] - reach[1], medians[i] + reach[0], widths[j] + reach[1])
+        top = min(widths[j] + reach[1], corner[3])
+        box = (medians[i] - reach[0], widths[j] - reach[1], medians[i] + reach[0], top)
+    if widths[j] == corner[3]:
+        return None
     best, median, width = float(likely.max()), float(medians[i]), float(widths[j])
 
     def interval(axis: int) -> tuple[float, float]:
@@ -243,7 +276,16 @@ def _log_likelihood(median: Floats, width: Floats, low: Floats, high: Floats) ->
     return total
 
 
-def _note(cube: xr.Dataset, metric: str, found: Mapping[str, Any], where: str) -> str:
+def _median(values: Floats) -> Floats:
+    """Median of each column over what is known."""
+    return np.array(
+        [np.median(each[~np.isnan(each)]) if not np.isnan(each).all() else np.nan for each in values.T]
+    )
+
+
+def _note(
+    cube: xr.Dataset, metric: str, found: Mapping[str, Any], where: str, alike: bool, failed: int
+) -> str:
     units = cube[metric].attrs.get("units", "1")
     limit = f"{found['threshold']:g}" + ("" if units == "1" else f" {units}")
     if units == "m":
@@ -260,8 +302,16 @@ def _note(cube: xr.Dataset, metric: str, found: Mapping[str, Any], where: str) -
             f"on; dispersion {found['dispersion']:.3g} of ln scale (lognormal, maximum likelihood, one observation a record)."
         )
     else:
+        why = (
+            "the records do not differ in the scale at which they first exceed it"
+            if alike
+            else "these records do not settle it: whether they exceed the limit hardly depends on the scale"
+        )
+        sentences.append(f"No curve can be fitted, as {why}.")
+    if failed:
         sentences.append(
-            "No curve can be fitted: the records do not differ in the scale at which they first exceed it."
+            f"{counted(failed, 'failed run')} above the scales that are known of a record "
+            f"{'count as exceeding' if failed > 1 else 'counts as exceeding'}."
         )
     return " ".join(filter(None, sentences))
 

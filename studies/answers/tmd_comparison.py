@@ -22,7 +22,7 @@ from damperlab.studies.field import At
 from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
 from damperlab.studies.tmd.curves import exact_curves
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
-from damperlab.studies.tmd.tunings import tuned
+from damperlab.studies.tmd.tunings import MOST_UNDER_BASE, tuned
 from damperlab.studies.variables import Status
 from damperlab.studies.vocabulary import CRITERIA, EXCITATIONS, Excitation
 
@@ -101,6 +101,9 @@ def tmd_comparison(
         curve = frequency_response(cube, Selection(METRIC, {**at, **best}))
     mass = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
     _check_mass(mass, "this design has no particle's mass to compare with: name the mass of the damper")
+    if criterion == "h2" and excitation == "base" and mass >= MOST_UNDER_BASE:
+        allowed = f"below {MOST_UNDER_BASE:g} for h2 with a shaken base"
+        raise QueryFault(Fault("mass_ratio", describe(mass), allowed, "choose another criterion"))
     structural = float(curve["damping_ratio"])
     absorber = tuned(criterion, mass, structural, excitation)
     absorber = absorber.detuned(tuning.detuning, tuning.damping_detuning)

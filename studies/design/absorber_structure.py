@@ -65,8 +65,9 @@ def structures(asked: Specification) -> Iterator[dict[str, float]]:
 
 def built(asked: Specification, tuned: Absorber | Absorbers, shares: Mapping[str, float | Floats]) -> Built:
     """Give the structure that is off by these shares, or many, with the absorber; under no record yet."""
-    mass, shift = shares.get("mass_kg", 0.0), shares.get(FREQUENCY, 0.0)
-    damping = np.minimum(asked.structure.damping_ratio * (1.0 + shares.get(DAMPING, 0.0)), 0.999)
+    mass = shares.get("mass_kg", 0.0)
+    shift, off = asked.structure.built_off(mass, shares.get(FREQUENCY, 0.0), shares.get(DAMPING, 0.0))
+    damping = np.minimum(asked.structure.damping_ratio * (1.0 + off), 0.999)
     tuning = tuned.tuning * (1.0 + shares.get(TUNING, 0.0)) / (1.0 + shift)
     ratio = tuned.mass_ratio / (1.0 + mass)
     if isinstance(tuned, Absorber) and not any(map(np.ndim, shares.values())):

@@ -5,7 +5,13 @@ from dataclasses import dataclass, replace
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.measure import DAMPER_LIMITS, DamperLimit
 from damperlab.studies.specification.records import Case, Under
-from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification, Structure
+from damperlab.studies.specification.specification import (
+    CHOSEN,
+    OF_STRUCTURE,
+    RATIO_OF,
+    Specification,
+    Structure,
+)
 
 Place = tuple[float, float, float, float, float]
 """ζ, e, β, d/Z and γ_F; the three of the particle are 0 where there is none."""
@@ -138,6 +144,10 @@ class Build:
             changed[name] = max(value + share * tolerance.of(value), 0.0)
             if name == "restitution":
                 changed[name] = min(changed[name], 1.0)
+        if shares.keys() & set(OF_STRUCTURE):
+            of_structure = (changed.get(name, 0.0) for name in OF_STRUCTURE)
+            shift, damping = asked.structure.built_off(*of_structure)
+            changed |= {"natural_frequency_hz": float(shift), "damping_ratio": float(damping)}
         return replace(self, **changed)
 
 

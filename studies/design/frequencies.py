@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.specification.excitation import Excitation
-from damperlab.studies.specification.specification import Specification
+from damperlab.studies.specification.specification import OF_STRUCTURE, Specification
 
 NARROWEST, WIDEST = 0.001, 0.008
 """Steps between resonances; a lighter damping than the first is not resolved by samples alone."""
@@ -68,16 +68,16 @@ class Survey:
         first, last = riding - margin, 1.0 + margin
         step = max(min(max(zeta, NARROWEST), WIDEST), (last - first) / MOST_STEPS)
         # tolerances move the band over the structure's own frequency
-        slack = (
-            asked.tolerances["natural_frequency_hz"].size
-            if "natural_frequency_hz" in asked.tolerances
-            else 0.0
+        off = {name: each.size for name, each in asked.tolerances.items() if name in OF_STRUCTURE}
+        mass, frequency = off.get("mass_kg", 0.0), off.get("natural_frequency_hz", 0.0)
+        lowest, highest = (
+            asked.structure.built_off(-side * mass, side * frequency, 0.0)[0] for side in (-1, 1)
         )
         steps = range(math.ceil((first - 1.0) / step), math.floor((last - 1.0) / step) + 1)
         inner = {k: round(1.0 + k * step, DIGITS) for k in steps}
         outer = [
-            *_towards(first, low / (1.0 + slack)),
-            *_towards(last, high / (1.0 - slack)),
+            *_towards(first, low / (1.0 + highest)),
+            *_towards(last, high / (1.0 + lowest)),
         ]
         fine = sorted({*inner.values(), *outer})
         coarse = sorted({*(r for k, r in inner.items() if k % COARSE == 0), *outer[::2]})

@@ -26,6 +26,7 @@ from damperlab.studies.design.spelling import (
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification
+from damperlab.studies.understood import unusual_specification
 
 CALLED = {
     "clearance_m": "clearance",
@@ -46,6 +47,7 @@ def words_of(found: Found) -> list[str]:
     """Put all that was found into sentences."""
     return [
         *_damper(found),
+        *unusual_specification(found.asked),
         *_worst(found),
         *words_of_better(found),
         *limits_in_words(found),
@@ -126,6 +128,7 @@ def _worst(found: Found) -> Iterator[str]:
         )
     if asked.tolerances:
         yield f"As drawn, without tolerances, it is {response(asked, found.nominal.value)}."
+    yield from words_of_structure(asked)
     if count > 1:
         parts = [
             f"{response(asked, judged.value)} under `{each.name}` ({spelled_out(asked, each)})"
@@ -136,6 +139,21 @@ def _worst(found: Found) -> Iterator[str]:
             for each, judged in zip(asked.records, found.under_records, strict=True)
         ]
         yield f"As drawn it {comes_to(asked)} {'; '.join(parts)}."
+
+
+def words_of_structure(asked: Specification) -> Iterator[str]:
+    """Say what a tolerance of the mass leaves as it was given."""
+    if "mass_kg" not in asked.tolerances:
+        return
+    structure = asked.structure
+    damping = "dashpot" if structure.dashpot_given else "damping ratio"
+    if structure.stiffness_given:
+        yield f"The tolerance of the mass leaves stiffness and {damping} as given: the natural frequency changes."
+        return
+    yield (
+        f"The tolerance of the mass leaves natural frequency and {damping} as given: the stiffness changes. For a mass on "
+        "given springs give `stiffness_n_per_m`."
+    )
 
 
 def _builds(found: Found) -> Iterator[str]:

@@ -1,6 +1,7 @@
 """A question about earthquakes as validated data: a structure, its dampers, a record, and how to compare them."""
 
 from dataclasses import dataclass
+from math import isnan
 from typing import Any
 
 from damperlab.studies.choices import Contact, InstantContact
@@ -15,6 +16,7 @@ from damperlab.studies.ground.shelf import RecordNotFound, Shelf
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import read_count
 from damperlab.studies.questions import MOST_SEED, MOST_STARTS, Compared
+from damperlab.studies.tmd.tunings import MOST_UNDER_BASE
 from damperlab.studies.vocabulary import CASES, CRITERIA, Criterion
 
 
@@ -89,6 +91,12 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
             Fault("tmd_criterion", describe(criterion), f"one of {listing(CRITERIA)}", "choose one of these")
         )
     cases = _cases(held.get("cases", list(CASES)), faults)
+    if not faults and criterion == "h2" and "tmd" in cases:
+        mass = values["particle_mass_kg"] if isnan(values["tmd_mass_kg"]) else values["tmd_mass_kg"]
+        most = MOST_UNDER_BASE * values["mass_kg"]
+        if mass >= most:
+            allowed = f"a mass damper below {most:g} kg for h2"
+            faults.append(Fault("tmd_mass_kg", f"{mass:g} kg", allowed, "choose another `tmd_criterion`"))
     counts = {"starts": Compared.starts, "seed": Compared.seed}
     for name, most in (("starts", MOST_STARTS), ("seed", MOST_SEED)):
         try:

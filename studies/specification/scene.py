@@ -109,7 +109,7 @@ class SceneFields(RecordFields):
                     told,
                 )
                 return None
-        return Structure(mass, frequency, damping)
+        return Structure(mass, frequency, damping, "stiffness_n_per_m" in raw, "damping_n_s_per_m" in raw)
 
     def _excitations(self, structure: Structure | None) -> tuple[Excitation, ...] | None:
         """Read one excitation over a band, or those of a list; None where one of them cannot be read."""

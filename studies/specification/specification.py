@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
 from damperlab.studies.specification.measure import (
     DAMPER_LIMITS,
@@ -40,11 +42,15 @@ class Structure:
         M and ω_n/2π; 1 kg and 1/2π Hz where the specification is in ratios, so that k = 1 N/m.
     damping_ratio : float
         ζ.
+    stiffness_given, dashpot_given : bool
+        Whether k and c were given in place of ω_n and ζ: a tolerance of the mass then leaves them as they are.
     """
 
     mass_kg: float
     natural_frequency_hz: float
     damping_ratio: float
+    stiffness_given: bool = False
+    dashpot_given: bool = False
 
     @property
     def angular_frequency(self) -> float:
@@ -55,6 +61,20 @@ class Structure:
     def stiffness_n_per_m(self) -> float:
         """k = M ω_n²."""
         return self.mass_kg * self.angular_frequency**2
+
+    def built_off(self, mass: Any, frequency: Any, damping: Any) -> tuple[Any, Any]:
+        """Give by which shares ω_n and ζ of the structure are off as built.
+
+        Parameters
+        ----------
+        mass, frequency, damping : float or ndarray
+            Shares within the tolerances. Of a given stiffness the tolerance of the frequency is that of √k, of a given dashpot
+            that of the damping is that of c.
+        """
+        shift = (1.0 + frequency) / np.sqrt(1.0 + mass) - 1.0 if self.stiffness_given else frequency
+        if self.dashpot_given:
+            damping = (1.0 + damping) / ((1.0 + mass) * (1.0 + shift)) - 1.0
+        return shift, damping
 
     def per_metre(self, motion: Motion) -> float:
         """Give what a base amplitude of 1 m at the natural frequency makes of what is constant, or a static displacement."""

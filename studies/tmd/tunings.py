@@ -37,13 +37,23 @@ def exact_hinf(mass_ratio: float) -> Absorber:
     return Absorber(mu, tuning, math.sqrt(excess / (1 + mu)) / 4)
 
 
-def h2(mass_ratio: float) -> Absorber:
-    """Least ∫|X/X_st|² dω of an undamped structure: white noise on the primary mass, or a base shaken so.
+MOST_UNDER_BASE = 2.0
+"""Mass ratio from which no spring of an absorber is best under a base acceleration: the softer, the better."""
+
+
+def h2(mass_ratio: float, excitation: Excitation = "base") -> Absorber:
+    """Least mean square displacement of an undamped structure under white noise.
+
+    Under a force it is that of the structure, and ∫|X/Z|² dω over a base displacement has the same optimum. Under an
+    acceleration of the base it is that against the base, and μ is below `MOST_UNDER_BASE`.
 
     G. B. Warburton, Optimum absorber parameters for various combinations of response and excitation
     parameters, Earthquake Eng. Struct. Dyn. 10 (1982) 381.
     """
     mu = mass_ratio
+    if excitation == "base":
+        tuning = math.sqrt((2 - mu) / 2) / (1 + mu)
+        return Absorber(mu, tuning, math.sqrt(mu * (4 - mu) / (8 * (1 + mu) * (2 - mu))))
     tuning = math.sqrt((2 + mu) / 2) / (1 + mu)
     return Absorber(mu, tuning, math.sqrt(mu * (4 + 3 * mu) / (8 * (1 + mu) * (2 + mu))))
 
@@ -56,7 +66,7 @@ def tuned(
     Parameters
     ----------
     criterion : str
-        One of `vocabulary.CRITERIA`; only "minimax" looks at the structure's damping and the excitation.
+        One of `vocabulary.CRITERIA`; only "minimax" looks at the structure's damping, and it and "h2" at the excitation.
     mass_ratio : float
         μ > 0.
     structural_damping, excitation
@@ -70,6 +80,6 @@ def tuned(
         case "hinf":
             return exact_hinf(mass_ratio)
         case "h2":
-            return h2(mass_ratio)
+            return h2(mass_ratio, excitation)
         case "minimax":
             return minimax(mass_ratio, structural_damping, excitation)

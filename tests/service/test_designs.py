@@ -78,6 +78,10 @@ def test_a_dry_run_keeps_nothing(client: httpx.Client, helpers: Any) -> None:
     assert answer.status_code == 200
     assert answer.json()["budget_points"] == 500
     assert answer.json()["chosen"] == ["friction_force_n"]
+    assert answer.json()["understood"] == []
+    millimetres = asked | {"clearance_m": 500.0}
+    said = client.post(DESIGNS, json=millimetres, params={"dry_run": True}).json()["understood"]
+    assert any("check the units of `clearance_m`" in each for each in said)
     assert client.get(DESIGNS).json() == before
 
 

@@ -97,6 +97,7 @@ def test_table_a1_is_answered(client: httpx.Client) -> None:
         ({"record": {"kanai_tajimi": {"seed": 1}, **SWEEP}}, "record"),
         ({"clearance_m": -1}, "clearance_m"),
         ({"tmd_criterion": "best"}, "tmd_criterion"),
+        ({"tmd_criterion": "h2", "tmd_mass_kg": 3.3}, "tmd_mass_kg"),
         ({"cases": []}, "cases"),
         ({"gap": 1}, "gap"),
         ({"natural_frequency_hz": 1000, "starts": 256}, "starts"),

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.understood import ratios, understood
+from damperlab.studies.specification.reading import parse_specification
+from damperlab.studies.understood import ratios, understood, unusual_specification
 
 FRAME: dict[str, Any] = {
     "mass_kg": 42,
@@ -73,6 +74,47 @@ def test_under_a_force_what_is_unusual_is_said_of_the_force() -> None:
     assert "The static displacement is more than 10 times the clearance (d/Z" in words
     assert "`clearance_m` and `force_n`" in words
     assert "base" not in words
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"particle_mass_kg": 3000}, "The particle is heavier than the structure (β = 71.4)"),
+        (
+            {"excitation": {"base_amplitude_m": 0.3}},
+            "The base moves more than 10 times as far as the clearance",
+        ),
+        (
+            {"excitation": {"base_acceleration_m_per_s2": 1e3}},
+            "`clearance_m` and `base_acceleration_m_per_s2`",
+        ),
+        ({"excitation": {"force_n": 17e4}}, "The static displacement is more than 10 times the clearance"),
+        (
+            {"clearance": {"start": 0.5, "stop": 2.0}},
+            "The clearance is larger than any motion (d/Z = 5e+03 to 2e+04)",
+        ),
+        ({"friction_force_n": 16e3}, "The friction force is more than 100 times"),
+        ({"clearance": {"start": 0.0002, "stop": 2.0}}, ""),
+        ({"friction_force_n": 10, "particle_mass_kg": 3}, ""),
+    ],
+)
+def test_what_is_certainly_unusual_in_a_specification_is_remarked(
+    changed: dict[str, Any], words: str
+) -> None:
+    asked = parse_specification(
+        {
+            "structure": {"mass_kg": 42, "natural_frequency_hz": 11.3, "damping_ratio": 0.011},
+            "excitation": changed.get("excitation", {"base_amplitude_m": 1e-4})
+            | {"frequency_hz": {"start": 9, "stop": 14}},
+            "choose": {"clearance_m": changed.get("clearance", {"start": 0.0002, "stop": 0.002})},
+            "friction_force_n": changed.get("friction_force_n", 10),
+            "particle_mass_kg": changed.get("particle_mass_kg", 3),
+            "restitution": 0.5,
+        }
+    )
+    found = "".join(unusual_specification(asked))
+    assert words in found
+    assert bool(words) == bool(found)
 
 
 @pytest.mark.parametrize(

@@ -149,6 +149,12 @@ def test_a_dry_run_says_the_budget_and_stores_nothing(tmp_path: Path) -> None:
     said = run("design", "prototype", "--dry-run", "--json", "--data-dir", tmp_path / "data")
     assert json.loads(said.stdout)["budget_points"] > 1000
     assert not (tmp_path / "data").exists()
+    path = tmp_path / "millimetres.json"
+    path.write_text(
+        json.dumps(SPECIFICATION | {"excitation": {"base_amplitude_m": 0.3, "frequency_hz": 8.0}})
+    )
+    told = run("design", path, "--dry-run", "--data-dir", tmp_path / "data").stdout
+    assert "check the units of `clearance_m` and `base_amplitude_m`" in told
 
 
 def test_a_specification_with_faults_ends_with_all_of_them(tmp_path: Path) -> None:

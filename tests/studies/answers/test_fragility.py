@@ -6,17 +6,19 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.optimize import minimize
+from scipy.stats import norm
 
 from damperlab.studies.answers.faults import QueryFault
-from damperlab.studies.answers.fragility import bounds, fit_lognormal, fragility
+from damperlab.studies.answers.fragility import WIDEST, bounds, fit_lognormal, fragility
 from damperlab.studies.kinds import HARMONIC, SUITE
 from damperlab.studies.questions import Fragile
 
 SCALES = np.array([0.5, 1.0, 2.0, 4.0])
 
 
-def suite_of(values: np.ndarray) -> xr.Dataset:
-    """Values (record, scale) of one damper."""
+def suite_of(values: np.ndarray, status: np.ndarray | int = 0) -> xr.Dataset:
+    """Values (record, scale) of one damper, and how its runs ended."""
     shape = [1] * len(SUITE.dimensions)
     shape[SUITE.dimensions.index("record")], shape[SUITE.dimensions.index("scale")] = values.shape
     axes: dict[str, np.ndarray] = {name: np.ones(1) for name in SUITE.dimensions}
@@ -24,7 +26,7 @@ def suite_of(values: np.ndarray) -> xr.Dataset:
     axes["scale"] = SCALES
     data = {
         SUITE.metric: (SUITE.dimensions, values.reshape(shape), {"units": "m"}),
-        "status": (SUITE.dimensions, np.zeros(shape, np.int8)),
+        "status": (SUITE.dimensions, np.broadcast_to(status, values.shape).astype(np.int8).reshape(shape)),
     }
     return xr.Dataset(data, axes)
 
@@ -70,6 +72,77 @@ def test_the_curve_is_that_of_the_scales_at_which_records_first_exceed() -> None
     np.testing.assert_array_equal(answer["highest"], values.max(axis=0))
     assert "2 of 3 records" in answer.attrs["note"]
     assert "exceeds 20 mm" in answer.attrs["note"]
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+def test_a_likelihood_that_is_flat_in_the_dispersion_gives_none(share: float) -> None:
+    """Of two neighbouring intervals every dispersion below some gives the shares that were counted, with its own median."""
+    below = round(40 * share)
+    low, high = np.repeat([0.5, 1.0], [below, 40 - below]), np.repeat([1.0, 2.0], [below, 40 - below])
+    assert fit_lognormal(low, high) is None
+
+
+@pytest.mark.parametrize(
+    ("below", "above", "fitted"),
+    [([0.5, 4.0], [0.5, 1.0], True), ([0.5, 4.0], [0.6, 3.0], False), ([0.5, 3.0], [0.6, 4.0], False)],
+)
+def test_of_open_intervals_alone_the_likelihood_may_grow_with_the_dispersion_without_end(
+    below: list[float], above: list[float], fitted: bool
+) -> None:
+    """Against a minimiser over 1/β, which is not held above 1/4, the least that is looked at."""
+    low, high = np.array([0.0, 0.0, *above]), np.array([*below, np.inf, np.inf])
+
+    def unlikely(x: np.ndarray) -> float:
+        with np.errstate(divide="ignore"):
+            shares = norm.cdf(x[0] * np.log(high) - x[1]) - norm.cdf(x[0] * np.log(low) - x[1])
+        return -float(np.log(np.maximum(shares, 1e-300)).sum())
+
+    best = minimize(unlikely, [0.3, 0.0], method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-15})
+    found = fit_lognormal(low, high)
+    assert (found is not None) is fitted is bool(best.x[0] > 1.0 / WIDEST)
+    if found is not None:
+        assert found.dispersion == pytest.approx(1.0 / best.x[0], rel=1e-4)
+
+
+def test_a_record_that_fails_as_it_is_scaled_up_exceeds_the_limit() -> None:
+    """Capacities are lognormal, and runs far above them fail: the curve is that of all runs, not that of those that lasted."""
+    rng = np.random.default_rng(5)
+    capacity = np.exp(rng.normal(math.log(1.4), 0.5, 60))[:, None]
+    # the response grows as the scale, and a run ends where it is half more than the limit
+    values = 0.02 * SCALES / capacity
+    failed = values > 0.03
+    whole = fragility(suite_of(values), Fragile(0.02))
+    broken = fragility(suite_of(np.where(failed, np.nan, values), np.where(failed, 2, 0)), Fragile(0.02))
+    assert broken.attrs["median_scale"] == whole.attrs["median_scale"]
+    assert broken.attrs["dispersion"] == whole.attrs["dispersion"]
+    np.testing.assert_array_equal(broken["exceeded"], whole["exceeded"])
+    assert broken.attrs["records"] == 60
+    assert "count as exceeding" in broken.attrs["note"]
+
+
+def test_a_run_that_is_missing_among_others_widens_what_is_known_of_its_record() -> None:
+    """Failed or not computed between known ones, at the end of them not computed, and failed above one that exceeds."""
+    values = np.array(
+        [
+            [0.001, np.nan, 0.03, 0.05],
+            [0.001, np.nan, 0.002, 0.03],
+            [0.001, 0.002, np.nan, np.nan],
+            [0.03, 0.05, 0.05, np.nan],
+            [0.001, 0.002, 0.002, np.nan],
+            [np.nan] * 4,
+        ]
+    )
+    status = np.where(np.isnan(values), -1, 0)
+    status[0, 1], status[1, 1], status[3, 3], status[4, 3] = 4, 4, 2, 3
+    answer = fragility(suite_of(values, status), Fragile(0.02))
+    assert answer.attrs["records"] == 5
+    assert answer.attrs["never"] == 1
+    # at the second scale it is not known of the first, at the last two not of the third
+    assert answer["exceeded"].values.tolist() == pytest.approx([1 / 5, 1 / 4, 2 / 4, 1.0])
+    low, high = np.array([0.5, 2.0, 1.0, 0.0, 2.0]), np.array([2.0, 4.0, np.inf, 0.5, 4.0])
+    fitted = fit_lognormal(low, high)
+    assert fitted is not None
+    assert answer.attrs["median_scale"] == fitted.median
 
 
 def test_what_cannot_be_fitted_is_said() -> None:

@@ -59,6 +59,19 @@ def test_minimax_is_no_higher_than_any_other_tuning_and_detuning_is_worse(cube):
     )
 
 
+def test_h2_follows_the_excitation_and_is_refused_where_it_has_no_optimum(cube):
+    tunings = {
+        how: tmd_comparison(cube, Tuning("h2", excitation=how)).attrs["tmd_tuning"]
+        for how in (None, "base", "force")
+    }
+    mass = float(cube["mass_ratio"].values[0])
+    shaken, pushed = np.sqrt(1 - mass / 2) / (1 + mass), np.sqrt(1 + mass / 2) / (1 + mass)
+    assert list(tunings.values()) == pytest.approx([shaken, shaken, pushed], rel=1e-14)
+    with pytest.raises(QueryFault, match="below 2 for h2"):
+        tmd_comparison(cube, Tuning("h2", mass_ratio=2.0))
+    assert tmd_comparison(cube, Tuning("h2", mass_ratio=2.0, excitation="force")).attrs["tmd_tuning"] > 0
+
+
 def test_a_force_has_its_own_transfer_function_and_it_is_said(cube, whole):
     answer = tmd_comparison(cube, Tuning("hinf", excitation="force"))
     r = whole["frequency_ratio"].values

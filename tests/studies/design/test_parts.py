@@ -12,12 +12,14 @@ from scipy.stats import beta
 from tests.studies.specification.test_specification import PROTOTYPE, changed
 
 from damperlab.studies.design.absorber import tuned_beside
+from damperlab.studies.design.absorber_structure import built
 from damperlab.studies.design.alternatives import without
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.corners import HADAMARD, amplitudes_of, corners_of
 from damperlab.studies.design.frequencies import CLOSER, SHOWN, Survey, between, brackets, overshoot
 from damperlab.studies.design.intervals import clopper_pearson
 from damperlab.studies.design.lattice import Lattice
+from damperlab.studies.design.words import words_of_structure
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.transfer import highest
@@ -107,6 +109,57 @@ def test_tolerances_move_the_ratios_as_the_physics_does() -> None:
     assert ratio == pytest.approx(0.1605 * 1.01 / mass, rel=1e-14)
     assert friction == pytest.approx(0.3 / (stiffness * 0.0015), rel=1e-14)
     assert moved.nominal(moved.own(1.1)) == pytest.approx(1.1, rel=1e-15)
+
+
+@pytest.mark.parametrize("dashpot", [False, True])
+@pytest.mark.parametrize("stiffness", [False, True])
+def test_a_tolerance_of_the_mass_leaves_what_was_given(stiffness: bool, dashpot: bool) -> None:
+    """Ratios of a damper on M ± 10 % from M, k and c themselves; so for the tuned mass damper on the same structure."""
+    mass, k, c, omega = 1.605, 400.0, 0.5, math.sqrt(400.0 / 1.605)
+    zeta = c / (2.0 * math.sqrt(k * mass))
+    spring = {"stiffness_n_per_m": k} if stiffness else {"natural_frequency_hz": omega / (2.0 * math.pi)}
+    viscous = {"damping_n_s_per_m": c} if dashpot else {"damping_ratio": zeta}
+    asked = parse_specification(
+        PROTOTYPE | {"structure": {"mass_kg": mass, **spring, **viscous}, "tolerances": {"mass_kg": "10%"}}
+    )
+    for side in (-1.0, 1.0):
+        own = mass * (1.0 + 0.1 * side)
+        own_k = k if stiffness else own * omega**2
+        own_omega = math.sqrt(own_k / own)
+        own_zeta = c / (2.0 * math.sqrt(own_k * own)) if dashpot else zeta
+        moved = Build(0.006, 0.3, 0.1605, 0.47).moved(asked, {"mass_kg": side})
+        assert moved.place(asked.structure, 0.0015) == pytest.approx(
+            (own_zeta, 0.47, 0.1605 / own, 4.0, 0.3 / (own_k * 0.0015)), rel=1e-13
+        )
+        assert moved.rate(asked) == pytest.approx(own_omega, rel=1e-13)
+        on = built(asked, Absorber(0.1, 0.9, 0.2), {"mass_kg": 0.1 * side})
+        assert (on.damping, on.stiffness) == pytest.approx((own_zeta, own_k / k), rel=1e-13)
+        assert (on.absorber.mass_ratio, on.absorber.tuning) == pytest.approx(
+            (0.1 * mass / own, 0.9 * omega / own_omega), rel=1e-13
+        )
+    (said,) = words_of_structure(asked)
+    assert (
+        f"leaves {'stiffness' if stiffness else 'natural frequency'} and {'dashpot' if dashpot else 'damping ratio'}"
+        in said
+    )
+
+
+def test_a_band_is_sampled_at_every_frequency_that_a_mass_on_given_springs_may_have() -> None:
+    """M ± 30 % on given springs: the lowest frequency of the band is lowest over that of the lightest structure."""
+    structure = {"mass_kg": 1.605, "stiffness_n_per_m": 400.0, "damping_ratio": 0.004}
+    asked = parse_specification(
+        PROTOTYPE
+        | {
+            "structure": structure,
+            "tolerances": {"mass_kg": "30%"},
+            "excitation": {"base_amplitude_m": 0.0015, "frequency_ratio": {"start": 0.5, "stop": 2.0}},
+        }
+    )
+    survey = Survey.of(asked, asked.excitations[0])
+    step = max(np.diff(np.log([r for r in survey.fine if r < 0.9])))
+    assert math.log(survey.fine[0] / (0.5 * math.sqrt(0.7))) < 1.01 * step
+    step = max(np.diff(np.log([r for r in survey.fine if r > 1.1])))
+    assert math.log(2.0 * math.sqrt(1.3) / survey.fine[-1]) < 1.01 * step
 
 
 def test_no_two_tolerances_of_the_fraction_share_a_column() -> None:
