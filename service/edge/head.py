@@ -18,7 +18,7 @@ PARAMETERS_LIMIT = 500
 
 
 class ShortHead:
-    """ASGI middleware: refuses a head that is too long or frames its body twice, and drops all cookies but the service's own."""
+    """ASGI middleware: refuses a long head and a body framed twice; drops all cookies but the service's own."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
