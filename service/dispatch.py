@@ -78,7 +78,7 @@ class Dispatcher:
         self._alone: set[str] = set()
         # who has begun a study, and as which one of all: who had to wait longest comes next
         self._turns: dict[str | None, int] = {}
-        # at first for what a delete or a remark left that was cut short
+        # at first for what was cut short
         self._leaving: list[threading.Thread] = []
         self._untidy = threading.Event()
         self._untidy.set()
@@ -139,7 +139,10 @@ class Dispatcher:
         Record
             As it is then; unchanged, if the study had ended before.
         """
-        cancelled = self._store.set_state(record.id, "cancelled", only_from=("queued", "running"))
+        cancelled = self._store.set_state(
+            record.id, "cancelled", only_from=("queued", "running"), at_once=False
+        )
+        self._tidy()
         # A run that begins from now on finds the study cancelled. One that somebody has resumed meanwhile is stopped
         # for nothing: it leaves the study queued, and the next one goes on.
         with self._lock:
@@ -163,8 +166,7 @@ class Dispatcher:
     def remark(self, study_id: str, remarks: Remarks) -> Record:
         """Keep remarks on a study; beside its blocks they are written in the background."""
         record = self._store.remark(study_id, remarks, at_once=False)
-        self._untidy.set()
-        self._removing.wake()
+        self._tidy()
         return record
 
     def delete(self, record: Record) -> None:
@@ -183,6 +185,10 @@ class Dispatcher:
             run = self._runs.get(record.id)
             if run is not None:
                 self._leaving.append(run.thread)
+        self._tidy()
+
+    def _tidy(self) -> None:
+        """Have written and removed in the background what no request waits for."""
         self._untidy.set()
         self._removing.wake()
 
@@ -220,11 +226,11 @@ class Dispatcher:
         try:
             for thread in leaving:  # lest it write what is removed
                 thread.join(STOP_SECONDS)
-            self._runners_store.keep_remarks(stop=lambda: self._removing.closing)
+            self._runners_store.keep_late_marks(stop=lambda: self._removing.closing)
             self._runners_store.bury(stop=lambda: self._removing.closing)
         except (StoreFault, OSError) as error:
             self._untidy.set()
-            _log.warning("remarks could not be written, or files of deleted studies removed: %s", error)
+            _log.warning("marks could not be written, or files of deleted studies removed: %s", error)
         except BaseException:
             self._untidy.set()
             raise

@@ -33,7 +33,13 @@ from damperlab.studies.store.cube.opened import open_cube
 from damperlab.studies.store.cube.packed import block_key, read_header
 from damperlab.studies.store.faults import StoreAway, StoreFault, cannot_use
 from damperlab.studies.store.files.shelf import Shelf, ShelfAway
-from damperlab.studies.store.life_cycle.manifest import keep_marks, lost_end, read_marks, read_tombstone
+from damperlab.studies.store.life_cycle.manifest import (
+    keep_marks,
+    lost_end,
+    marks_put_off,
+    read_marks,
+    read_tombstone,
+)
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
@@ -91,6 +97,7 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
         marks = connection.execute(
             select(done_blocks).where(done_blocks.c.study == row.number).order_by(done_blocks.c.block)
         ).all()
+        put_off = marks_put_off(connection, record.id)
     for mark in marks:
         if not is_sound(done_blocks, mark):
             yield Damage(mark.block, "its done-mark in the catalogue is not what was written")
@@ -109,7 +116,7 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
     for key in lost_attachments(shelf, study):
         lost = f"{key}, which the study brought along, is lost or not as it was written"
         yield Damage(None, lost, "description")
-    if described.packed:
+    if described.packed and not put_off:
         yield from _marks(shelf, row, marks)
     plan = plan_with_chunk(study, record.chunk, lambda _, at: np.ones(len(next(iter(at.values())))))
     cube = open_cube(shelf, {mark.block: mark.generation for mark in marks}, DecodedChunks(0))

@@ -25,7 +25,7 @@ from damperlab.studies.store.catalogue.rows import (
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import events, studies
 from damperlab.studies.store.faults import StoreFault, cannot_use
-from damperlab.studies.store.life_cycle.manifest import keep_marks
+from damperlab.studies.store.life_cycle.manifest import keep_marks, put_off_marks
 from damperlab.studies.store.life_cycle.wanted import ALL, Wanted
 from damperlab.studies.store.record import PREPARATIONS, Page, Record, Totals
 from damperlab.studies.store.submitter import SUBMITTED_BY
@@ -158,6 +158,7 @@ class Lookup(StoreBase):
         *,
         only_from: tuple[str, ...] = STATES,
         owner: str | None = None,
+        at_once: bool = True,
     ) -> Record:
         """Put a study into a state.
 
@@ -174,6 +175,9 @@ class Lookup(StoreBase):
             which it is in.
         owner : str, optional
             Who claims to work on the study; nothing changes where the claim is somebody else's.
+        at_once : bool
+            Whether to wait until marks of a study that ends stand beside its blocks; where not, `keep_late_marks` sees to
+            it. What is done waits always.
 
         Raises
         ------
@@ -185,13 +189,16 @@ class Lookup(StoreBase):
         if state not in STATES:
             raise ValueError(f"{state!r} is none of {STATES}")
         now = time.time()
-        if state in ENDED:
+        later = state in ENDED and state != "done" and not at_once
+        if state in ENDED and not later:
             with self.catalogue.reading() as connection:
                 changes = _may_change(study_row(connection, study_id), only_from, owner)
             # what the cube says of a study that has ended otherwise, or is another runner's, stays as it is
             if changes:
                 self._keep_marks(study_id, state, message, now)
         with self.catalogue.writing() as connection:
+            if later:
+                put_off_marks(connection, study_id)
             return self._change_state(connection, study_id, state, message, only_from, owner, now)
 
     def _change_state(

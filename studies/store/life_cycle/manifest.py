@@ -6,12 +6,14 @@ did: blocks that were done since say so themselves, and it is taken away before 
 """
 
 import json
+import uuid
 from collections.abc import Mapping
 from typing import Any
 
-from sqlalchemy import Row, select
+from sqlalchemy import Connection, Row, select
 
 from damperlab.studies.store.catalogue.base import StoreBase
+from damperlab.studies.store.catalogue.home import fact, remember
 from damperlab.studies.store.catalogue.rows import study_row
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.description import DESCRIPTION, as_complete
@@ -21,6 +23,9 @@ from damperlab.studies.vocabulary import ENDED
 
 MARKS = "marks.json"
 """The key of the marks."""
+
+PUT_OFF = "marks of "
+"""Begins the fact that names a study that has ended, and whose marks are yet to be written beside its blocks."""
 
 NOT_KEPT = frozenset({"number", "definition", "provenance", "claim_owner", "claim_expires", "deleted", "crc"})
 """What of a study's row is in its description, or means nothing to another catalogue."""
@@ -59,6 +64,16 @@ def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> N
     shelf.put(MARKS, seal(json.dumps(document).encode()))
     if len(marks) == row.blocks_total:
         _say_complete(shelf, True)
+
+
+def put_off_marks(connection: Connection, study_id: str) -> None:
+    """Note in a transaction that the marks of a study are to be written later: who writes them knows this note by its text."""
+    remember(connection, f"{PUT_OFF}{study_id}", uuid.uuid4().hex)
+
+
+def marks_put_off(connection: Connection, study_id: str) -> bool:
+    """Whether the marks of a study are yet to be written."""
+    return fact(connection, f"{PUT_OFF}{study_id}") is not None
 
 
 def drop_marks(shelf: Shelf) -> None:

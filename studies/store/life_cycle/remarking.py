@@ -1,26 +1,21 @@
 """Tags and notes in the catalogue; they are no part of what a study asks, and change no result."""
 
 import json
-import uuid
 from collections.abc import Callable
 
 from sqlalchemy import delete, select, update
 
 from damperlab.studies.remarks import Remarks
-from damperlab.studies.store.catalogue.base import StoreBase
-from damperlab.studies.store.catalogue.home import remember
 from damperlab.studies.store.catalogue.rows import record_of, study_row
 from damperlab.studies.store.catalogue.tables import facts, studies
 from damperlab.studies.store.faults import StudyNotFound, cannot_use
-from damperlab.studies.store.life_cycle.manifest import keep_marks
+from damperlab.studies.store.life_cycle.lookup import Lookup
+from damperlab.studies.store.life_cycle.manifest import PUT_OFF, keep_marks, put_off_marks
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import ENDED
 
-_REMARKED = "remarked "
-"""Begins the fact that names a study whose remarks are yet to be written beside its blocks."""
 
-
-class Remarking(StoreBase):
+class Remarking(Lookup):
     """How remarks are kept."""
 
     def remark(self, study_id: str, remarks: Remarks, *, at_once: bool = True) -> Record:
@@ -33,7 +28,7 @@ class Remarking(StoreBase):
         remarks : Remarks
             What is said; what it leaves out stays as it is.
         at_once : bool
-            Whether to wait until it stands beside the blocks too; where not, `keep_remarks` sees to it.
+            Whether to wait until it stands beside the blocks too; where not, `keep_late_marks` sees to it.
 
         Raises
         ------
@@ -50,38 +45,40 @@ class Remarking(StoreBase):
             row = study_row(connection, study_id)
             if row.state in ENDED:
                 # from these a lost catalogue is made anew; of a study that goes on they are written as it ends
-                remember(connection, f"{_REMARKED}{study_id}", uuid.uuid4().hex)
+                put_off_marks(connection, study_id)
         if row.state in ENDED and at_once:
-            self._keep_remark(study_id)
+            self._keep_late(study_id)
         return record_of(row)
 
-    def keep_remarks(self, stop: Callable[[], bool] = lambda: False) -> None:
-        """Write remarks beside the blocks of studies where that was put off, or cut short.
+    def keep_late_marks(self, stop: Callable[[], bool] = lambda: False) -> None:
+        """Write marks beside the blocks of studies that have ended, where that was put off or cut short.
 
         Raises
         ------
         StoreFault
-            If one cannot be written; it is put off again.
+            If some cannot be written; they are put off again.
         """
-        for key in self._remarked():
+        for key in self._put_off():
             if stop():
                 return
-            self._keep_remark(key.removeprefix(_REMARKED))
+            self._keep_late(key.removeprefix(PUT_OFF))
 
-    def _remarked(self, key: str = _REMARKED) -> dict[str, str]:
+    def _put_off(self, key: str = PUT_OFF) -> dict[str, str]:
         query = select(facts.c.key, facts.c.value).where(facts.c.key.startswith(key, autoescape=True))
         with self.catalogue.reading() as connection:
             return {row.key: row.value for row in connection.execute(query)}
 
-    def _keep_remark(self, study_id: str) -> None:
-        key = f"{_REMARKED}{study_id}"
-        last = self._remarked(key).get(key)
+    def _keep_late(self, study_id: str) -> None:
+        key = f"{PUT_OFF}{study_id}"
+        note = self._put_off(key).get(key)
         try:
-            keep_marks(self, study_id, {})
+            # one that goes on again writes its marks as it ends
+            if self.find(study_id).ended:
+                keep_marks(self, study_id, {})
         except (StudyNotFound, FileNotFoundError):
             pass  # deleted, or its cube is lost: there is nothing to write beside
         except OSError as error:
             raise cannot_use(self.shelf.address, error) from error
         with self.catalogue.writing() as connection:
-            # a remark that came meanwhile is written in its turn
-            connection.execute(delete(facts).where(facts.c.key == key, facts.c.value == last))
+            # what came meanwhile is written in its turn
+            connection.execute(delete(facts).where(facts.c.key == key, facts.c.value == note))

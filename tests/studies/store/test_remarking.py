@@ -3,6 +3,7 @@
 import pytest
 
 from damperlab.studies.remarks import Remarks
+from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
@@ -152,13 +153,27 @@ def test_remarks_that_were_put_off_are_written_beside_the_blocks(store, make_stu
     store.remark(record.id, Remarks(("steel",), "n"), at_once=False)
     assert read_marks(shelf)[0]["tags"] == "[]"
     again = Store.open(store.data_dir)  # as after a process that was killed
-    again.keep_remarks()
+    again.keep_late_marks()
     assert read_marks(shelf)[0]["tags"] == '["steel"]'
-    assert again._remarked() == {}
+    assert again._put_off() == {}
     # of a study that was deleted nothing is left to write
     again.remark(record.id, Remarks(note="m"), at_once=False)
     again.delete(record.id)
     again.bury()
-    again.keep_remarks()
-    assert again._remarked() == {}
+    again.keep_late_marks()
+    assert again._put_off() == {}
     again.close()
+
+
+def test_a_study_that_was_cancelled_and_goes_on_writes_no_late_marks(store, make_study, make_plan_of):
+    record = enter(store, make_study(), make_plan_of)
+    shelf = store.cube_shelf(record.id, 1)
+    assert store.set_state(record.id, "cancelled", at_once=False).state == "cancelled"
+    assert read_marks(shelf) is None
+    assert list(verify(store, store.find(record.id))) == []
+    store.set_state(record.id, "queued")
+    store.keep_late_marks()
+    assert (read_marks(shelf), store._put_off()) == (None, {})
+    store.set_state(record.id, "cancelled", at_once=False)
+    store.keep_late_marks()
+    assert read_marks(shelf)[0]["state"] == "cancelled"
