@@ -172,7 +172,8 @@ class Settings(BaseSettings):
     address_connections_limit: int = Field(
         250,
         ge=1,
-        description="Largest number of them from one address, trusted proxies aside; one more closes the oldest that is idle.",
+        description="Largest number of them from one address, trusted proxies aside; one more closes the one that has been "
+        "idle longest.",
     )
     head_timeout_seconds: float = Field(
         10.0, gt=0.0, description="How long the head of a request may take, in seconds."

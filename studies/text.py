@@ -18,6 +18,9 @@ MAX_BYTES: dict[Format, int] = {"json": 4 * 1024 * 1024, "yaml": 32 * 1024}
 MOST_STUDIES = 200
 """Most studies in one list."""
 
+MAX_YAML_VALUES = 6000
+"""Most texts, numbers, lists and mappings of a document in YAML; a longer list is read as JSON, a hundred times as fast."""
+
 _NULL = re.compile(r"(?:null|Null|NULL|~|)\Z")
 _TRUE = re.compile(r"(?:true|True|TRUE)\Z")
 _FALSE = re.compile(r"(?:false|False|FALSE)\Z")
@@ -152,8 +155,14 @@ class _Level:
 def _build(text: str) -> Any:
     """Build the document from the parser's events: no recursion, so depth is checked before it can hurt."""
     levels = [_Level(is_mapping=False)]
+    values = 0
     for event in yaml.parse(text, Loader=_LOADER):
         here = levels[-1]
+        values += isinstance(event, yaml.NodeEvent)
+        if values > MAX_YAML_VALUES:
+            told = f"The document has more than {MAX_YAML_VALUES:,} values, which YAML may not have here."
+            found = f"more than {MAX_YAML_VALUES:,} values"
+            raise _refused(found, f"at most {MAX_YAML_VALUES:,} values in YAML", _SHORTER, told)
         if isinstance(event, yaml.AliasEvent):
             found = f"the alias {printable(event.anchor or '')}"
             raise _at(event, found, "no aliases", "write the value out", "aliases are not allowed")

@@ -61,13 +61,14 @@ class Connection(H11Protocol):
         siblings = self._state.addresses.setdefault(self._address, {})
         siblings[self] = None
         if len(siblings) > self._settings.address_connections_limit and not self._is_proxy():
-            idle = next((each for each in siblings if each is not self and each.is_idle), None)
-            if idle is None:
+            others = [each for each in siblings if each is not self and each.is_idle]
+            if not others:
                 self._refuse(
                     503, "too-many-connections", "Your address has as many connections as it may have."
                 )
                 return
-            idle.transport.close()  # the oldest: its client can connect again
+            idle = min(others, key=lambda each: each._heard)
+            idle.transport.close()  # heard of least recently: its client can connect again
             siblings.pop(idle)
             self.connections.discard(idle)
         if len(self.connections) > self._settings.connections_limit:

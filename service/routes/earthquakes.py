@@ -23,6 +23,7 @@ from damperlab.studies.ground.files import Layout
 from damperlab.studies.ground.generated import GENERATED, WRITTEN, recipe_in
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake, read_earthquake
+from damperlab.studies.guard import MAX_KEYS
 from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import AccelerationUnits
 from damperlab.worker.ground.comparison import scenes_of
@@ -139,7 +140,8 @@ def _generated(body: bytes) -> GroundMotion:
         faults = []
         if isinstance(document, dict):
             known = tuple(GENERATED)
-            faults = [unknown_key(str(key), key, known, document) for key in document if key not in known]
+            strange = [key for key in document if key not in known][:MAX_KEYS]
+            faults = [unknown_key(str(key), key, known, document) for key in strange]
         raise StudyFaults(
             faults
             or [

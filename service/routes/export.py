@@ -59,7 +59,7 @@ class ExportQuery(BaseModel):
         206: {"description": "The part that Range asked for", "content": {NETCDF: {}}},
         304: {"description": "The client has it already"},
         416: {"description": "The range lies outside"},
-        **documented(404, 422, 503),
+        **documented(404, 422, 429, 503),
     },
     summary="The cube as a file",
 )

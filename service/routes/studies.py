@@ -215,7 +215,10 @@ async def _unless_seen(
 @router.get(
     "/{study_id}/events",
     response_class=EventSourceResponse,
-    responses={204: {"description": "The study has ended, and the client has seen that"}, **documented(404)},
+    responses={
+        204: {"description": "The study has ended, and the client has seen that"},
+        **documented(404, 429),
+    },
     summary="Progress until the end, as server-sent events",
 )
 async def events(
@@ -297,7 +300,7 @@ def versions(service: TheService, study: TheStudy) -> Document:
 @router.get(
     "/{study_id}/differences",
     response_class=Document,
-    responses={200: gives("Differences"), **documented(404, 409, 422, 503)},
+    responses={200: gives("Differences"), **documented(404, 409, 422, 429, 503)},
     summary="How a version differs from an older one",
 )
 def differences(

@@ -15,6 +15,7 @@ from damperlab.studies.fit.measured import Measurement
 from damperlab.studies.fit.question import FREE, NAMED, FitQuestion
 from damperlab.studies.fit.table import parse_table
 from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.guard import guard
 from damperlab.studies.quantity import Quantity, read_count
 from damperlab.studies.specification.reading import parse_specification
 
@@ -44,7 +45,8 @@ def read_fit(document: object) -> FitQuestion | HistoryQuestion:
     if not isinstance(document, Mapping):
         advice = "write `measured`, `structure` and `fit`"
         raise StudyFaults([Fault("body", describe(document), "a mapping", advice)])
-    faults = [unknown_key(str(key), str(key), KEYS, document) for key in document if key not in KEYS]
+    document, faults = guard(document)
+    faults += [unknown_key(str(key), str(key), KEYS, document) for key in document if key not in KEYS]
     measured = _measured(document, faults)
     structure = document.get("structure", {})
     if not isinstance(structure, Mapping):

@@ -7,6 +7,8 @@ from damperlab.studies.faults import Fault, StudyFaults, counted, describe, prin
 from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma
 
 MOST_BYTES = 4 * 1024 * 1024
+MOST_COLUMNS = 30
+"""Most columns of a table; the name of each is compared with all that are known."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,10 @@ def lines_of(text: bytes | str) -> Lines:
             [Fault("measured", "nothing", "a table", advice, "The file holds no table of measured values.")]
         )
     separator = next((one for one in (";", "\t", ",") if one in lines[0][1]), ",")
+    columns = lines[0][1].count(separator) + 1
+    if columns > MOST_COLUMNS:
+        allowed, advice = f"at most {MOST_COLUMNS} columns", "keep the columns that are fitted"
+        raise StudyFaults([Fault(f"line {lines[0][0]}", counted(columns, "column"), allowed, advice)])
     return Lines(separator, lines[0], lines[1:])
 
 

@@ -54,6 +54,8 @@ class Earthquake:
     contact: Contact
 
 
+MOST_NAMED = 20
+"""Most wrong cases that are named: each is compared with those that there are."""
 KEYS = (*QUANTITIES, *(each.name for each in fields_of(Compared)), "contact")
 
 
@@ -150,7 +152,7 @@ def _cases(raw: object, faults: list[Fault]) -> tuple[str, ...]:
         return tuple(case for case in CASES if case in raw)
     advice = "leave it out for all of them"
     if isinstance(raw, list | tuple) and raw:
-        for index, case in enumerate(raw):
+        for index, case in enumerate(raw[:MOST_NAMED]):
             if not isinstance(case, str) or case not in CASES:
                 near = write_nearest(case, CASES, advice)
                 faults.append(Fault(f"cases[{index}]", describe(case), f"one of {listing(CASES)}", near))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.guard import MAX_VALUES
 from damperlab.studies.reading import named_descriptions, named_studies, parse_study_text, read_study
-from damperlab.studies.text import MAX_BYTES, Format
+from damperlab.studies.text import MAX_BYTES, MAX_YAML_VALUES, Format
 
 JSON = '{"axes": {"clearance_ratio": [5, 10], "frequency_ratio": 1e0}}'
 YAML = """
@@ -95,6 +95,10 @@ def test_size_is_refused_before_anything_is_read() -> None:
     assert "UTF-8" in only_fault(b"\xff\xfe", "json").allowed
     values = ",".join(["1"] * (2 * MAX_VALUES + 2))
     assert f"{MAX_VALUES:,}" in only_fault(f'{{"axes": [{values}]}}', "json").allowed
+
+
+def test_values_in_yaml_are_counted_while_they_are_read() -> None:
+    assert f"{MAX_YAML_VALUES:,}" in only_fault("[" + "1," * MAX_YAML_VALUES + "]", "yaml").allowed
 
 
 @given(st.binary(max_size=60) | st.text(max_size=60), st.sampled_from(["json", "yaml"]))

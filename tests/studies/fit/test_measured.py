@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from damperlab.studies.faults import StudyFaults
+from damperlab.studies.fit.lines import MOST_COLUMNS
 from damperlab.studies.fit.measured import Measurement, parse_measurement, read_measurement
 from damperlab.studies.fit.structure import read_structure
 from damperlab.studies.fit.table import parse_table, read_table
@@ -158,3 +159,9 @@ def test_an_acceleration_of_the_structure_is_refused_with_what_to_do(heading: st
         in said
     )
     assert "Integrate the recorded acceleration twice, high-pass filtered" in said
+
+
+def test_columns_are_counted_before_their_names_are_compared() -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_table("," * 30_000)
+    assert [fault.allowed for fault in caught.value.faults] == [f"at most {MOST_COLUMNS} columns"]
