@@ -1,6 +1,5 @@
 """The store that a command works on."""
 
-import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,7 +29,6 @@ def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
         If one cannot be used.
     """
     from pydantic import ValidationError
-    from pydantic_settings import SettingsError
 
     from damperlab.service.settings import Settings
 
@@ -40,11 +38,6 @@ def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
     except ValidationError as error:
         options = [name for name, value in named.items() if value is not None]
         raise UsageFault(*(_fault(one, options) for one in error.errors(include_url=False))) from None
-    except SettingsError as error:
-        # of a variable whose text is read before it is judged; the message of the library quotes the setting alone
-        name = _variable(re.findall(r'field "(\w+)"', str(error))[0])
-        told = '{field} cannot be read; a list is written as in ["https://example.org"].'
-        raise UsageFault(Fault(name, "another text", "a list in JSON", "correct it", told)) from None
 
 
 def _fault(entry: Mapping[str, Any], options: Collection[str]) -> Fault:
