@@ -19,6 +19,16 @@ if TYPE_CHECKING:
     from damperlab.studies.store.store import Store
 
 
+PREFIX = "DAMPERLAB_"
+OTHER_VARIABLES = (
+    # of kernels, workers, and the client
+    *("CACHE_DIR", "TARGET", "CLUSTER_TLS", "URL", "KEY", "KEY_FILE"),
+    # of tests
+    *("DURATIONS", "PICTURES"),
+)
+"""What else is read of the environment, without the prefix."""
+
+
 class Settings(BaseSettings):
     """Settings of the service.
 
@@ -27,7 +37,7 @@ class Settings(BaseSettings):
     """
 
     model_config = SettingsConfigDict(
-        env_prefix="DAMPERLAB_",
+        env_prefix=PREFIX,
         extra="forbid",
         frozen=True,
         env_ignore_empty=True,
