@@ -1,5 +1,6 @@
 """What an operator can set: read from the environment (``DAMPERLAB_…``), overridden by the command line."""
 
+import json
 from ipaddress import ip_network
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -18,6 +19,16 @@ if TYPE_CHECKING:
     from damperlab.studies.store.store import Store
 
 
+PREFIX = "DAMPERLAB_"
+OTHER_VARIABLES = (
+    # of kernels, workers, and the client
+    *("CACHE_DIR", "TARGET", "CLUSTER_TLS", "URL", "KEY", "KEY_FILE"),
+    # of tests
+    *("DURATIONS", "PICTURES"),
+)
+"""What else is read of the environment, without the prefix."""
+
+
 class Settings(BaseSettings):
     """Settings of the service.
 
@@ -26,7 +37,7 @@ class Settings(BaseSettings):
     """
 
     model_config = SettingsConfigDict(
-        env_prefix="DAMPERLAB_",
+        env_prefix=PREFIX,
         extra="forbid",
         frozen=True,
         env_ignore_empty=True,
@@ -179,8 +190,9 @@ class Settings(BaseSettings):
         10.0, gt=0.0, description="How long the head of a request may take, in seconds."
     )
     body_timeout_seconds: float = Field(60.0, gt=0.0, description="How long its body may take, in seconds.")
-    cors_origins: tuple[str, ...] = Field(
-        (), description="Web origins that may call from a browser; none by default."
+    cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
+        (),
+        description="Web origins that may call from a browser, separated by commas; none by default.",
     )
     log_level: Literal["critical", "error", "warning", "info", "debug"] = Field(
         "info", description="Lowest severity that is logged."
@@ -195,10 +207,17 @@ class Settings(BaseSettings):
         # Workers may have another working directory than the service: a relative path would mean two folders.
         return value.expanduser().absolute()
 
-    @field_validator("hosts", "trusted_proxies", mode="before")
+    @field_validator("hosts", "trusted_proxies", "cors_origins", mode="before")
     @classmethod
     def _separated(cls, value: object) -> object:
-        return tuple(filter(None, map(str.strip, value.split(",")))) if isinstance(value, str) else value
+        if not isinstance(value, str):
+            return value
+        if not value.lstrip().startswith("["):
+            return tuple(filter(None, map(str.strip, value.split(","))))
+        try:
+            return json.loads(value)
+        except ValueError:
+            raise ValueError("Write them separated by commas, or as a list in JSON") from None
 
     @field_validator("trusted_proxies")
     @classmethod

@@ -24,6 +24,7 @@ from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.kinds import HARMONIC, kind_of
 from damperlab.studies.questions import Judging, Ranking, Selection, Varied
 from damperlab.studies.rounding import ROUNDING_WORD, is_rounding
+from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.store.record import Record
 from damperlab.studies.units import InUnits, coordinates_in_units, place_in_units, results_in_units
 
@@ -31,8 +32,6 @@ TOP = 5
 MAPS = 3
 """Most maps: of the first three axes, each with each."""
 _SUFFIX = re.compile(r"_(m|n|kg|hz)$")
-PRIVATE = ("host", "user")
-"""What a report, which may be handed on, leaves out of a study's provenance."""
 
 
 def study_report(record: Record, cube: xr.Dataset) -> str:

@@ -29,16 +29,23 @@ def export(
             "--format", help="The format, where the name of the file does not say it.", show_default=False
         ),
     ] = None,
+    names: Annotated[
+        bool,
+        typer.Option(
+            "--names", help="Keep the names of user, host and owner of the key in the file's provenance."
+        ),
+    ] = False,
     data_dir: DataDir = None,
 ) -> None:
     """Write a study's results to a file."""
     file_format = file_format or _format_of(output)
-    from damperlab.studies.store.export.export import csv_lines, write_netcdf
+    from damperlab.studies.store.export.export import csv_lines, without_names, write_netcdf
     from damperlab.studies.store.export.parquet import parquet_pieces
 
     store = open_store(data_dir)
     record = store.find(study)
     cube = store.cube(record.id)
+    cube = cube if names else without_names(cube)
     make_parent(output)
     with working(f"Writing {output}"):
         if file_format == "netcdf":

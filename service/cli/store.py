@@ -1,12 +1,14 @@
 """The store that a command works on."""
 
-import re
+import os
 from collections.abc import Collection, Mapping
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damperlab.service.cli.failures import UsageFault
-from damperlab.studies.faults import Fault, sentence
+from damperlab.service.cli.output import note
+from damperlab.studies.faults import Fault, nearest, sentence
 from damperlab.studies.field import option_of
 
 if TYPE_CHECKING:
@@ -30,21 +32,29 @@ def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
         If one cannot be used.
     """
     from pydantic import ValidationError
-    from pydantic_settings import SettingsError
 
     from damperlab.service.settings import Settings
 
+    _warn_of_unknown_variables()
     named = {"data_dir": data_dir, **given}
     try:
         return Settings(**{name: value for name, value in named.items() if value is not None})
     except ValidationError as error:
         options = [name for name, value in named.items() if value is not None]
         raise UsageFault(*(_fault(one, options) for one in error.errors(include_url=False))) from None
-    except SettingsError as error:
-        # of a variable whose text is read before it is judged; the message of the library quotes the setting alone
-        name = _variable(re.findall(r'field "(\w+)"', str(error))[0])
-        told = '{field} cannot be read; a list is written as in ["https://example.org"].'
-        raise UsageFault(Fault(name, "another text", "a list in JSON", "correct it", told)) from None
+
+
+@cache
+def _warn_of_unknown_variables() -> None:
+    """Say once that a variable is none of ours: its setting would have its default without a word."""
+    from damperlab.service.settings import OTHER_VARIABLES, PREFIX, Settings
+
+    known = {_variable(name) for name in (*Settings.model_fields, *OTHER_VARIABLES)}
+    for name in sorted(os.environ):
+        if name.upper().startswith(PREFIX) and name.upper() not in known:
+            near = nearest(name.upper().lower(), [each.lower() for each in known])
+            meant = f"did you mean {near.upper()}?" if near else "remove it."
+            note(f"damperlab: the variable {name} is no setting, and is ignored; {meant}")
 
 
 def _fault(entry: Mapping[str, Any], options: Collection[str]) -> Fault:

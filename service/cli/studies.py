@@ -41,7 +41,7 @@ def studies(
         bool, typer.Option("--coarse", help="List the coarse grids too that large studies computed first.")
     ] = False,
     designs: Annotated[
-        bool, typer.Option("--designs", help="List the studies too that designs asked for.")
+        bool, typer.Option("--designs", help="List the studies too that designs and refinements asked for.")
     ] = False,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Largest number of studies to list.")] = 50,
     cursor: Annotated[
@@ -71,7 +71,7 @@ def studies(
             tag,
             *_read_range(within),
             coarse=coarse,
-            designs=designs or state not in (None, "done"),
+            designs=designs,
         )
         page = open_store(data_dir).page(limit, cursor, wanted)
     if as_json:

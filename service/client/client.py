@@ -197,6 +197,7 @@ class Client:
         tag: str | None = None,
         within: "tuple[str, float | None, float | None] | None" = None,
         coarse: bool = False,
+        designs: bool = False,
     ) -> list[Study]:
         """List the studies that the service keeps, newest first.
 
@@ -212,6 +213,9 @@ class Client:
             Only those whose values of a dimension reach into a range, as in ``("clearance_ratio", 2, 5)``; None for no end.
         coarse : bool
             List the coarse grids too that large studies computed first.
+        designs : bool
+            List the studies too that designs and refinements asked for; a name, a tag or a state other than done finds them
+            anyway.
 
         Raises
         ------
@@ -222,6 +226,8 @@ class Client:
         asked = {"state": state, "name": name, "tag": tag, "axis": axis, "from": low, "to": high}
         if coarse:
             asked["coarse"] = True
+        if designs:
+            asked["designs"] = True
         return list(self._pages(asked))
 
     def _pages(self, asked: Mapping[str, Any]) -> Iterator[Study]:

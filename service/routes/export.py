@@ -16,7 +16,7 @@ from starlette.responses import Response, StreamingResponse
 from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import documented
 from damperlab.service.state import Service, TheService, TheStudy
-from damperlab.studies.store.export.export import csv_lines, write_netcdf
+from damperlab.studies.store.export.export import csv_lines, without_names, write_netcdf
 from damperlab.studies.store.export.parquet import parquet_pieces
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import ExportFormat
@@ -39,6 +39,9 @@ class ExportQuery(BaseModel):
 
     format: ExportFormat = Field(
         "netcdf", description="netCDF-4, or a table with one row for each point: as text, or as Parquet."
+    )
+    names: bool = Field(
+        False, description="Keep the names of user, host and owner of the key in the file's provenance."
     )
 
 
@@ -91,6 +94,7 @@ def _export(
     request: Request, service: Service, study: Record, query: ExportQuery, tag: str | None
 ) -> Response:
     cube = service.store.cube(study.id)
+    cube = cube if query.names else without_names(cube)
     stem = re.sub(r"[^A-Za-z0-9._-]+", "-", study.name).strip("-.") or "study"
     if query.format == "csv":
         return _download(csv_lines(cube), "text/csv; charset=utf-8", f"{stem}-{study.id}.csv")

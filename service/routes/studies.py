@@ -85,6 +85,11 @@ class ListQuery(BaseModel):
         False,
         description="List the coarse grids too that large studies computed first; their ids find them anyway.",
     )
+    designs: bool = Field(
+        False,
+        description="List the studies too that designs and refinements asked for; a name, a tag or a state other than done "
+        "finds them anyway.",
+    )
 
 
 class DifferencesQuery(BaseModel):
@@ -182,7 +187,9 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
     looked at for one page.
     """
     try:
-        wanted = Wanted(query.state, query.name, query.tag, query.axis, query.low, query.high, query.coarse)
+        wanted = Wanted(
+            query.state, query.name, query.tag, query.axis, query.low, query.high, query.coarse, query.designs
+        )
         page = service.store.page(query.limit, query.cursor, wanted)
     except StoreFault as error:
         if error.fault.field in ("cursor", "tag", "axis", "from", "to"):

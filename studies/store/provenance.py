@@ -8,6 +8,8 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from damperlab.studies.store.submitter import SUBMITTED_BY
+
 COARSE_OF = "coarse_of"
 """In the provenance of a study's coarse grid: the id of the study."""
 REFINES = "refines"
@@ -16,6 +18,9 @@ DESIGNS = "designs"
 """In that of a study that a design asks for: the digest of the specification."""
 ASKED_BY_PROGRAMS = (COARSE_OF, REFINES, DESIGNS)
 """Where one of them is, nobody waits for the study's own map."""
+
+PRIVATE = ("host", "user", SUBMITTED_BY)
+"""What a file that may be handed on leaves out of a study's provenance."""
 
 _PACKAGES = (
     "numpy",

@@ -52,3 +52,12 @@ def test_data_dir_does_not_depend_on_the_working_directory(
 def test_impossible_settings_are_refused(values: dict[str, object]) -> None:
     with pytest.raises(ValidationError):
         Settings(**values)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["hosts", "trusted_proxies", "cors_origins"])
+@pytest.mark.parametrize("text", ["10.0.0.1, 10.0.0.2", '["10.0.0.1", "10.0.0.2"]'])
+def test_every_list_is_written_with_commas_or_in_json(
+    monkeypatch: pytest.MonkeyPatch, name: str, text: str
+) -> None:
+    monkeypatch.setenv(f"DAMPERLAB_{name.upper()}", text)
+    assert getattr(Settings(), name) == ("10.0.0.1", "10.0.0.2")

@@ -1,5 +1,6 @@
 """A cube as one netCDF file or one CSV table, piece by piece, so that memory does not grow with it."""
 
+import json
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.store.export.slabs import BUDGET, rows, slabs
+from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.units import coordinates_in_units, results_in_units
 
 _FORMATS = {"f": "%.17g", "i": "%d", "U": "%s"}
@@ -28,6 +30,13 @@ def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
 def _beside(cube: xr.Dataset) -> tuple[str, ...]:
     """Name the coordinates that lie over several dimensions of a cube."""
     return tuple(str(name) for name in cube.coords if cube[name].ndim > 1)
+
+
+def without_names(cube: xr.Dataset) -> xr.Dataset:
+    """Give a cube whose provenance names no user, host or owner of a key: a file may be handed on."""
+    provenance = json.loads(cube.attrs.get("provenance", "{}"))
+    kept = {name: value for name, value in provenance.items() if name not in PRIVATE}
+    return cube.assign_attrs(provenance=json.dumps(kept))
 
 
 def write_netcdf(cube: xr.Dataset, path: Path) -> None:

@@ -15,7 +15,7 @@ from damperlab.studies.store.catalogue.rows import asked_for
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.provenance import COARSE_OF, DESIGNS
+from damperlab.studies.store.provenance import COARSE_OF, DESIGNS, REFINES
 from damperlab.studies.vocabulary import STATES
 
 _OF_TEXTS = ("record",)  # dimensions that have no place in a study's box
@@ -41,8 +41,8 @@ class Wanted:
         Whether coarse grids count too, which large studies compute first; where not, those do all the same that have the tag
         asked for, and those whose study is gone.
     designs : bool
-        Whether the studies that designs ask for count too; where not, those do all the same that have the tag or the name
-        asked for.
+        Whether the studies that designs and refinements ask for count too; where not, those do all the same that have the
+        tag, the name, or the state other than done asked for.
 
     Raises
     ------
@@ -98,8 +98,8 @@ class Wanted:
             found.append(studies.c.tags.contains(json.dumps(self.tag), autoescape=True))
         elif not self.coarse:
             found.append(not_(_is_coarse_grid()))
-        if not self.designs and self.tag is None and not self.name:
-            found.append(not_(asked_for(DESIGNS)))
+        if not self.designs and self.tag is None and not self.name and self.state in (None, "done"):
+            found += [not_(asked_for(purpose)) for purpose in (DESIGNS, REFINES)]
         return found
 
     @property

@@ -232,3 +232,15 @@ def test_what_is_said_of_dampers_over_base_amplitudes_is_in_units(tmp_path: Path
         "amplitude_ratio",
     )
     assert not [ratio for ratio in ratios if ratio in everything]
+
+
+@pytest.mark.parametrize("names", [False, True])
+def test_a_file_names_user_and_host_where_that_is_asked_for(
+    stored: Stored, tmp_path: Path, names: bool
+) -> None:
+    data_dir, record = stored
+    file = tmp_path / "cube.nc"
+    run("export", record["id"], "-o", file, "--data-dir", data_dir, *(["--names"] if names else []))
+    told = json.loads(xr.open_dataset(file, engine="h5netcdf").attrs["provenance"])
+    assert {"host", "user"} & told.keys() == ({"host", "user"} if names else set())
+    assert told["solver_version"] == record["provenance"]["solver_version"]

@@ -68,7 +68,11 @@ def test_a_tag_that_no_study_has_is_not_answered_with_a_study_to_compute(tmp_pat
         ("QUOTA_BYTES", "lots", 'must be a size, such as 50GB, not the text "lots".'),
         ("SCHEDULER", "foo", 'is the text "foo". Write it as in tcp://HOST:8786 or tls://HOST:8786.'),
         ("ACCESS", "all", 'must be auto, keys or open, not the text "all".'),
-        ("CORS_ORIGINS", "a, b", "cannot be read; a list is written as in"),
+        (
+            "CORS_ORIGINS",
+            "[a, b]",
+            'is the text "[a, b]". Write them separated by commas, or as a list in JSON.',
+        ),
     ],
 )
 def test_a_setting_is_refused_under_the_name_of_its_variable(
@@ -76,3 +80,15 @@ def test_a_setting_is_refused_under_the_name_of_its_variable(
 ) -> None:
     monkeypatch.setenv(f"DAMPERLAB_{name}", text)
     assert f"`DAMPERLAB_{name}` {told}" in run("studies", "--data-dir", tmp_path, status=2).stderr
+
+
+def test_a_variable_that_is_no_setting_is_named_with_the_one_that_is_meant(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("DAMPERLAB_CATALOG", "postgresql://nobody")
+    monkeypatch.setenv("DAMPERLAB_CACHE_DIR", str(tmp_path))
+    said = run("studies", "--data-dir", tmp_path).stderr
+    assert (
+        said.count("DAMPERLAB_CATALOG is no setting, and is ignored; did you mean DAMPERLAB_CATALOGUE?") == 1
+    )
+    assert "CACHE_DIR" not in said
