@@ -6,7 +6,7 @@ from inspect import Parameter, Signature
 from typing import Annotated, Any
 
 from fastapi import Depends, Query
-from pydantic import AfterValidator, BaseModel, ConfigDict, WithJsonSchema, create_model
+from pydantic import AfterValidator, AliasChoices, BaseModel, ConfigDict, WithJsonSchema, create_model
 from pydantic import Field as Described
 from starlette.requests import Request
 
@@ -16,7 +16,7 @@ from damperlab.studies.field import Field, Ranges, fields_of
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.questions import EVERY_AXIS
-from damperlab.studies.unit_names import COORDINATES, LONG_NAMES, RESULTS
+from damperlab.studies.unit_names import ALIASES, COORDINATES, LONG_NAMES, RESULTS
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES
 
 FREQUENCY = "frequency_ratio"
@@ -165,6 +165,7 @@ def _names(field: Field, taken: Iterable[str]) -> Iterator[str]:
 def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
     """Define a parameter for each name that a field has values for."""
     ranged = field.core == Ranges
+    also = {name: AliasChoices(name, alias) for alias, name in ALIASES.items()}
     found: dict[str, Any] = {}
     for name in _names(field, taken):
         words = _long_name(name)
@@ -175,14 +176,20 @@ def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
             if name == FREQUENCY:
                 meaning = "Refused: `band` is the range of frequency ratios."
             kind: Any = Annotated[str, AfterValidator(read_range)] | None
-            found[name] = kind, Described(None, max_length=100, description=meaning)
+            found[name] = (
+                kind,
+                Described(None, max_length=100, description=meaning, validation_alias=also.get(name)),
+            )
         elif name == RECORD:
             found[name] = str | None, Described(None, max_length=100, description=f"{words}, by its id.")
         else:
             meaning = f"{words}; the grid point nearest to it is taken."
             if name in LONG_NAMES:
                 meaning += " A harmonic study has it only where it is given in SI units."
-            found[name] = float | None, Described(None, allow_inf_nan=False, description=meaning)
+            found[name] = (
+                float | None,
+                Described(None, allow_inf_nan=False, description=meaning, validation_alias=also.get(name)),
+            )
     return found
 
 

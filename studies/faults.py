@@ -160,9 +160,19 @@ def counted(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
+MEANT: dict[str, str] = {
+    "frequency_hz": "excitation_frequency_hz",
+    "excitation_frequency_hz": "frequency_hz",
+}
+"""Names of other documents, and what means the same where the nearest spelling means something else."""
+
+
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known name that was probably meant, or None."""
-    matches = difflib.get_close_matches(word[:_TEXT_SHOWN].lower(), list(known), n=1, cutoff=0.6)
+    names = list(known)
+    if MEANT.get(word) in names:
+        return MEANT[word]
+    matches = difflib.get_close_matches(word[:_TEXT_SHOWN].lower(), names, n=1, cutoff=0.6)
     return matches[0] if matches else None
 
 
@@ -182,10 +192,6 @@ def listing(names: Iterable[str]) -> str:
     return ", ".join(names)
 
 
-MEANT: dict[str, str] = {"frequency_hz": "excitation_frequency_hz"}
-"""Keys of other documents, and what means the same where the nearest spelling means something else."""
-
-
 def unknown_key(field: str, key: object, known: tuple[str, ...], beside: Container[Any] = ()) -> Fault:
     """Return the fault of a key that no document has here, with the near name where there is one.
 
@@ -201,7 +207,7 @@ def unknown_key(field: str, key: object, known: tuple[str, ...], beside: Contain
         The keys that stand there: none of them can have been meant.
     """
     left = [name for name in known if name not in beside]
-    near = nearest(MEANT.get(key, key), left) if isinstance(key, str) else None
+    near = nearest(key, left) if isinstance(key, str) else None
     advice = f"did you mean `{near}`? Otherwise remove it" if near else "remove it"
     found = f"the unknown key {printable(key)}" if isinstance(key, str) else f"{describe(key)} as a key"
     allowed = f"the keys {', '.join(known)}"

@@ -238,10 +238,9 @@ class Tuning:
     criterion: Criterion = asked("minimax", "How the tuned mass damper is tuned.", meanings=CRITERIA)
     mass_ratio: float | None = asked(
         None,
-        "Mass ratio μ of the tuned mass damper; that of the design by default.",
+        "Mass ratio of both: of the tuned mass damper, and of the design, for which the nearest on the grid is taken.",
         above=0,
         most=MOST_ABSORBER_MASS,
-        options=("--tmd-mass-ratio", "--mass-ratio"),
     )
     detuning: float = asked(
         0.0,
@@ -255,6 +254,12 @@ class Tuning:
     excitation: Excitation | None = asked(
         None,
         "Excitation: base motion, or a force on the structure (X over its static displacement); that of the study by default.",
+    )
+    tmd_mass_ratio: float | None = asked(
+        None,
+        "Mass ratio μ of the tuned mass damper alone; that of the design by default.",
+        above=0,
+        most=MOST_ABSORBER_MASS,
     )
 
 

@@ -47,6 +47,8 @@ COORDINATE_SOURCES = {
     "frequency_hz": "frequency_ratio",
 }
 """The ratio that each coordinate in units stands for."""
+ALIASES = {"excitation_frequency_hz": "frequency_hz"}
+"""What a coordinate in units is called in the physical block of a study, where its own name is another."""
 RESULT_NAMES = {name: _length(VARIABLES[source].long_name) for source, name in AMPLITUDES.items()}
 RESULT_NAMES |= {
     name: "acceleration of the structure" if source == "acceleration_ratio" else "rms acceleration, times √2"

@@ -49,7 +49,10 @@ _STATUS_SENTENCES = {
         "there. Under a force that friction withstands, the particle had not slowed down enough to leave the mass where it is."
     ),
     Status.TOO_MANY_EVENTS: "The limit on events was reached: impacts or steps follow each other too fast to resolve.",
-    Status.UNBOUNDED: "The response grows without bound (no damping at resonance).",
+    Status.UNBOUNDED: (
+        "The response grew to the end of the run, and nothing shows a bound: at resonance there is no damping, or hardly any. "
+        "Where there is some, more `steady.max_cycles` may find the bound."
+    ),
     Status.NO_PROGRESS: "Events repeated without time moving on.",
     Status.BLOCK_FAILED: "The block that held this point failed in its worker; the study's record has the reason.",
 }

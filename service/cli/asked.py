@@ -5,7 +5,7 @@ the same way everywhere: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` 
 """
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import is_dataclass
 from functools import wraps
 from typing import Annotated, Any
@@ -18,7 +18,7 @@ from damperlab.studies.faults import Fault, describe
 from damperlab.studies.field import At, Field, Ranges, admits, fields_of, option_of, words_of
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.questions import EVERY_AXIS
-from damperlab.studies.unit_names import RESULTS
+from damperlab.studies.unit_names import ALIASES, RESULTS
 from damperlab.studies.variables import VARIABLES
 
 Command = Callable[..., None]
@@ -224,16 +224,27 @@ def _by_name(field: Field, written: Iterable[str] | None, short: dict[str, str])
     option = field.options[0]
     if field.core == Ranges:
         return {
-            name: read_range(option, text) for name, text in read_named(option, written, RANGED, "name=lo,hi")
+            name: read_range(option, text) for name, text in _named(option, written, RANGED, "name=lo,hi")
         }
     found: dict[str, Any] = {}
-    for name, text in read_named(option, written, EVERY_AXIS, "dimension=value"):
+    for name, text in _named(option, written, EVERY_AXIS, "dimension=value"):
         found[name] = text if name == RECORD else read_number(option, text)
     for name, text in short.items():
         if name in found:
             refuse_twice(name)
         found[name] = text if name == RECORD else read_number(option_of(name), text)
     return found
+
+
+def _named(
+    option: str, written: Iterable[str] | None, names: tuple[str, ...], form: str
+) -> Iterator[tuple[str, str]]:
+    """Read ``name=value`` as `read_named`; a name of the physical block of a study is that of the coordinate."""
+    assignments = (
+        f"{ALIASES.get(name, name)}{equals}{text}"
+        for name, equals, text in (each.partition("=") for each in written or ())
+    )
+    yield from read_named(option, assignments, names, form)
 
 
 def refuse_twice(name: str) -> None:

@@ -162,6 +162,7 @@ class Questions(Asked):
         detuning: float = Tuning.detuning,
         damping_detuning: float = Tuning.damping_detuning,
         excitation: Excitation | None = Tuning.excitation,
+        tmd_mass_ratio: float | None = None,
         **at: float,
     ) -> "TmdComparison":
         """Compare one design with a tuned mass damper.
@@ -173,7 +174,7 @@ class Questions(Asked):
         """
         from damperlab.service.client.answers import read_tmd
 
-        tuning = Tuning(criterion, mass_ratio, detuning, damping_detuning, excitation)
+        tuning = Tuning(criterion, mass_ratio, detuning, damping_detuning, excitation, tmd_mass_ratio)
         return read_tmd(self._question("tmd-comparison", tuning, Design(at)))
 
     @explained(Varied)

@@ -31,7 +31,8 @@ export function comparisonTab(session, place) {
 
   function question() {
     const at = selection.at([FREQUENCY]);
-    return { ...at, ...asked, mass_ratio: asked.mass_ratio ?? at.mass_ratio };
+    const { mass_ratio, ...tuning } = asked;
+    return { ...at, ...tuning, tmd_mass_ratio: mass_ratio };
   }
 
   /** @param {Partial<typeof asked>} what */

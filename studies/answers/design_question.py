@@ -152,6 +152,11 @@ def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
     band, ranges = judging.band, dict(judging.ranges)
     for name in [name for name in judging.ranges if name in units]:  # in their order, which words follow
         each = units[name]
+        if each.source in cube.sizes:
+            values = each.of(cube[each.source].values)
+            if not inside(values, *ranges[name]).any():
+                _check_limits(name, ranges[name])
+                raise QueryFault(empty_range(name, name, *ranges[name], values))
         low, high = (end / each.factor for end in ranges.pop(name))
         if each.source in ranges or (each.source == FREQUENCY and band is not None):
             other = "band" if each.source == FREQUENCY else each.source

@@ -43,7 +43,8 @@ def tmd_comparison(
     cube : Dataset
         A study's cube; where the design is named, only its curve is read.
     tuning : Tuning
-        The tuned mass damper. Where its mass ratio is given, the design's own is the nearest on the grid. It, and the structure
+        The tuned mass damper. Of `mass_ratio` the design's own is the nearest on the grid, unless `at` names it;
+        `tmd_mass_ratio` is that of the tuned mass damper alone. It, and the structure
         without a damper, answer to a shaken base like the study's damper, or to a force on the structure: X over its static
         deflection.
     at : mapping of float, optional
@@ -86,7 +87,7 @@ def tmd_comparison(
             raise QueryFault(Fault(name, describe(share), allowed, "write 0.05 for five per cent too high"))
     if mass_ratio is not None:
         _check_mass(mass_ratio, "correct it, or leave it out for that of the design")
-        # the mass of the absorber may be any; the study's particle nearest to it stands beside it
+        # the mass of the absorber may be any; the study's particle nearest to it is compared with it
         masses = cube["mass_ratio"].values
         near = (
             mass_ratio
@@ -99,7 +100,8 @@ def tmd_comparison(
     best, called = best_at(cube, at)
     if best:
         curve = frequency_response(cube, Selection(METRIC, {**at, **best}))
-    mass = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
+    own = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
+    mass = own if tuning.tmd_mass_ratio is None else tuning.tmd_mass_ratio
     _check_mass(mass, "this design has no particle's mass to compare with: name the mass of the damper")
     if criterion == "h2" and excitation == "base" and mass >= MOST_UNDER_BASE:
         allowed = f"below {MOST_UNDER_BASE:g} for h2 with a shaken base"

@@ -252,7 +252,7 @@ def say_ties(said: Mapping[str, Any]) -> str:
     likely = "" if chance is None else f"; the best is another with a probability of {_share(chance)}"
     return (
         f"{counted(said['as_good'], 'more design')} may be as good within the errors "
-        f"({said['confidence']:.0%} confidence for all designs together){likely}."
+        f"({said['confidence']:.0%} confidence for all designs together, errors taken as normal){likely}."
     )
 
 

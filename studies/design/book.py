@@ -253,12 +253,7 @@ class Book:
             frequencies = cube["frequency_ratio"].values.tolist()
             columns = np.stack([cube[name].values.astype(np.float64) for name in self.variables], axis=-1)
             status = cube["status"].values
-            error = cube["amplitude_error"].values
-            # without damping, a response cut off with an error as large as its mean still grows: nothing bounds it
-            undamped = (cube["damping_ratio"] == 0.0).broadcast_like(cube["status"])
-            may_grow = undamped.transpose(*cube["status"].dims).values
-            grows = may_grow & (status == Status.MAX_CYCLES) & (error >= columns[..., 0])
-            columns[..., 0][(status > Status.MAX_CYCLES) | grows] = np.inf
+            columns[..., 0][status > Status.MAX_CYCLES] = np.inf
             # there is one base amplitude where there is a dimension of it
             columns = columns.reshape(*(len(axis) for axis in axes), len(frequencies), len(self.variables))
             for index in np.ndindex(*columns.shape[:-2]):

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from math import isinf
 
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.spelling import frequency, limited, rounded_up
+from damperlab.studies.design.spelling import allowing, frequency, limited, rounded_up
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification
@@ -93,9 +93,7 @@ def _doubt(asked: Specification, name: str, limit: float, at_most: float) -> str
     if at_most <= limit:
         return ""
     most = limited(asked, name, rounded_up(asked.as_limited(name, at_most)))
-    return (
-        f"; with a confidence of {asked.confidence:.3g} it is at most {most}, so that it may exceed the limit"
-    )
+    return f"; {allowing(asked)} it is at most {most}, so that it may exceed the limit"
 
 
 def _limited(asked: Specification, name: str, value: float) -> str:

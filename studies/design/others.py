@@ -8,7 +8,7 @@ from damperlab.studies.design.alternatives import CALLED as ALTERNATIVES
 from damperlab.studies.design.alternatives import OF_DAMPER, Alternative, without
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score
-from damperlab.studies.design.spelling import comes_to, length, response, rounded_up, transients
+from damperlab.studies.design.spelling import allowing, comes_to, length, response, rounded_up, transients
 from damperlab.studies.specification.specification import OF_STRUCTURE, Specification
 
 SAME = 0.02
@@ -63,7 +63,7 @@ def _alternative(found: Found, name: str, other: Alternative, judged: str) -> It
     error = ""
     if theirs.error > SAME * theirs.value:
         most = response(asked, rounded_up(theirs.most))
-        error = f" (with a confidence of {asked.confidence:.3g} at most {most})"
+        error = f" ({allowing(asked)} at most {most})"
     keeps = "" if theirs.violation == 0.0 else ", and exceeds a limit"
     value = f"{response(asked, theirs.value)}{error}{_times(theirs.value, ours.value)}"
     yield f"{best}, {judged}, {comes_to(asked)} {value}{keeps}."

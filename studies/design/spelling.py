@@ -34,6 +34,11 @@ def quantity(asked: Specification, name: str, value: float) -> str:
     return f"{SYMBOLS[name]} = {value:.4g}"
 
 
+def allowing(asked: Specification) -> str:
+    """Say what is added to what was computed: errors have a confidence each, the allowance for other frequencies has none."""
+    return f"allowing for its error (confidence {asked.confidence:.3g}) and for frequencies between those computed"
+
+
 def response(asked: Specification, value: float) -> str:
     """Write a value of the measure; over the base amplitude where there are no units."""
     if not isfinite(value):

@@ -13,6 +13,7 @@ from damperlab.studies.design.limit_words import limits_in_words
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.design.others import words_of_better, words_of_others
 from damperlab.studies.design.spelling import (
+    allowing,
     comes_to,
     frequency,
     quantity,
@@ -102,7 +103,7 @@ def _worst(found: Found) -> Iterator[str]:
         shaken, name = spelled_out(asked, found.binding), found.binding.name
         near = "" if asked.measure.mean else f", near {frequency(asked, stated.frequency_ratio)}"
     # what is known of a record is as exact as the solver: there is no error to state
-    most = f"with a confidence of {asked.confidence:.3g} it is at most {response(asked, rounded_up(stated.most))}"
+    most = f"{allowing(asked)} it is at most {response(asked, rounded_up(stated.most))}"
     other = ""
     if asked.excitations and found.starts is not None and found.starts.beyond:
         other = f" from rest, and from other starts it reaches {response(asked, found.starts.worst)}"

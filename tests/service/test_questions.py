@@ -107,6 +107,13 @@ def test_a_study_in_units_is_asked_and_exported_in_units(client: httpx.Client, h
     answer = client.get(f"{STUDIES}/{record['id']}/resonance-map", params=asked).raise_for_status().json()
     assert (answer["x_dimension"], answer["columns"]["frequency_hz"]["units"]) == ("frequency_hz", "Hz")
     np.testing.assert_allclose(answer["x"], hertz, rtol=1e-15)
+    # the name that the study's physical block has for it
+    paths = (
+        f"{STUDIES}/{record['id']}/optimal-designs?{name}=3.9,4.1"
+        for name in ("frequency_hz", "excitation_frequency_hz")
+    )
+    one, other = (client.get(path).raise_for_status().json() for path in paths)
+    assert one == other
     truth = [_closed_form(0.05, f / 4.0) for f in hertz]
     np.testing.assert_allclose(answer["values"][0], truth, rtol=1e-12)
     exported = client.get(f"{STUDIES}/{record['id']}/export", params={"format": "csv"}).raise_for_status()

@@ -9,7 +9,7 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import Stepped, step_rk4
 from damperlab.worker.solver.events import COUNTS, IMPACTS
 from damperlab.worker.steady.response.measures import Response, failed
-from damperlab.worker.steady.response.standard_errors import mean_and_error
+from damperlab.worker.steady.response.standard_errors import grows, mean_and_error
 
 _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
@@ -97,6 +97,8 @@ def settle_stepped(damping_ratio, frequency_ratio, friction, particle, steps_per
         first = 0
         impacts_before = 0
     if status == _MAX_CYCLES:
+        if grows(peaks[:, 0], first, cycles):
+            return failed(_UNBOUNDED, cycles)
         mean, error = mean_and_error(peaks[:, 0], first, cycles)
     return Response(
         peaks[first:cycles, 0].mean(),

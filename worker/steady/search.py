@@ -4,9 +4,10 @@ The run itself is a plain integration. What looks for orbits works beside it, on
 own, so the run is the same whatever is looked for.
 """
 
-from math import inf
+from math import inf, pi
 from typing import NamedTuple
 
+from damperlab.studies.variables import Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.events import ARRIVED, IMPACTS
 from damperlab.worker.solver.excitation.excitation import largest_forcing
@@ -16,7 +17,7 @@ from damperlab.worker.solver.state import State
 from damperlab.worker.steady.locked_by_friction import creep_limit, is_locked, slowing_limit, slows_down
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
 from damperlab.worker.steady.orbits.orbit_watch import look_farther, look_nearby, nothing_nearby
-from damperlab.worker.steady.response.standard_errors import Estimate, estimate
+from damperlab.worker.steady.response.standard_errors import Estimate, estimate, grows
 from damperlab.worker.steady.response.trace import IMPACTS_SO_FAR, cycle_peaks
 from damperlab.worker.steady.run import EVENTS_PER_CYCLE, Notes, advance, begin_trace, work_done
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, active_size, coordinates
@@ -30,6 +31,7 @@ from damperlab.worker.steady.stopping_rules import (
     next_estimate,
 )
 
+_UNBOUNDED = int(Status.UNBOUNDED)
 # Half cycles between looks at the section, twice as many once metered; even, so that whole cycles lie between. Fewer where a
 # half cycle takes long.
 _CHUNK = 32
@@ -53,7 +55,7 @@ class Found(NamedTuple):
     state : State
         On the orbit, or where the run stopped: also where a particle goes on that has a locked state for its limit.
     outcome : int
-        ARRIVED, or how the run ended early.
+        ARRIVED, how the run ended early, or that its peaks grow without a bound in sight.
     look : SectionLook
         At the end of the run.
     orbit : Orbit
@@ -215,6 +217,24 @@ def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> 
 
 
 @kernel
+def _has_no_bound(first: int, last: int, scene: Scene, notes: Notes) -> bool:
+    """Whether the peaks of the metered cycles grow, and nothing shows that they ever stop.
+
+    Without viscous damping at resonance a cycle of amplitude A takes in π A and loses 4 γ_F A to friction, for as long as the
+    particle meets no wall: every growth goes on. Elsewhere the peaks have to tell.
+    """
+    undamped = scene.base.two_zeta == 0.0 and scene.base.frequency_ratio == 1.0 and scene.counts[IMPACTS] == 0
+    if scene.friction is not None:
+        undamped = undamped and scene.friction < 0.25 * pi
+    peaks = notes.cycles[0]
+    if undamped:
+        without_end: bool = peaks[last - 1] > peaks[first]
+        return without_end
+    still_grows: bool = grows(peaks, first, last)
+    return still_grows
+
+
+@kernel
 def _end_of_search(
     state: State,
     look: SectionLook,
@@ -225,7 +245,10 @@ def _end_of_search(
     notes: Notes,
     settings: Settings,
 ) -> Found:
-    """A run that has reached its limit: the mean of what was metered, or, where nothing was, of one cycle more."""
+    """A run that has reached its limit: the mean of what was metered, or, where nothing was, of one cycle more.
+
+    Where the peaks grow to the end of the run their mean is none of a response.
+    """
     if metered_halves == _NOT_METERED:  # nothing was left after the burn-in
         metered_halves = 0
         begin_trace(state, scene, notes)
@@ -237,6 +260,9 @@ def _end_of_search(
             mean = Estimate(0, 0, inf, inf, inf, False)
             return Found(state, outcome, look, no_orbit(state), mean, False, 0.0)
     mean = _mean_so_far(left_out, metered_halves, notes)
+    cycles = metered_halves // 2
+    if _has_no_bound(min(left_out, cycles - 1), cycles, scene, notes):
+        return Found(state, _UNBOUNDED, look, no_orbit(state), mean, False, 0.0)
     known = (
         is_known(mean, settings)
         and not rival

@@ -50,6 +50,7 @@ def test_an_option_that_would_change_nothing_is_refused(
             ("simulate", "--method", "rk4", "--cycles", "3", "--contact", "dwell", "--contact-time", "0.1"),
             "`--contact` must be instant with method rk4, not dwell. Write --method event.",
         ),
+        (("optimum", "x", "--within", "excitation_frequency_hz=9,3"), "--within: found '9,3', allowed: lo not above hi"),
         (("studies", "--within", "clearance_ratio=9"), "--within: found 'clearance_ratio=9', allowed: "),
         (("studies", "--within", "clearance_ratio=9,3"), "--within: found 'clearance_ratio=9,3', allowed: lo not above hi"),
         (("studies", "--within", "clearence_ratio=2,5"), "Write clearance_ratio."),

@@ -2,6 +2,8 @@
 
 import json
 import re
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +18,8 @@ from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
-from damperlab.studies.questions import Judging, Selection, Tuning
+from damperlab.studies.faults import nearest
+from damperlab.studies.questions import Judging, Selection, Tuning, Varied
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
 MASS, HERTZ, BASE = 2.0, 4.0, 0.003
@@ -115,6 +118,28 @@ def test_what_is_refused_is_named_as_it_was_asked(cube: xr.Dataset) -> None:
         optimal_designs(cube, Judging(band=(3.2, 4.0)))
     named = [each.value.fault.field for each in (far, own, along)]
     assert named == ["clearance_m", "clearance_m", "frequency_hz"]
+
+
+def test_the_name_of_a_frequency_in_a_study_means_the_one_in_a_question_and_back() -> None:
+    assert nearest("excitation_frequency_hz", ("natural_frequency_hz", "frequency_hz")) == "frequency_hz"
+    assert (
+        nearest("frequency_hz", ("natural_frequency_hz", "excitation_frequency_hz"))
+        == "excitation_frequency_hz"
+    )
+
+
+@pytest.mark.parametrize("ask", [optimal_designs, importance])
+def test_a_range_in_units_without_a_value_is_refused_in_units(
+    cube: xr.Dataset, ask: Callable[..., Any]
+) -> None:
+    ranges = {"clearance_m": (1.0, 12.0)}
+    question = Judging(ranges=ranges) if ask is optimal_designs else Varied(ranges=ranges)
+    with pytest.raises(QueryFault) as caught:
+        ask(cube, question)
+    fault = caught.value.fault
+    assert (fault.field, fault.found) == ("clearance_m", "1 to 12")
+    assert fault.advice == "widen it; the nearest value is 0.03"
+    assert "3 values from 0.006 to 0.03" in fault.message
 
 
 def test_one_dimension_is_not_given_twice(cube: xr.Dataset) -> None:

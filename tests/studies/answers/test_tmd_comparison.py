@@ -236,6 +236,11 @@ def test_what_is_not_named_of_a_design_is_that_of_the_best_and_it_is_said():
     )
     xr.testing.assert_equal(answer, tmd_comparison(cube, tuning, lead))
     assert not tmd_comparison(cube, tuning, lead).attrs["verdict"][0].startswith("Compared")
+    lighter = tmd_comparison(cube, Tuning("hinf", tmd_mass_ratio=0.02))
+    assert lighter.attrs["tmd_mass_ratio"] == 0.02
+    xr.testing.assert_equal(lighter["hybrid"], answer["hybrid"])
+    both = tmd_comparison(cube, Tuning("hinf", mass_ratio=0.05, tmd_mass_ratio=0.02))
+    assert (both.attrs["tmd_mass_ratio"], float(both["mass_ratio"])) == (0.02, 0.05)
     partly = tmd_comparison(cube, tuning, {"mass_ratio": 0.06})
     assert float(partly["mass_ratio"]) == 0.05
     among = [tmd_comparison(cube, tuning, {"mass_ratio": 0.05, "friction_ratio": g}) for g in (0.0, 0.2, 0.4)]

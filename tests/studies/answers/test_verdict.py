@@ -74,7 +74,7 @@ def test_designs_within_the_errors_are_counted_and_the_clearly_worse_are_not():
     assert answer.attrs["as_good"] == 2
     assert 0 < answer.attrs["chance_of_another"] < 0.5
     assert (
-        "2 more designs may be as good within the errors (95% confidence for all designs together)"
+        "2 more designs may be as good within the errors (95% confidence for all designs together, errors taken as normal)"
         in said(answer)
     )
     assert (answer["lowest"] < answer["value"]).all()

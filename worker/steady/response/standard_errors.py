@@ -20,6 +20,8 @@ _GROUP = 16  # samples in a group of the truncation rule: MSER on groups is less
 _DIFFERENT = 3.0  # standard errors by which a beginning has to differ from the rest to be left out
 _STEADY_TREND = 0.9  # of a third's step to the one before: beyond it no end is in sight
 _TREND_BATCHES = 19
+_ALL_RISE = _TREND_BATCHES * (_TREND_BATCHES - 1) // 2
+_GROWN = 0.1  # share by which the last third of a series without a bound exceeds the first
 # Relative error of a constant: what its samples differ by is rounding, which has a correlation and a trend of its own.
 _ROUNDING = 1e-12
 _TREND = 86  # of 171 pairs of 19 batches, the excess of rising ones that chance exceeds three times in 1,000
@@ -180,6 +182,19 @@ def _to_come(samples, first, last, mean):
         rate = min(max(step / before, 0.0), 1.0)
     left = step * rate / (1.0 - rate) if rate < _STEADY_TREND else 10.0 * step
     return max(abs(three + left - mean), abs(three - one))
+
+
+@kernel
+def grows(samples, first, last):
+    """Whether samples[first:last] grow to their end and show no bound: every batch is higher than all before it, and a third's
+    step hardly less than the one before. Fewer than 80 samples say nothing."""
+    if last - first < FEWEST or _rises(samples, first, last) < _ALL_RISE:
+        return False
+    third = (last - first) // 3
+    one = _mean(samples, first, first + third)
+    two = _mean(samples, first + third, first + 2 * third)
+    three = _mean(samples, first + 2 * third, first + 3 * third)
+    return three - two >= _STEADY_TREND * (two - one) and three - one >= _GROWN * one
 
 
 @kernel
