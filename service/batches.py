@@ -12,6 +12,7 @@ from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.life_cycle.entering import Submission
 from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
 from damperlab.studies.text import MOST_STUDIES
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
@@ -21,7 +22,7 @@ MOST_VALUES = 1_000_000
 
 
 def submit_list(
-    service: Service, documents: list[Any], *, dry_run: bool, reuse: bool, key: str | None, priority: int = 0
+    service: Service, documents: list[Any], *, reuse: bool, key: str | None, priority: int = 0
 ) -> Document:
     """Store every study of a list, or none; the answer names them in the list's order.
 
@@ -31,8 +32,6 @@ def submit_list(
         The service.
     documents : list
         The studies as read from JSON or YAML.
-    dry_run : bool
-        Say what each would cost, and store nothing.
     reuse : bool
         Whether points may be taken from earlier studies.
     key : str, optional
@@ -47,11 +46,6 @@ def submit_list(
     """
     studies = _parse(documents, service.settings.records, key)
     plans = [make_plan(study, seconds_per_point) for study in studies]
-    if dry_run:
-        sizes = [
-            estimate_document(study, plan, service.store) for study, plan in zip(studies, plans, strict=True)
-        ]
-        return Document({"studies": sizes})
     by = provenance()
     entered = service.store.submit_all(
         [Submission(*each, by, reuse, priority=priority) for each in zip(studies, plans, strict=True)]
@@ -59,6 +53,13 @@ def submit_list(
     service.dispatcher.wake()
     some = [summary(record) | {"created": created} for record, created in entered]
     return Document({"studies": some}, 201 if any(created for _, created in entered) else 200)
+
+
+def estimate_list(store: Store, shelf: Shelf, documents: list[Any], key: str | None) -> Document:
+    """Say what each of several studies would cost; faults as of `submit_list`."""
+    studies = _parse(documents, shelf, key)
+    sizes = [estimate_document(each, make_plan(each, seconds_per_point), store) for each in studies]
+    return Document({"studies": sizes})
 
 
 def summary(record: Record) -> dict[str, Any]:

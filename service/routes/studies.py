@@ -1,7 +1,7 @@
 """Studies: submitted, listed, looked at, followed, cancelled, resumed, deleted."""
 
 from collections.abc import AsyncIterator
-from typing import Annotated, Literal
+from typing import Annotated
 
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Header, Query
@@ -12,7 +12,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from damperlab.service.answer_schemas import gives
-from damperlab.service.batches import submit_list, summary
+from damperlab.service.batches import estimate_list, submit_list, summary
 from damperlab.service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.estimates import estimate_document
@@ -20,14 +20,16 @@ from damperlab.service.events import event_id, progress
 from damperlab.service.examples import STUDY_BODY
 from damperlab.service.problems import Problem, documented
 from damperlab.service.security.caller import Caller, TheCaller
+from damperlab.service.settings import Settings
 from damperlab.service.state import Service, TheExactStudy, TheService, TheStudy
+from damperlab.service.work.own_store import store_of
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.reuse.differences import differences_of
-from damperlab.studies.text import load_text
+from damperlab.studies.text import Format, load_text
 from damperlab.studies.vocabulary import PRIORITIES, State
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
@@ -129,11 +131,16 @@ async def submit(
     _require_leave(caller, query.priority)
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
+    written_in: Format = "json" if kind in JSON_TYPES else "yaml"
+    if query.dry_run:
+        return await service.work.run(
+            request, _estimated, service.settings, body, written_in, idempotency_key
+        )
     return await run_sync(
         _submit,
         service,
         body,
-        "json" if kind in JSON_TYPES else "yaml",
+        written_in,
         query,
         idempotency_key,
         limiter=service.submissions,
@@ -153,19 +160,22 @@ def _require_leave(caller: Caller, priority: int) -> None:
         raise Problem(403, "scope-lacking", "The key does not allow this priority.", (fault,))
 
 
-def _submit(
-    service: Service, body: bytes, kind: Literal["json", "yaml"], query: SubmitQuery, key: str | None
-) -> Document:
+def _estimated(settings: Settings, body: bytes, kind: Format, key: str | None) -> Document:
+    document = load_text(body, kind, guarded=True)
+    store = store_of(settings)
+    if isinstance(document, list):
+        return estimate_list(store, settings.records, document, key)
+    study = parse_study(document, settings.records)
+    return Document(estimate_document(study, make_plan(study, seconds_per_point), store))
+
+
+def _submit(service: Service, body: bytes, kind: Format, query: SubmitQuery, key: str | None) -> Document:
     document = load_text(body, kind, guarded=True)
     if isinstance(document, list):
         reuse = query.reuse and service.settings.reuse
-        return submit_list(
-            service, document, dry_run=query.dry_run, reuse=reuse, key=key, priority=query.priority
-        )
+        return submit_list(service, document, reuse=reuse, key=key, priority=query.priority)
     study = parse_study(document, service.settings.records)
     plan = make_plan(study, seconds_per_point)
-    if query.dry_run:
-        return Document(estimate_document(study, plan, service.store))
     reuse = query.reuse and service.settings.reuse
     record, created = service.store.submit(
         study, plan, provenance(), reuse=reuse, key=key, priority=query.priority

@@ -31,7 +31,6 @@ LIGHT_ROUTES = {
     ("GET", "/api/v1/records"),
     ("DELETE", "/api/v1/records/{record_id}"),
     ("GET", "/api/v1/studies"),
-    ("POST", "/api/v1/studies"),
     ("GET", "/api/v1/studies/{study_id}"),
     ("PATCH", "/api/v1/studies/{study_id}"),
     ("DELETE", "/api/v1/studies/{study_id}"),
