@@ -292,7 +292,7 @@ class _Told:
         if now.phase == "waiting":
             left = duration(now.gives_up_in)
             before = f"{'waiting' if now.waits_for else before}, giving up in {left}"
-            if now.waits_for not in ("", self._waits_for):
+            if now.waits_for and not self._waits_for:
                 note(f"{sentence(now.waits_for)} Waiting up to {left}.")
         self._waits_for = now.waits_for
         self._shown.update(
