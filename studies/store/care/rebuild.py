@@ -232,6 +232,12 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
                 connection.execute(delete(studies).where(studies.c.number == one.number))
                 row = None if one.number == number else row
         other = select(studies.c.number).where(studies.c.id == study_id, studies.c.deleted.is_(None))
+        if row is not None and not row.id:
+            # the number was reserved for this cube, and its study was not entered, or the catalogue has lost that
+            if not marks and connection.execute(other).first() is not None:
+                return  # cut short, and submitted again since
+            connection.execute(delete(studies).where(studies.c.number == number))
+            row = None
         if deleted is None and row is None and connection.execute(other).first() is not None:
             raise ValueError(f"study {study_id} has another cube")
         if row is not None and row.id != study_id:

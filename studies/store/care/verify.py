@@ -5,6 +5,7 @@ damaged can be told, and is made again from the other account; where both have l
 """
 
 import json
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -43,6 +44,10 @@ from damperlab.studies.store.life_cycle.manifest import (
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
+UNDER_WAY_SECONDS = 5.0
+"""How long a submission may be under way, until its cube counts as one that no study was entered for."""
+LOOK_SECONDS = 0.1
+"""Between two looks at whether it has ended."""
 _HEADER_COLUMNS = ("points", "failed", "reused", "checksum")
 _ENDED = ("done", "cancelled", "failed")
 
@@ -171,29 +176,41 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
         yield damaged_record
     for _, damaged_design in Designs(store.data_dir).damaged(pause):
         yield damaged_design
-    yield from _lost_by_the_catalogue(store, names, rows)
+    yield from _lost_by_the_catalogue(store, names)
     alive = {cube_name(row.id, row.number) for row in rows if row.deleted is None}
     for name in sorted(alive.difference(names)):
         yield f"the cube {name} is lost; restore it from a backup, or delete its study"
 
 
-def _lost_by_the_catalogue(store: Store, names: Sequence[str], rows: Sequence[Any]) -> Iterator[str]:
-    """Compare the cubes with the studies that the catalogue knows: what it has lost, as with the tail of its log."""
-    cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
-    known = {cube_name(row.id, row.number) for row in rows}
-    if not known.issuperset(cubes) and not store.catalogue.read_only:
-        # a submission makes its cubes before it commits: a turn at writing waits for those that are under way
-        with store.catalogue.writing() as connection:
+def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequence[Any], list[str]]:
+    """Give the rows of the studies, and the cubes that belong to none; submissions under way are waited for, but not for long.
+
+    A submission reserves its number, makes its cube and enters its study. One that stays between was cut short, or the
+    catalogue has lost the last of the three.
+    """
+    until = time.monotonic() + UNDER_WAY_SECONDS
+    while True:
+        with store.catalogue.reading() as connection:
             rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
         known = {cube_name(row.id, row.number) for row in rows}
+        unknown = [name for name in cubes if name not in known]
+        reserved = {row.number for row in rows if not row.id}
+        if reserved.isdisjoint(cubes[name][1] for name in unknown) or time.monotonic() > until:
+            return rows, unknown
+        time.sleep(LOOK_SECONDS)
+
+
+def _lost_by_the_catalogue(store: Store, names: Sequence[str]) -> Iterator[str]:
+    """Compare the cubes with the studies that the catalogue knows: what it has lost, as with the tail of its log."""
+    cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
+    rows, unknown = _unknown(store, cubes)
     alive = {row.id: row.number for row in rows if row.deleted is None}
-    advice = "`damperlab rebuild` adds it"
-    for name, (study_id, _) in cubes.items():
-        if name in known:
-            continue
+    # what was given up meanwhile has taken its cube away
+    there = set(store.shelf.shelves()) if unknown else set()
+    for name in sorted(there.intersection(unknown)):
         # without results and with a study of the same id: a submission that was cut short and came again
-        if study_id not in alive or holds_results(store.shelf.at(name)):
-            yield f"cube {name} belongs to no study of the catalogue; {advice}"
+        if cubes[name][0] not in alive or holds_results(store.shelf.at(name)):
+            yield f"cube {name} belongs to no study of the catalogue; `damperlab rebuild` adds it"
     for name, (study_id, number) in cubes.items():
         if alive.get(study_id) != number:
             continue

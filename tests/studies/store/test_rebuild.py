@@ -5,13 +5,15 @@ import shutil
 import sqlite3
 import subprocess
 import sys
+import threading
 import time
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
 
 from damperlab.studies.remarks import Remarks
+from damperlab.studies.store.care import verify as verifying
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
@@ -136,6 +138,50 @@ def test_what_the_tail_of_the_log_held_is_missed_and_restored(
         for record in again.page(limit=100).records:
             assert list(verify(again, record)) == []
         again.close()
+
+
+def test_a_study_whose_entry_is_lost_after_its_number_was_reserved_is_missed_and_restored(
+    store, make_study, make_plan_of, tmp_path, monkeypatch
+):
+    log, ends, make = store.data_dir / "catalogue.sqlite-wal", [], store._make
+
+    def noted(fresh):
+        make(fresh)
+        ends.append(log.stat().st_size)
+
+    monkeypatch.setattr(store, "_make", noted)
+    monkeypatch.setattr(verifying, "UNDER_WAY_SECONDS", 0.0)
+    study = make_study("entered", metrics=METRICS)
+    entered = store.submit(study, make_plan_of(study), {"kernels": "k", "solver_version": "1"})[0].id
+    before = told(store)
+    data = tmp_path / "cut"
+    shutil.copytree(store.data_dir, data)
+    (data / log.name).write_bytes(log.read_bytes()[: ends[0]])
+    with closing(Store.open(data)) as again:
+        (line,) = check_catalogue(again)
+        assert entered in line
+    assert (rebuild(data).studies, rebuild(data).known) == (1, 1)
+    with closing(Store.open(data)) as again:
+        assert told(again) == before
+        assert list(check_catalogue(again)) == []
+
+
+def test_a_submission_under_way_is_waited_for(store, make_study, make_plan_of, monkeypatch):
+    looked, make, found = threading.Event(), store._make, []
+    looking = threading.Thread(target=lambda: found.extend(check_catalogue(store)))
+
+    def watched(fresh):
+        make(fresh)
+        looking.start()
+        assert looked.wait(600)
+
+    monkeypatch.setattr(store, "_make", watched)
+    monkeypatch.setattr(verifying, "UNDER_WAY_SECONDS", 600.0)
+    monkeypatch.setattr(verifying.time, "sleep", lambda _: looked.set())
+    study = make_study("under way", metrics=METRICS)
+    store.submit(study, make_plan_of(study), {})
+    looking.join(600)
+    assert found == []
 
 
 def test_a_study_that_was_resumed_since_its_end_is_left_as_it_is(filled):
