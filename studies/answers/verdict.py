@@ -17,7 +17,7 @@ from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.phrases import RATIOS, Phrases, said
 from damperlab.studies.answers.ranked_peaks import RankedPeaks
 from damperlab.studies.faults import counted
-from damperlab.studies.variables import DIMENSIONS, ResponseClass
+from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
 
 NO_ACTION: dict[int, str] = {
     ResponseClass.LINEAR: "neither friction nor the particle acts",
@@ -28,7 +28,15 @@ NO_ACTION: dict[int, str] = {
 
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
-DOUBTS = ("one_frequency", "hidden_peak", "end_of_range", "neighbourhood_unknown", "rugged", "error")
+DOUBTS = (
+    "one_frequency",
+    "hidden_peak",
+    "cut_off",
+    "end_of_range",
+    "neighbourhood_unknown",
+    "rugged",
+    "error",
+)
 """Kinds of doubt, the gravest first; those after `hidden_peak` are about the optimum alone, not about the best with impacts."""
 MOST_RUNS = 3
 """Runs of frequencies that a sentence names."""
@@ -100,16 +108,18 @@ def verdict(
         alone = _say_alone(cube, question, phrases)
         ends = _say_ends(cube, ranked, flat, phrases)
         error = _say_error(float(values[0]), float(errors[0]))
+        cut_off = "" if homes else _say_cut_off(cube, question, ranked)
         every = [
             f"Optimum: {say_design(ranked, 0, phrases)}",
             hidden,
             ties,
             *_say_idle(cube, question, ranked, active, struck, phrases),
             alone,
+            cut_off,
             *ends.values(),
             error,
         ]
-        doubts = {"one_frequency": alone, "hidden_peak": hidden, **ends, "error": error}
+        doubts = {"one_frequency": alone, "hidden_peak": hidden, "cut_off": cut_off, **ends, "error": error}
         return {
             "verdict": [sentence for sentence in every if sentence],
             "doubts": [{"kind": kind, "sentence": doubts[kind]} for kind in DOUBTS if doubts.get(kind)],
@@ -295,3 +305,17 @@ def _say_error(value: float, error: float) -> str:
             "`steady.tolerance` with more `max_cycles`)."
         )
     return ""
+
+
+def _say_cut_off(cube: xr.Dataset, question: DesignQuestion, ranked: xr.Dataset) -> str:
+    if "status" not in cube:
+        return ""
+    place = {name: nearest_place(cube[name].values, float(ranked[name].values[0])) for name in DESIGN}
+    status = cube["status"].isel({**place, FREQUENCY: question.axes[FREQUENCY]}).values
+    cut = int((status == Status.MAX_CYCLES).sum())
+    if not cut:
+        return ""
+    return (
+        f"The run of {cut} of the {counted(status.size, 'response')} of the optimum ended at `max_cycles`, before the response "
+        "was known to the tolerance: the error may be larger than stated."
+    )

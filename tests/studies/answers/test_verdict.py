@@ -230,6 +230,19 @@ def test_a_neighbour_without_a_value_is_not_known_to_be_worse(gone):
     assert "not known along γ_F" in said(both)
 
 
+def test_an_optimum_whose_run_was_cut_off_is_doubted():
+    cube = made([[2.0, 3.0, 2.0], [1.0, 2.0, 1.0]])
+    assert "cut_off" not in {doubt["kind"] for doubt in optimal_designs(cube).attrs["doubts"]}
+    for friction, of_the_optimum in ((0, False), (1, True)):
+        cut = cube.copy(deep=True)
+        cut["status"].values[0, 0, 0, 0, friction, 1] = Status.MAX_CYCLES
+        answer = optimal_designs(cut)
+        told = [doubt["sentence"] for doubt in answer.attrs["doubts"] if doubt["kind"] == "cut_off"]
+        assert bool(told) is of_the_optimum
+        assert set(told) <= set(answer.attrs["verdict"])
+        assert all("1 of the 3 responses" in sentence for sentence in told)
+
+
 def test_a_design_in_two_studies_has_the_value_of_the_longer_run():
     lucky, long = made([1.0, 1.2], errors=0.1), made([1.3, 1.2], errors=[0.01, 0.1])
     merged = merged_designs({"a": lucky, "b": long})
