@@ -52,6 +52,24 @@ MUTANTS = (
         "tests/service/test_design_run.py",
     ),
     Mutant(
+        "service/security/sessions.py",
+        "        self._open.pop(_hashed(value), None)\n",
+        "",
+        "tests/service/security/test_who_may_ask.py::test_a_session_ends_on_the_server",
+    ),
+    Mutant(
+        "service/work/processes.py",
+        """["type"] != "http.disconnect":""",
+        """["type"] != "http.disconnected":""",
+        "tests/service/security/test_work_apart.py::test_what_a_study_is_asked_ends_with_its_client",
+    ),
+    Mutant(
+        "worker/run/background.py",
+        "            self._work()\n        except BaseException",
+        "            self._work()\n        except StoreFault",
+        "tests/worker/run/test_background.py",
+    ),
+    Mutant(
         "service/page/headline.js",
         "OF_EVERY_DESIGN.includes(kind) || !(next || idle || few)",
         'kind !== "hidden_peak"',
