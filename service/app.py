@@ -238,6 +238,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     finally:
         service.closing.set()
         service.readiness.background.tell_to_close()
+        scrub.background.tell_to_close()
         await run_sync(scrub.close)
         await run_sync(kernels.close)
         await run_sync(designer.close)

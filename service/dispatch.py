@@ -213,7 +213,9 @@ class Dispatcher:
 
     def _clean(self) -> None:
         try:
-            collect_garbage(self._runners_store)
+            swept = collect_garbage(self._runners_store)
+            for line in (*swept.what, *swept.unknown):
+                _log.info("garbage: %s", line)
         except (StoreFault, OSError) as error:
             _log.warning("files that nobody needs could not be removed: %s", error)
 
@@ -226,8 +228,9 @@ class Dispatcher:
         try:
             for thread in leaving:  # lest it write what is removed
                 thread.join(STOP_SECONDS)
-            self._runners_store.keep_late_marks(stop=lambda: self._removing.closing)
+            # first what makes room, which the marks may lack
             self._runners_store.bury(stop=lambda: self._removing.closing)
+            self._runners_store.keep_late_marks(stop=lambda: self._removing.closing)
         except (StoreFault, OSError) as error:
             self._untidy.set()
             _log.warning("marks could not be written, or files of deleted studies removed: %s", error)
@@ -330,6 +333,8 @@ class Dispatcher:
             self._put_off(study_id, str(error))
         except (StudyBusy, StudyNotFound) as error:
             _log.info("study %s is left alone: %s", study_id, error)
+            with self._lock:  # clocks that differ may show it as free again at once
+                self._not_before[study_id] = time.monotonic() + AGAIN_SECONDS
         except (StoreFault, OSError) as error:
             # The catalogue cannot be written, or a connection broke: the study is taken up again from where it is.
             self._put_off(study_id, str(error))

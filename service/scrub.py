@@ -68,8 +68,13 @@ class Scrub:
 
     def _look_at(self, record: Record) -> None:
         try:
-            damages = list(verify(self._store, record, self._pause))
-            if self._store.find(record.id).revision != record.revision:
+            record = self._store.find(record.id)  # the page may be hours old
+            damages = list(verify(self._store, record, self._pause)) if record.owner is None else []
+            now = self._store.find(record.id)
+            if now.owner is not None or (now.revision, now.provenance) != (
+                record.revision,
+                record.provenance,
+            ):
                 return  # it was worked on meanwhile: what was seen may be of two moments
         except StudyNotFound:
             return

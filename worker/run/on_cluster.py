@@ -45,6 +45,8 @@ class OnCluster:
         Whether no more blocks shall begin.
     preview : callable, optional
         Called with the client before the first block.
+    there_before : bool
+        Whether a cluster has computed for this run before: one that cannot be reached now may come back.
     """
 
     def __init__(
@@ -56,6 +58,8 @@ class OnCluster:
         forecast: Forecast,
         stopping: Callable[[], bool],
         preview: Callable[[Client], None] | None = None,
+        *,
+        there_before: bool = False,
     ) -> None:
         self._store = store
         self._lease = lease
@@ -64,6 +68,7 @@ class OnCluster:
         self._forecast = forecast
         self._stopping = stopping
         self._preview = preview
+        self._there_before = there_before
 
     def compute(
         self,
@@ -106,8 +111,9 @@ class OnCluster:
             except SchedulerLost as error:
                 lost = error
             except ClusterUnusable:
-                if lost is None:
+                if lost is None and not self._there_before:
                     raise
+                lost = lost or SchedulerLost()
             left = self._pending()
             if first or left.size < pending.size:
                 gives_up_at = time.monotonic() + return_seconds

@@ -176,6 +176,7 @@ class _Run:
         self._stop = stop
         self._budget = math.inf if budget_seconds is None else budget_seconds
         self._harvest: Harvest | None = None
+        self._had_cluster = False
         self._record = store.find(self._study_id)
 
     def begin(self, only_from: tuple[str, ...]) -> bool:
@@ -269,8 +270,16 @@ class _Run:
                 self._store, self._record, study, self._account, lambda: self._stopping, run_study
             ).compute
         away = OnCluster(
-            self._store, self._lease, self._account, self._plan, forecast, lambda: self._stopping, first
+            self._store,
+            self._lease,
+            self._account,
+            self._plan,
+            forecast,
+            lambda: self._stopping,
+            first,
+            there_before=self._had_cluster,
         )
+        self._had_cluster = True
         away.compute(client_factory, self._pump, wait_seconds, return_seconds)
 
     def _take_back_lost(self) -> None:

@@ -373,15 +373,16 @@ def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any
         )
     )
     # what was seen of an earlier catalogue's revisions must not be taken for what is there now
-    before = connection.execute(select(studies.c.revision).where(studies.c.number == number)).scalar_one()
-    revision = max(int(kept.get("revision", 0)), before, 0) + total + 1
+    columns = studies.c.revision, studies.c.state
+    before = connection.execute(select(*columns).where(studies.c.number == number)).one()
+    revision = max(int(kept.get("revision", 0)), before.revision, 0) + total + 1
     change |= {"revision": revision, "taken_back": revision}
     if sums[0] == total:
         last = connection.execute(select(func.max(b.at)).where(b.study == number)).scalar()
         change |= {"state": kept.get("state", "done") if kept.get("state") in ("done", "failed") else "done"}
         change |= {"finished": kept.get("finished") or last}
-    elif kept.get("state") not in ("cancelled", "failed"):
-        change |= {"state": "queued", "finished": None}
-    elif restored:
+    elif restored and kept.get("state") in ("cancelled", "failed"):
         change |= {name: kept.get(name) for name in ("state", "finished", "message")}
+    elif restored or before.state == "done":
+        change |= {"state": "queued", "finished": None}
     connection.execute(update(studies).where(studies.c.number == number).values(change))

@@ -25,6 +25,7 @@ from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.chunks import Marks, chunk_file, chunk_place
 from damperlab.studies.store.cube.cube import block_grid
+from damperlab.studies.store.cube.description import DESCRIPTION
 from damperlab.studies.store.cube.packed import BLOCKS, block_key, parse_block_key
 from damperlab.studies.store.faults import StudyNotFound, cannot_use
 from damperlab.studies.store.files.folder import Folder
@@ -191,6 +192,7 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
         rows = connection.execute(select(*columns)).all()
         last = connection.execute(select(func.coalesce(func.max(studies.c.number), 0))).scalar_one()
     known = {row.number: row for row in rows}
+    alive = {row.id for row in rows if row.deleted is None}
     swept = Swept()
     for name in names:
         parsed = parse_cube_name(name)
@@ -212,6 +214,11 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
         entries = list(shelf.entries())
         if not entries and not shelf.made():
             continue  # a prefix that a server remembers, and nothing in it
+        lost = not deleted and not row.reserved and parsed[0] not in alive
+        if lost and any(entry.key == DESCRIPTION for entry in entries):
+            why = "the catalogue has lost its study; `damperlab rebuild` adds it"
+            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            continue
         if not deleted and holds_results(shelf):
             why = f"it holds results, and its number is {f'study {row.id}' if row.id else 'no study'}'s"
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))

@@ -21,7 +21,7 @@ from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.plan import Block, plan_with_chunk
 from damperlab.studies.store.catalogue.home import cube_name, holds_results, parse_cube_name
-from damperlab.studies.store.catalogue.rows import last_event, study_row
+from damperlab.studies.store.catalogue.rows import claim_owner, last_event, study_row
 from damperlab.studies.store.catalogue.rowsum import SUMMED, damaged_row, is_sound
 from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, studies
 from damperlab.studies.store.cube.checksum import checksum
@@ -176,9 +176,14 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
         yield damaged_record
     for _, damaged_design in Designs(store.data_dir).damaged(pause):
         yield damaged_design
-    yield from _lost_by_the_catalogue(store, names)
-    alive = {cube_name(row.id, row.number) for row in rows if row.deleted is None}
-    for name in sorted(alive.difference(names)):
+    try:
+        yield from _lost_by_the_catalogue(store, names, pause)
+        lost = {cube_name(row.id, row.number) for row in rows if row.deleted is None}.difference(names)
+        if lost:  # entered since the names were read
+            lost.difference_update(store.shelf.shelves())
+    except OSError as error:
+        raise cannot_use(store.shelf.address, error) from error
+    for name in sorted(lost):
         yield f"the cube {name} is lost; restore it from a backup, or delete its study"
 
 
@@ -200,7 +205,7 @@ def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequen
         time.sleep(LOOK_SECONDS)
 
 
-def _lost_by_the_catalogue(store: Store, names: Sequence[str]) -> Iterator[str]:
+def _lost_by_the_catalogue(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Iterator[str]:
     """Compare the cubes with the studies that the catalogue knows: what it has lost, as with the tail of its log."""
     cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
     rows, unknown = _unknown(store, cubes)
@@ -214,24 +219,27 @@ def _lost_by_the_catalogue(store: Store, names: Sequence[str]) -> Iterator[str]:
     for name, (study_id, number) in cubes.items():
         if alive.get(study_id) != number:
             continue
+        pause()
         shelf = store.shelf.at(name)
         try:
             kept = read_marks(shelf)
-            if read_tombstone(shelf) is not None:
-                yield f"study {study_id} was deleted, and the catalogue has lost that; `damperlab rebuild` deletes it again"
-                continue
+            buried = read_tombstone(shelf) is not None
         except (OSError, ValueError):
             continue  # the study's own verification tells of it
-        if kept is None:
+        if kept is None and not buried:
             continue
         with store.catalogue.reading() as connection:
             row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
-            if row is not None and lost_end(kept[0], row, last_event(connection, study_id)):
-                state = kept[0]["state"]
-                yield (
-                    f"study {study_id} is {row.state} in the catalogue, which has lost that it was {state}; "
-                    "`damperlab rebuild` restores it"
-                )
+            if row is None or row.deleted is not None or claim_owner(row) is not None:
+                continue  # deleted meanwhile, or about to end
+            ended = kept is not None and lost_end(kept[0], row, last_event(connection, study_id))
+        if buried:
+            yield f"study {study_id} was deleted, and the catalogue has lost that; `damperlab rebuild` deletes it again"
+        elif ended and kept is not None:
+            yield (
+                f"study {study_id} is {row.state} in the catalogue, which has lost that it was {kept[0]['state']}; "
+                "`damperlab rebuild` restores it"
+            )
 
 
 def repair(store: Store, record: Record, damages: list[Damage]) -> Record:

@@ -19,7 +19,7 @@ from damperlab.studies.store.catalogue.rows import (
     study_row,
 )
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
-from damperlab.studies.store.faults import NothingToDo, StoreFault, StudyBusy, cannot_use, catalogue_damaged
+from damperlab.studies.store.faults import NothingToDo, StoreFault, cannot_use, catalogue_damaged
 from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.lookup import Lookup
 from damperlab.studies.store.life_cycle.manifest import drop_marks, keep_marks
@@ -234,8 +234,8 @@ class Blocks(Lookup):
         try:
             with self.catalogue.writing() as connection:
                 return self._take_back(connection, look(connection), blocks, why, queue=owner is None)
-        except StudyBusy:
-            # claimed just now, perhaps by nobody who will end the study anew
+        except StoreFault:
+            # as where it was claimed just now, perhaps by nobody who will end the study anew
             if row.state in ENDED:
                 with suppress(StoreFault, OSError):
                     keep_marks(self, study_id, {})

@@ -31,7 +31,7 @@ from damperlab.studies.store.catalogue.home import (
     remember,
 )
 from damperlab.studies.store.catalogue.quota import Ledger
-from damperlab.studies.store.catalogue.rows import ALIVE, RESERVED, newest_row, record_of
+from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, RESERVED, newest_row, record_of
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import events, keys, studies
 from damperlab.studies.store.catalogue.turns import Turns
@@ -309,19 +309,24 @@ class Entering(StoreBase):
 
     def _discard(self, several: Sequence["_Made"]) -> None:
         """Take cubes and numbers back that no study was entered for; what cannot be removed is garbage."""
-        gone = []
-        for each in several:
-            with suppress(OSError):
-                self.shelf.at(each.name).clear()
-                gone.append(each.number)
-        self._give_back(gone)
+        with suppress(StoreFault, OSError):
+            # a rebuild may have entered the study of a reserved number: only what is still nobody's is taken away
+            ours: set[int] = set()
+            for some in _pieces(each.number for each in several):
+                mine = update(studies).where(studies.c.number.in_(some), RESERVED).values(state="cancelled")
+                with self.catalogue.writing() as connection:
+                    ours |= set(connection.execute(mine.returning(studies.c.number)).scalars())
+            for each in several:
+                if each.number in ours:
+                    self.shelf.at(each.name).clear()
+            self._give_back(ours)
 
-    def _give_back(self, numbers: Sequence[int]) -> None:
+    def _give_back(self, numbers: Iterable[int]) -> None:
         """Let the catalogue forget numbers that were reserved for nothing; none is given twice all the same."""
         with suppress(StoreFault):
             for some in _pieces(numbers):
                 with self.catalogue.writing() as connection:
-                    connection.execute(delete(studies).where(studies.c.number.in_(some), RESERVED))
+                    connection.execute(delete(studies).where(studies.c.number.in_(some), NEVER_ENTERED))
 
     def _publish(self, connection: Connection, several: Sequence["_Made"], what: str) -> list[Record]:
         """Write the rows of studies whose cubes are there."""

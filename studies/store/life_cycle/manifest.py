@@ -151,7 +151,7 @@ def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -
     finished = kept.get("finished")
     if kept.get("state") not in ENDED or finished is None or row.finished == finished:
         return False
-    return last_event is None or last_event < finished
+    return bool(max(last_event or 0.0, row.run_began or 0.0) < finished)
 
 
 def study_columns() -> frozenset[str]:

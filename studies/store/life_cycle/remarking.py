@@ -8,9 +8,9 @@ from sqlalchemy import delete, select, update
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.catalogue.rows import record_of, study_row
 from damperlab.studies.store.catalogue.tables import facts, studies
-from damperlab.studies.store.faults import StudyNotFound, cannot_use
+from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
 from damperlab.studies.store.life_cycle.lookup import Lookup
-from damperlab.studies.store.life_cycle.manifest import PUT_OFF, keep_marks, put_off_marks
+from damperlab.studies.store.life_cycle.manifest import PUT_OFF, drop_marks, keep_marks, put_off_marks
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import ENDED
 
@@ -58,10 +58,16 @@ class Remarking(Lookup):
         StoreFault
             If some cannot be written; they are put off again.
         """
+        failed: StoreFault | None = None
         for key in self._put_off():
             if stop():
                 return
-            self._keep_late(key.removeprefix(PUT_OFF))
+            try:
+                self._keep_late(key.removeprefix(PUT_OFF))
+            except StoreFault as error:  # the others are written all the same
+                failed = failed or error
+        if failed is not None:
+            raise failed
 
     def _put_off(self, key: str = PUT_OFF) -> dict[str, str]:
         query = select(facts.c.key, facts.c.value).where(facts.c.key.startswith(key, autoescape=True))
@@ -73,8 +79,21 @@ class Remarking(Lookup):
         note = self._put_off(key).get(key)
         try:
             # one that goes on again writes its marks as it ends
-            if self.find(study_id).ended:
+            before = self.find(study_id)
+            if before.ended:
                 keep_marks(self, study_id, {})
+                after = self.find(study_id)
+                if (after.revision, after.state, after.finished) != (
+                    before.revision,
+                    before.state,
+                    before.finished,
+                ):
+                    # what was just written may have replaced newer marks
+                    with self.catalogue.reading() as connection:
+                        number = self.number(connection, study_id)
+                    drop_marks(self.cube_shelf(study_id, number))
+                    self._keep_late(study_id)
+                    return
         except (StudyNotFound, FileNotFoundError):
             pass  # deleted, or its cube is lost: there is nothing to write beside
         except OSError as error:

@@ -1,5 +1,6 @@
 """What happens to files behind the store's back is found, told, and mended; it is never read as a result."""
 
+import shutil
 import sqlite3
 from pathlib import Path
 
@@ -176,6 +177,10 @@ def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_
     partial.write_bytes(b"half")
     unknown = store.data_dir / "cubes" / "0123456789ab-99.zarr"
     unknown.mkdir()
+    # a study whose row went with the tail of the catalogue's log, and whose number another one got
+    lost = store.data_dir / "cubes" / "ba9876543210-1.zarr"
+    shutil.copytree(Path(store.cube_path(record.id)), lost)
+    shutil.rmtree(lost / "blocks")
     # a submission that was killed, whose number another study got
     orphan = store.data_dir / "cubes" / "0123456789ab-1.zarr"
     orphan.mkdir()
@@ -188,6 +193,7 @@ def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_
     assert not any(path.exists() for path in (partial, orphan, export))
     assert claimed.exists()
     assert unknown.exists()  # nobody knows whose it is
+    assert lost.exists()
     (moved,) = (store.data_dir / "cubes" / "trash").iterdir()
     assert moved.name.endswith(orphan.name)
     assert collect_garbage(store, -1.0).paths == 0

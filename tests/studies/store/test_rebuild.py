@@ -9,6 +9,7 @@ import threading
 import time
 from contextlib import closing, suppress
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -19,6 +20,7 @@ from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.life_cycle.manifest import lost_end
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
@@ -182,6 +184,13 @@ def test_a_submission_under_way_is_waited_for(store, make_study, make_plan_of, m
     store.submit(study, make_plan_of(study), {})
     looking.join(600)
     assert found == []
+
+
+def test_an_end_that_a_killed_run_never_reached_is_not_lost():
+    kept = {"state": "cancelled", "finished": 100.0}
+    row = {"finished": None, "run_began": 150.0}
+    assert not lost_end(kept, SimpleNamespace(**row), 50.0)
+    assert lost_end(kept, SimpleNamespace(**row | {"run_began": 40.0}), 50.0)
 
 
 def test_a_study_that_was_resumed_since_its_end_is_left_as_it_is(filled):

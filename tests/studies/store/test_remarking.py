@@ -1,13 +1,16 @@
 """Tags and notes in the catalogue: they change no digest, and studies are found by them and by what they vary."""
 
+from pathlib import Path
+
 import pytest
 
+from damperlab.studies.faults import Fault
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
-from damperlab.studies.store.life_cycle.manifest import read_marks
+from damperlab.studies.store.life_cycle.manifest import MARKS, read_marks
 from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.store import Store
 
@@ -177,3 +180,23 @@ def test_a_study_that_was_cancelled_and_goes_on_writes_no_late_marks(store, make
     store.set_state(record.id, "cancelled", at_once=False)
     store.keep_late_marks()
     assert read_marks(shelf)[0]["state"] == "cancelled"
+
+
+def test_late_marks_of_one_study_that_cannot_be_written_hold_up_no_other(
+    store, make_study, make_plan_of, monkeypatch
+):
+    ids = [enter(store, make_study(damping_ratio=0.01 + 0.01 * n), make_plan_of).id for n in range(3)]
+    for each in ids:
+        store.set_state(each, "cancelled", at_once=False)
+    keep = store._keep_late
+
+    def refuse_the_second(study_id):
+        if study_id == ids[1]:
+            raise StoreFault(Fault("store", "a full disk", "room", "make room"))
+        keep(study_id)
+
+    monkeypatch.setattr(store, "_keep_late", refuse_the_second)
+    with pytest.raises(StoreFault):
+        store.keep_late_marks()
+    numbers = {record.id: Path(store.cube_path(record.id)) for record in store.page().records}
+    assert [(numbers[each] / MARKS).exists() for each in ids] == [True, False, True]

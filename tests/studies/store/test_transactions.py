@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from damperlab.studies.remarks import Remarks
+from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.catalogue import Catalogue
@@ -172,3 +173,19 @@ def test_a_submission_that_is_killed_leaves_nothing_that_hinders_the_next(tmp_pa
     ]
     assert collect_garbage(store, 0.0).unknown == ()
     store.close()
+
+
+def test_a_study_that_a_rebuild_enters_for_a_submission_under_way_keeps_its_cube(
+    store, make_study, make_plan_of, monkeypatch
+):
+    make = store._make
+
+    def rebuilt(fresh):
+        make(fresh)
+        assert rebuild(store.data_dir).studies == 1
+
+    monkeypatch.setattr(store, "_make", rebuilt)
+    study = make_study()
+    record, _ = store.submit(study, make_plan_of(study), {})
+    assert Path(store.cube_path(record.id)).exists()
+    assert list(verify(store, record)) == []
