@@ -307,7 +307,7 @@ def _note(
         )
     else:
         why = (
-            "the records do not differ in the scale at which they first exceed it"
+            "the records may all exceed it at the same scale"
             if alike
             else "these records do not settle it: whether they exceed the limit hardly depends on the scale"
         )

@@ -160,6 +160,11 @@ def test_what_cannot_be_fitted_is_said() -> None:
     assert "median_scale" not in same.attrs
     assert "No curve can be fitted" in same.attrs["note"]
     assert np.isnan(same["probability"]).all()
+    # the first exceeds it from 1 on at the latest, and the second not before: both may at 1
+    touching = fragility(
+        suite_of(np.array([[0.01, 0.03, 0.04, 0.05], [0.01, 0.01, 0.04, 0.05]])), Fragile(0.02)
+    )
+    assert "as the records may all exceed it at the same scale" in touching.attrs["note"]
     # one of two exceeds at every scale and the other at none: any median fits
     unsettled = fragility(suite_of(np.array([[0.03] * 4, [0.001] * 4])), Fragile(0.02))
     assert "these records do not settle it" in unsettled.attrs["note"]
