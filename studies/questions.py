@@ -239,7 +239,7 @@ class Tuning:
     mass_ratio: float | None = asked(
         None,
         "Mass ratio of both: of the tuned mass damper, and of the design, for which the nearest on the grid is taken.",
-        above=0,
+        least=0,
         most=MOST_ABSORBER_MASS,
     )
     detuning: float = asked(

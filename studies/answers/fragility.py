@@ -38,8 +38,9 @@ WIDEST = 4.0
 NARROWEST = 1e-3
 CELLS, ZOOMS = 24, 14
 FAILED_RUNS = (Status.TOO_MANY_EVENTS, Status.UNBOUNDED, Status.NO_PROGRESS)
-"""A run that ends so at a scale above all that are known of its record counts as one that exceeds the limit, as in incremental
-dynamic analysis: left out, a record that fails as it is scaled up would make the damper look better than it is."""
+"""A run that ends so at a scale above all that are known of its record, or still to be computed, counts as one that exceeds the
+limit, as in incremental dynamic analysis: left out, a record that fails as it is scaled up would make the damper look better
+than it is."""
 
 
 class Fitted(NamedTuple):
@@ -111,8 +112,11 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     dims = (RECORD, SCALE)
     values, status = as_float(read(cube, metric, index, dims)), read(cube, "status", index, dims)
     known = (status >= Status.CONVERGED) & (status <= Status.MAX_CYCLES) & np.isfinite(values)
-    known_above = np.maximum.accumulate(known[:, ::-1], axis=1)[:, ::-1]
-    beyond = np.isin(status, FAILED_RUNS) & ~known_above
+    may_be_known = known | (status == Status.NOT_COMPUTED)
+    may_be_known_above = np.maximum.accumulate(may_be_known[:, ::-1], axis=1)[:, ::-1]
+    beyond = np.isin(status, FAILED_RUNS) & ~may_be_known_above
+    # a record under which every run fails tells of the solver, and nothing of the limit
+    beyond &= known.any(axis=1, keepdims=True)
     exceeds, keeps = (known & (values > asked.threshold)) | beyond, known & ~(values > asked.threshold)
     some = (exceeds | keeps).any(axis=1)
     scales = cube[SCALE].values
@@ -303,7 +307,7 @@ def _note(
         )
     else:
         why = (
-            "the records do not differ in the scale at which they first exceed it"
+            "the records may all exceed it at the same scale"
             if alike
             else "these records do not settle it: whether they exceed the limit hardly depends on the scale"
         )

@@ -86,7 +86,9 @@ def tmd_comparison(
             allowed = f"a share above -1 and at most {MOST_DETUNING:g}"
             raise QueryFault(Fault(name, describe(share), allowed, "write 0.05 for five per cent too high"))
     if mass_ratio is not None:
-        _check_mass(mass_ratio, "correct it, or leave it out for that of the design")
+        # the study's particle may have none where the absorber has a mass of its own
+        least = LEAST_MASS if tuning.tmd_mass_ratio is None else 0.0
+        _check_mass("mass_ratio", mass_ratio, "correct it, or leave it out for that of the design", least)
         # the mass of the absorber may be any; the study's particle nearest to it is compared with it
         masses = cube["mass_ratio"].values
         near = (
@@ -101,11 +103,17 @@ def tmd_comparison(
     if best:
         curve = frequency_response(cube, Selection(METRIC, {**at, **best}))
     own = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
-    mass = own if tuning.tmd_mass_ratio is None else tuning.tmd_mass_ratio
-    _check_mass(mass, "this design has no particle's mass to compare with: name the mass of the damper")
+    if tuning.tmd_mass_ratio is None:
+        field, mass = "mass_ratio", own
+        _check_mass(
+            field, mass, "this design has no particle's mass to compare with: name the mass of the damper"
+        )
+    else:
+        field, mass = "tmd_mass_ratio", tuning.tmd_mass_ratio
+        _check_mass(field, mass, "correct it, or leave it out for that of the design")
     if criterion == "h2" and excitation == "base" and mass >= MOST_UNDER_BASE:
         allowed = f"below {MOST_UNDER_BASE:g} for h2 with a shaken base"
-        raise QueryFault(Fault("mass_ratio", describe(mass), allowed, "choose another criterion"))
+        raise QueryFault(Fault(field, describe(mass), allowed, "choose another criterion"))
     structural = float(curve["damping_ratio"])
     absorber = tuned(criterion, mass, structural, excitation)
     absorber = absorber.detuned(tuning.detuning, tuning.damping_detuning)
@@ -193,10 +201,10 @@ def _excitation(cube: xr.Dataset, asked: Excitation | None) -> Excitation:
     return asked
 
 
-def _check_mass(mass_ratio: float, advice: str) -> None:
-    if not LEAST_MASS <= mass_ratio <= MOST_ABSORBER_MASS:
-        allowed = f"a number from {LEAST_MASS:g} to {MOST_ABSORBER_MASS:g}"
-        raise QueryFault(Fault("mass_ratio", describe(mass_ratio), allowed, advice))
+def _check_mass(field: str, mass_ratio: float, advice: str, least: float = LEAST_MASS) -> None:
+    if not least <= mass_ratio <= MOST_ABSORBER_MASS:
+        allowed = f"a number from {least:g} to {MOST_ABSORBER_MASS:g}"
+        raise QueryFault(Fault(field, describe(mass_ratio), allowed, advice))
 
 
 def _above(r: np.ndarray, values: np.ndarray, level: float) -> float:

@@ -89,6 +89,28 @@ def test_what_is_only_added_breaks_nobody(
     assert breaks(document, changed) == []
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "broken"),
+    [
+        ({"exclusiveMinimum": 0}, {"minimum": 0}, False),
+        ({"minimum": 0}, {"exclusiveMinimum": 0}, True),
+        ({"exclusiveMaximum": 1}, {"maximum": 1}, False),
+        ({"exclusiveMaximum": 1}, {"maximum": 2}, False),
+        ({"minimum": 0}, {"exclusiveMinimum": -1}, False),
+        ({"exclusiveMinimum": 0}, {"minimum": 1}, True),
+        ({}, {"minimum": 0}, True),
+    ],
+)
+def test_a_limit_breaks_clients_where_it_allows_less(
+    old: dict[str, Any], new: dict[str, Any], broken: bool
+) -> None:
+    def taking(schema: dict[str, Any]) -> dict[str, Any]:
+        parameters = [{"in": "query", "name": "x", "schema": {"type": "number"} | schema}]
+        return {"paths": {"/": {"get": {"parameters": parameters, "responses": {}}}}}
+
+    assert bool(breaks(taking(old), taking(new))) is broken
+
+
 def test_every_json_answer_has_a_schema_and_every_refusal_is_a_problem(document: dict[str, Any]) -> None:
     for path, operations in document["paths"].items():
         for method, operation in operations.items():

@@ -225,6 +225,14 @@ def test_bad_parameter_is_named(client: httpx.Client, curve: dict[str, Any], que
     assert field in {fault["field"] for fault in answer.json()["errors"]}
 
 
+def test_a_design_without_a_particle_is_compared_with_a_mass_of_its_own(
+    client: httpx.Client, curve: dict[str, Any]
+) -> None:
+    asked = {"mass_ratio": 0, "tmd_mass_ratio": 0.1}
+    answer = client.get(f"{STUDIES}/{curve['id']}/tmd-comparison", params=asked).raise_for_status().json()
+    assert answer["tmd_mass_ratio"] == 0.1
+
+
 def test_a_refusal_names_what_this_kind_of_study_has(client: httpx.Client, curve: dict[str, Any]) -> None:
     def faults(question: str, method: str = "GET") -> list[dict[str, str]]:
         answer = client.request(method, f"{STUDIES}/{curve['id']}/{question}")

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from typing import Any
 
 METHODS = ("get", "put", "post", "delete", "patch")
-LOWER = ("minimum", "exclusiveMinimum", "minLength", "minItems")
+LOWER = (("minimum", "exclusiveMinimum"), ("minLength",), ("minItems",))
 EVERYTHING = ("array", "boolean", "integer", "null", "number", "object", "string")
-UPPER = ("maximum", "exclusiveMaximum", "maxLength", "maxItems")
+UPPER = (("maximum", "exclusiveMaximum"), ("maxLength",), ("maxItems",))
 
 
 def breaks(old: dict[str, Any], new: dict[str, Any]) -> list[str]:
@@ -114,10 +114,19 @@ def _narrower(old: Any, new: Any, place: str) -> Iterator[str]:
         gone := set(map(str, old.get("enum", ("any value",)))) - set(map(str, new["enum"]))
     ):
         yield f"{place}: no longer {', '.join(sorted(gone))}"
-    for keys, sign in ((LOWER, 1), (UPPER, -1)):
-        for key in keys:
-            if key in new and (key not in old or sign * new[key] > sign * old[key]):
-                yield f"{place}: {key} {new[key]} in place of {old.get(key, 'none')}"
+    for limits, sign in ((LOWER, 1), (UPPER, -1)):
+        for keys in limits:
+            # an end that is left out is narrower than the same one that is not
+            before, after = (
+                max(
+                    ((sign * each[key], key.startswith("exclusive"), key) for key in keys if key in each),
+                    default=None,
+                )
+                for each in (old, new)
+            )
+            if after is not None and (before is None or after > before):
+                said = "none" if before is None else f"{before[2]} {old[before[2]]}"
+                yield f"{place}: {after[2]} {new[after[2]]} in place of {said}"
     if new.get("additionalProperties") is False and old.get("additionalProperties") is not False:
         yield f"{place}: unknown names are refused now"
 

@@ -145,11 +145,26 @@ def test_a_run_that_is_missing_among_others_widens_what_is_known_of_its_record()
     assert answer.attrs["median_scale"] == fitted.median
 
 
+def test_a_failed_run_exceeds_only_above_what_is_known_and_below_nothing_that_is_still_to_come() -> None:
+    values = np.array([[np.nan] * 4, [0.001, np.nan, np.nan, np.nan], [0.001, np.nan, np.nan, np.nan]])
+    status = np.array([[2] * 4, [0, 2, 2, -1], [0, -1, 2, 2]])
+    answer = fragility(suite_of(values, status), Fragile(0.02))
+    # nothing is known of the first, and the second may not exceed at the last scale
+    assert (answer.attrs["records"], answer.attrs["never"]) == (2, 1)
+    assert answer["exceeded"].values.tolist()[0] == 0
+    assert "2 failed runs above" in answer.attrs["note"]
+
+
 def test_what_cannot_be_fitted_is_said() -> None:
     same = fragility(suite_of(np.tile([0.01, 0.03, 0.04, 0.05], (4, 1))), Fragile(0.02))
     assert "median_scale" not in same.attrs
     assert "No curve can be fitted" in same.attrs["note"]
     assert np.isnan(same["probability"]).all()
+    # the first exceeds it from 1 on at the latest, and the second not before: both may at 1
+    touching = fragility(
+        suite_of(np.array([[0.01, 0.03, 0.04, 0.05], [0.01, 0.01, 0.04, 0.05]])), Fragile(0.02)
+    )
+    assert "as the records may all exceed it at the same scale" in touching.attrs["note"]
     # one of two exceeds at every scale and the other at none: any median fits
     unsettled = fragility(suite_of(np.array([[0.03] * 4, [0.001] * 4])), Fragile(0.02))
     assert "these records do not settle it" in unsettled.attrs["note"]
