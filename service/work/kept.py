@@ -3,15 +3,18 @@
 import asyncio
 from collections import OrderedDict
 
+from anyio.to_thread import run_sync
 from starlette.datastructures import Headers, QueryParams
+from starlette.requests import Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from damperlab.service.edge.conditional import has_seen
+from damperlab.service.problems import store_problem
 from damperlab.service.state import Service
 from damperlab.service.work.questions import EXPORT, QUESTION
 from damperlab.service.work.shared import Shared
-from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record
 
 KEPT = 512
@@ -60,8 +63,14 @@ class Kept:
         try:
             study = scope["study"] = await self._studies.ask(asked[1])
             others = [await self._studies.ask(name) for name in named[:OTHERS_KEPT]]
-        except StoreFault:
+        except StudyNotFound:
             others = None
+        except StoreFault as fault:
+            # a large cube is not known as one, so the question must not reach the service's own threads
+            within = Request({**scope, "path_params": {"study_id": asked[1]}})
+            problem_document = await run_sync(store_problem, within, fault)
+            await problem_document(scope, receive, send)
+            return
         if others is None or len(named) > OTHERS_KEPT or asked[2] == EXPORT:
             await self.app(scope, receive, send)  # which says what is wrong
             return
