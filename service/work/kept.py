@@ -47,7 +47,7 @@ class Kept:
         self.app = app
         self._studies: Shared[Record] | None = None
         self._kept: OrderedDict[Key, Answer] = OrderedDict()
-        self._under_way: dict[Key, asyncio.Event] = {}
+        self._under_way: dict[Key, asyncio.Future[bool]] = {}  # whether it was answered
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request."""
@@ -77,9 +77,11 @@ class Kept:
         headers = Headers(scope=scope)
         packed = "gzip" in headers.get("accept-encoding", "")
         key = (*map(_seen, (study, *others)), scope["path"], query, packed)
-        under_way = self._under_way.get(key)
-        if under_way is not None and key not in self._kept:
-            await under_way.wait()
+        answered = False
+        while key not in self._kept and not answered and (under_way := self._under_way.get(key)) is not None:
+            await asyncio.wait([under_way])
+            # if not, its client has left: one of those that wait computes it, and the others wait again
+            answered = under_way.result()
         if key in self._kept:
             self._kept.move_to_end(key)
             await _send(self._kept[key], headers, scope, receive, send)
@@ -89,7 +91,7 @@ class Kept:
             await self._compute(key, scope, receive, send)
 
     async def _compute(self, key: Key, scope: Scope, receive: Receive, send: Send) -> None:
-        self._under_way[key] = asyncio.Event()
+        mine = self._under_way[key] = asyncio.get_running_loop().create_future()
         unconditional = [(name, value) for name, value in scope["headers"] if name != b"if-none-match"]
         start: Message | None = None
 
@@ -99,7 +101,8 @@ class Kept:
                 start = message
                 return
             if start is None or message.get("more_body", False):
-                self._done(key)  # too long to be kept: nobody waits until its reader has all of it
+                # too long to be kept: nobody waits until its reader has all of it
+                self._done(key, mine, answered=True)
                 if start is not None:
                     await send(start)
                     start = None
@@ -110,18 +113,18 @@ class Kept:
                 self._kept[key] = answer
                 if len(self._kept) > KEPT:
                     self._kept.popitem(last=False)
-            self._done(key)
+            self._done(key, mine, answered=True)
             await _send(answer, Headers(scope=scope), scope, receive, send)
 
         try:
             await self.app({**scope, "headers": unconditional}, receive, send_and_keep)
         finally:
-            self._done(key)
+            self._done(key, mine, answered=False)
 
-    def _done(self, key: Key) -> None:
-        under_way = self._under_way.pop(key, None)
-        if under_way is not None:
-            under_way.set()
+    def _done(self, key: Key, mine: asyncio.Future[bool], *, answered: bool) -> None:
+        if not mine.done():
+            del self._under_way[key]
+            mine.set_result(answered)
 
 
 def _others(query: bytes) -> list[str]:

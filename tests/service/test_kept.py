@@ -224,3 +224,45 @@ def test_an_answer_that_its_reader_takes_slowly_keeps_nobody_waiting() -> None:
                 group.start_soon(kept, dict(scope), nothing, quick)
 
     anyio.run(main)
+
+
+def test_of_those_who_wait_for_what_is_given_up_one_computes() -> None:
+    async def main() -> tuple[int, int]:
+        computed, at_once = 0, 0
+        left, go = anyio.Event(), anyio.Event()
+
+        async def answering(scope: Any, receive: Any, send: Any) -> None:
+            nonlocal computed, at_once
+            computed += 1
+            if computed == 1:
+                await left.wait()
+                return  # as where the client has left
+            at_once += 1
+            await go.wait()
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+            await send({"type": "http.response.body", "body": b"whole"})
+
+        kept = Kept(answering)
+        scope = {"type": "http", "method": "GET", "path": URL, "query_string": b"", "headers": []}
+        scope["app"] = _Service(200)
+        nothing: Any = None
+        sent = 0
+
+        async def send(message: Any) -> None:
+            nonlocal sent
+            sent += message.get("body") == b"whole"
+
+        with anyio.fail_after(60):
+            async with anyio.create_task_group() as group:
+                for _ in range(5):
+                    group.start_soon(kept, dict(scope), nothing, send)
+                while not computed:
+                    await anyio.wait_all_tasks_blocked()
+                left.set()
+                while not at_once:
+                    await anyio.wait_all_tasks_blocked()
+                await anyio.wait_all_tasks_blocked()
+                go.set()
+        return at_once, sent
+
+    assert anyio.run(main) == (1, 4)
