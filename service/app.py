@@ -76,6 +76,8 @@ from damperlab.worker.provenance import code_version
 
 SUBMISSIONS = 16
 """Most submissions that are worked on at once, and share a transaction; the threads that are left answer questions."""
+EXPORTS = 2
+"""Most exports of one caller that are written at a time."""
 COMPILING = 8
 """Most requests that wait for kernels."""
 DRAIN_SECONDS = 10
@@ -210,7 +212,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     cluster = SharedCluster(opening(settings, lambda: dispatcher.blocks_left()))
     dispatcher = Dispatcher(store, runs, cluster, settings.studies_at_once)
     kernels = Kernels(core_count())
-    work = Work(core_count(), settings.work_seconds, settings.work_wait_seconds, settings.work_memory_bytes)
+    bounds = settings.work_seconds, settings.work_wait_seconds, settings.work_memory_bytes
+    work = Work(core_count(), *bounds)
     designer = Designer(settings, store, dispatcher)
     scrub = Scrub(runs)
     service = Service(
@@ -218,6 +221,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         store,
         dispatcher,
         work,
+        Work(EXPORTS, *bounds),
         CapacityLimiter(COMPILING),
         CapacityLimiter(SUBMISSIONS),
         kernels,

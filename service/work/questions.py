@@ -22,6 +22,7 @@ from damperlab.service.routes import export, queries, refine, report, studies, t
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.work.own_store import store_of
+from damperlab.service.work.processes import Work
 from damperlab.studies.store.faults import StoreFault, cannot_use
 from damperlab.studies.store.record import Record
 
@@ -70,8 +71,9 @@ class Apart:
         # an export may be larger than what holds temporary files
         where = service.settings.data_dir if is_export else None
         shares = 1 + study.points_total // EXPORT_POINTS if is_export else 1
+        work = service.exports if is_export else service.work
         try:
-            status, headers, body = await self._ask(service, request, where, shares)
+            status, headers, body = await self._ask(work, service.settings, request, where, shares)
         except Problem as problem:
             await respond(request, problem)(scope, receive, send)
             return
@@ -94,7 +96,7 @@ class Apart:
 
     @staticmethod
     async def _ask(
-        service: Service, request: Request, where: Path | None, shares: int
+        work: Work, settings: Settings, request: Request, where: Path | None, shares: int
     ) -> tuple[int, list[tuple[bytes, bytes]], bytes | BinaryIO]:
         """Have it answered; a long body lies in a file without a name, which goes with its last handle."""
         scope = request.scope
@@ -106,9 +108,7 @@ class Apart:
         folder = await run_sync(_folder, where)
         try:
             place = Path(folder.name) / "body"
-            status, headers, body = await service.work.run(
-                request, answer, service.settings, asked, place, shares=shares
-            )
+            status, headers, body = await work.run(request, answer, settings, asked, place, shares=shares)
             return status, headers, body if body is not None else await run_sync(_open, place)
         finally:
             # the process may have been killed, which leaves all that it had written
@@ -218,6 +218,7 @@ def _application(settings: Settings) -> FastAPI:
         store_of(settings),
         nothing,
         cast(Any, _Here()),
+        nothing,
         CapacityLimiter(1),
         CapacityLimiter(1),
         nothing,

@@ -41,7 +41,9 @@ def _ask(data_dir: Path, run: Callable[[Path], Answer], question: str = "export"
 
     work = SimpleNamespace(run=computed)
     store = SimpleNamespace(find=lambda name: None)
-    service = SimpleNamespace(settings=SimpleNamespace(data_dir=data_dir), work=work, store=store)
+    # no export takes the turn of a question
+    turns = {"exports": work, "work": None} if question == "export" else {"exports": None, "work": work}
+    service = SimpleNamespace(settings=SimpleNamespace(data_dir=data_dir), store=store, **turns)
     app = SimpleNamespace(state=SimpleNamespace(service=service))
     study = SimpleNamespace(id="0" * 12, points_total=1)
     apart = Apart(app, points=0)  # type: ignore[arg-type]
@@ -58,13 +60,14 @@ def _ask(data_dir: Path, run: Callable[[Path], Answer], question: str = "export"
     return anyio.run(main)
 
 
-def test_a_long_answer_is_sent_and_leaves_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize("question", ["export", "resonance-map"])
+def test_a_long_answer_is_sent_and_leaves_nothing(tmp_path: Path, question: str) -> None:
     def run(place: Path) -> Answer:
-        assert place.parent.parent == tmp_path
+        assert (place.parent.parent == tmp_path) == (question == "export")
         _write(place)
         return 200, [(b"content-type", b"text/csv")], None
 
-    found = _ask(tmp_path, run)
+    found = _ask(tmp_path, run, question)
     assert (found.status_code, found.content) == (200, PARTS)
     assert not list(tmp_path.iterdir())
 
