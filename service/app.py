@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from typing import Any
 
 import uvicorn
@@ -69,12 +69,15 @@ from damperlab.service.work.later import Later
 from damperlab.service.work.processes import Work
 from damperlab.service.work.promises import Promises
 from damperlab.service.work.questions import Apart, prepare
+from damperlab.studies.store.care.sweep import remove_exports
 from damperlab.studies.store.catalogue.access_keys import AccessKeys
 from damperlab.worker.cores import core_count
 from damperlab.worker.provenance import code_version
 
 SUBMISSIONS = 16
 """Most submissions that are worked on at once, and share a transaction; the threads that are left answer questions."""
+EXPORTS = 2
+"""Most exports of one caller that are written at a time."""
 COMPILING = 8
 """Most requests that wait for kernels."""
 DRAIN_SECONDS = 10
@@ -204,10 +207,13 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     runs = await run_sync(settings.open_store)
     wait = settings.catalogue_wait_seconds
     store = await run_sync(lambda: settings.open_store(wait_seconds=wait))
+    with suppress(OSError):
+        await run_sync(remove_exports, settings.data_dir)
     cluster = SharedCluster(opening(settings, lambda: dispatcher.blocks_left()))
     dispatcher = Dispatcher(store, runs, cluster, settings.studies_at_once)
     kernels = Kernels(core_count())
-    work = Work(core_count(), settings.work_seconds, settings.work_wait_seconds, settings.work_memory_bytes)
+    bounds = settings.work_seconds, settings.work_wait_seconds, settings.work_memory_bytes
+    work = Work(core_count(), *bounds)
     designer = Designer(settings, store, dispatcher)
     scrub = Scrub(runs)
     service = Service(
@@ -215,6 +221,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         store,
         dispatcher,
         work,
+        Work(EXPORTS, *bounds),
         CapacityLimiter(COMPILING),
         CapacityLimiter(SUBMISSIONS),
         kernels,

@@ -41,6 +41,8 @@ class Service:
         Runs the queued studies.
     work : Work
         Computes what requests ask for, in processes.
+    exports : Work
+        Writes exports, which keep nobody's questions waiting.
     compiling : CapacityLimiter
         Bounds the requests that wait for kernels, so that they leave threads to the queries.
     submissions : CapacityLimiter
@@ -59,6 +61,7 @@ class Service:
     store: Store
     dispatcher: Dispatcher
     work: Work
+    exports: Work
     compiling: CapacityLimiter
     submissions: CapacityLimiter
     kernels: Kernels

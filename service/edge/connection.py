@@ -13,6 +13,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from damperlab.service.documents import Document
 from damperlab.service.edge.policy import POLICY_HEADERS
 from damperlab.service.problems import MEDIA_TYPE
+from damperlab.service.security.address import counted_address
 
 if TYPE_CHECKING:
     import asyncio
@@ -57,7 +58,7 @@ class Connection(H11Protocol):
         """Take a connection, or refuse it where there are too many."""
         super().connection_made(transport)
         self._heard = self._head_since = time.monotonic()
-        self._address = self.client[0] if self.client else ""
+        self._address = counted_address(self.client[0]) if self.client else ""
         siblings = self._state.addresses.setdefault(self._address, {})
         siblings[self] = None
         if len(siblings) > self._settings.address_connections_limit and not self._is_proxy():
@@ -90,7 +91,7 @@ class Connection(H11Protocol):
 
     def _is_proxy(self) -> bool:
         """Whether a reverse proxy is at the other end, which connects for many."""
-        believes: bool = self._state.guard.proxies.believes(self._address)
+        believes: bool = self._state.guard.proxies.believes(self.client[0] if self.client else "")
         return believes
 
     def data_received(self, data: bytes) -> None:

@@ -24,8 +24,7 @@ export async function designForm(root, { query }) {
   const from = query.get("from");
   const named = from === null ? specifications : [await copy(from), ...specifications];
   let asked = /** @type {any} */ ({});
-  /** @type {AbortController | undefined} */
-  let asking;
+  let number = 0;
 
   const about = el("div", { class: "quiet about" });
   const fields = el("div", { class: "fields" });
@@ -70,14 +69,15 @@ export async function designForm(root, { query }) {
   }
 
   const judge = debounced(300, async () => {
-    asking?.abort();
-    asking = new AbortController();
+    // the question before is not given up, which would end the process that computes it
+    const mine = ++number;
     try {
-      const found = await send("designs", asked, { dry_run: true }, asking.signal);
+      const found = await send("designs", asked, { dry_run: true });
+      if (mine !== number) return;
       showFaults([]);
       fill(budget, `To be chosen: ${found.chosen.map((/** @type {string} */ name) => damper.find((each) => each.name === name)?.label ?? name).join("; ")}. At most ${count(found.budget_points)} points. ${found.understood.join(" ")}`);
     } catch (error) {
-      if (!(error instanceof Refusal)) return;
+      if (mine !== number || !(error instanceof Refusal)) return;
       showFaults(error.faults);
       fill(budget, error.faults.length ? `${counted(error.faults.length, "fault")} to fix before it can be searched.` : refusalBox(error));
     }
@@ -138,7 +138,7 @@ export async function designForm(root, { query }) {
     ),
   );
   choose(start);
-  return () => asking?.abort();
+  return () => void ++number;
 }
 
 /** The specification of a design that is there, to be changed. @param {string} id */

@@ -21,8 +21,7 @@ export async function studyForm(root, { query }) {
   const wanted = cloned?.name ?? query.get("scene") ?? FIRST_SCENE;
   const scene = scenes.find((/** @type {any} */ one) => one.name === wanted) ?? scenes[0];
   let study = structuredClone(scene.definition);
-  /** @type {AbortController | undefined} */
-  let asking;
+  let number = 0;
 
   const about = el("div", { class: "quiet about" });
   const fields = el("div", { class: "fields" });
@@ -79,14 +78,15 @@ export async function studyForm(root, { query }) {
   }
 
   const judge = debounced(300, async () => {
-    asking?.abort();
-    asking = new AbortController();
+    // the question before is not given up, which would end the process that computes it
+    const mine = ++number;
     try {
-      const cost = await send("studies", study, { dry_run: true }, asking.signal);
+      const cost = await send("studies", study, { dry_run: true });
+      if (mine !== number) return;
       showFaults([]);
       fill(estimate, estimated(cost));
     } catch (error) {
-      if (!(error instanceof Refusal)) return;
+      if (mine !== number || !(error instanceof Refusal)) return;
       showFaults(error.faults);
       if (error.faults.length) fill(estimate, `${counted(error.faults.length, "fault")} to fix before it can run.`);
       else fill(estimate, refusalBox(error));
@@ -145,7 +145,7 @@ export async function studyForm(root, { query }) {
     ),
   );
   choose(scene.name);
-  return () => asking?.abort();
+  return () => void ++number;
 }
 
 /**

@@ -18,6 +18,7 @@ from damperlab.service.problems import documented
 from damperlab.service.state import Service, TheService, TheStudy
 from damperlab.studies.store.export.export import csv_lines, without_names, write_netcdf
 from damperlab.studies.store.export.parquet import parquet_pieces
+from damperlab.studies.store.faults import cannot_use
 from damperlab.studies.store.record import Record
 from damperlab.studies.vocabulary import ExportFormat
 from damperlab.worker.provenance import code_version
@@ -101,12 +102,16 @@ def _export(
     if query.format == "parquet":
         return _download(parquet_pieces(cube), PARQUET, f"{stem}-{study.id}.parquet")
     # HDF5 is written with seeks, so a whole file comes first; beside the cubes, where there is room for it.
-    with tempfile.TemporaryDirectory(dir=service.settings.data_dir, prefix="export-") as folder:
-        path = Path(folder) / "cube.nc"
-        write_netcdf(cube, path)
-        size = path.stat().st_size
-        # The folder goes now and the bytes with the last handle: a client that leaves half-way leaves no file.
-        file = path.open("rb")
+    where = request.scope.get("folder", service.settings.data_dir)
+    try:
+        with tempfile.TemporaryDirectory(dir=where, prefix="export-") as folder:
+            path = Path(folder) / "cube.nc"
+            write_netcdf(cube, path)
+            size = path.stat().st_size
+            # The folder goes now and the bytes with the last handle: a client that leaves half-way leaves no file.
+            file = path.open("rb")
+    except OSError as error:
+        raise cannot_use(str(where), error) from error
     part = None if tag is None else part_asked(request, size, tag)
     start, stop = part or (0, size)
     if start == stop:

@@ -8,6 +8,7 @@ from starlette.requests import Request
 from starlette.types import Scope
 
 from damperlab.service.problems import Problem
+from damperlab.service.security.address import counted_address
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.submitter import SUBMITTED_BY
@@ -54,7 +55,8 @@ ANYBODY = Caller("", SCOPES, "open")
 def counted_under(scope: Scope) -> str:
     """Name whom the limits count a request under: its key or user, and where nobody needs a key its address."""
     caller: Caller = scope["caller"]
-    return scope.get("client_address") or caller.name if caller.how == "open" else caller.name
+    address = scope.get("client_address") if caller.how == "open" else None
+    return counted_address(address) if address else caller.name
 
 
 def scope_of(method: str, path: str) -> str | None:

@@ -3,15 +3,18 @@
 import asyncio
 from collections import OrderedDict
 
+from anyio.to_thread import run_sync
 from starlette.datastructures import Headers, QueryParams
+from starlette.requests import Request
 from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from damperlab.service.edge.conditional import has_seen
+from damperlab.service.problems import store_problem
 from damperlab.service.state import Service
 from damperlab.service.work.questions import EXPORT, QUESTION
 from damperlab.service.work.shared import Shared
-from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record
 
 KEPT = 512
@@ -44,7 +47,7 @@ class Kept:
         self.app = app
         self._studies: Shared[Record] | None = None
         self._kept: OrderedDict[Key, Answer] = OrderedDict()
-        self._under_way: dict[Key, asyncio.Event] = {}
+        self._under_way: dict[Key, asyncio.Future[bool]] = {}  # whether it was answered
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request."""
@@ -60,17 +63,25 @@ class Kept:
         try:
             study = scope["study"] = await self._studies.ask(asked[1])
             others = [await self._studies.ask(name) for name in named[:OTHERS_KEPT]]
-        except StoreFault:
+        except StudyNotFound:
             others = None
+        except StoreFault as fault:
+            # a large cube is not known as one, so the question must not reach the service's own threads
+            within = Request({**scope, "path_params": {"study_id": asked[1]}})
+            problem_document = await run_sync(store_problem, within, fault)
+            await problem_document(scope, receive, send)
+            return
         if others is None or len(named) > OTHERS_KEPT or asked[2] == EXPORT:
             await self.app(scope, receive, send)  # which says what is wrong
             return
         headers = Headers(scope=scope)
         packed = "gzip" in headers.get("accept-encoding", "")
         key = (*map(_seen, (study, *others)), scope["path"], query, packed)
-        under_way = self._under_way.get(key)
-        if under_way is not None and key not in self._kept:
-            await under_way.wait()
+        answered = False
+        while key not in self._kept and not answered and (under_way := self._under_way.get(key)) is not None:
+            await asyncio.wait([under_way])
+            # if not, its client has left: one of those that wait computes it, and the others wait again
+            answered = under_way.result()
         if key in self._kept:
             self._kept.move_to_end(key)
             await _send(self._kept[key], headers, scope, receive, send)
@@ -80,7 +91,7 @@ class Kept:
             await self._compute(key, scope, receive, send)
 
     async def _compute(self, key: Key, scope: Scope, receive: Receive, send: Send) -> None:
-        self._under_way[key] = asyncio.Event()
+        mine = self._under_way[key] = asyncio.get_running_loop().create_future()
         unconditional = [(name, value) for name, value in scope["headers"] if name != b"if-none-match"]
         start: Message | None = None
 
@@ -90,7 +101,8 @@ class Kept:
                 start = message
                 return
             if start is None or message.get("more_body", False):
-                self._done(key)  # too long to be kept: nobody waits until its reader has all of it
+                # too long to be kept: nobody waits until its reader has all of it
+                self._done(key, mine, answered=True)
                 if start is not None:
                     await send(start)
                     start = None
@@ -101,18 +113,18 @@ class Kept:
                 self._kept[key] = answer
                 if len(self._kept) > KEPT:
                     self._kept.popitem(last=False)
-            self._done(key)
+            self._done(key, mine, answered=True)
             await _send(answer, Headers(scope=scope), scope, receive, send)
 
         try:
             await self.app({**scope, "headers": unconditional}, receive, send_and_keep)
         finally:
-            self._done(key)
+            self._done(key, mine, answered=False)
 
-    def _done(self, key: Key) -> None:
-        under_way = self._under_way.pop(key, None)
-        if under_way is not None:
-            under_way.set()
+    def _done(self, key: Key, mine: asyncio.Future[bool], *, answered: bool) -> None:
+        if not mine.done():
+            del self._under_way[key]
+            mine.set_result(answered)
 
 
 def _others(query: bytes) -> list[str]:

@@ -5,10 +5,10 @@ import re
 from collections.abc import AsyncIterator, Callable
 from functools import lru_cache
 from pathlib import Path
-from tempfile import NamedTemporaryFile
-from typing import IO, Any, BinaryIO, TypeVar, TypeVarTuple, cast
+from tempfile import TemporaryDirectory
+from typing import Any, BinaryIO, TypeVar, TypeVarTuple, cast
 
-from anyio import CapacityLimiter
+from anyio import CancelScope, CapacityLimiter
 from anyio.to_thread import run_sync
 from fastapi import Depends, FastAPI
 from starlette.requests import ClientDisconnect, Request
@@ -22,6 +22,7 @@ from damperlab.service.routes import export, queries, refine, report, studies, t
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
 from damperlab.service.work.own_store import store_of
+from damperlab.service.work.processes import Work
 from damperlab.studies.store.faults import StoreFault, cannot_use
 from damperlab.studies.store.record import Record
 
@@ -70,33 +71,49 @@ class Apart:
         # an export may be larger than what holds temporary files
         where = service.settings.data_dir if is_export else None
         shares = 1 + study.points_total // EXPORT_POINTS if is_export else 1
-        with NamedTemporaryFile(dir=where, prefix="export-") as file:
-            try:
-                answer = await self._ask(service, request, Path(file.name), shares)
-            except Problem as problem:
-                await respond(request, problem)(scope, receive, send)
-                return
-            except StoreFault as fault:
-                within = Request({**scope, "path_params": {"study_id": study.id}})
-                problem_document = await run_sync(store_problem, within, fault)
-                await problem_document(scope, receive, send)
-                return
-            except ClientDisconnect:
-                return
-            status, headers, body = answer
-            response = Response(body, status) if body is not None else StreamingResponse(_parts(file), status)
+        work = service.exports if is_export else service.work
+        try:
+            status, headers, body = await self._ask(work, service.settings, request, where, shares)
+        except Problem as problem:
+            await respond(request, problem)(scope, receive, send)
+            return
+        except StoreFault as fault:
+            within = Request({**scope, "path_params": {"study_id": study.id}})
+            problem_document = await run_sync(store_problem, within, fault)
+            await problem_document(scope, receive, send)
+            return
+        except ClientDisconnect:
+            return
+        if isinstance(body, bytes):
+            response = Response(body, status)
+            response.raw_headers = [*headers]
+            await response(scope, receive, send)
+            return
+        with body:
+            response = StreamingResponse(_parts(body), status)
             response.raw_headers = [*headers]
             await response(scope, receive, send)
 
     @staticmethod
-    async def _ask(service: Service, request: Request, place: Path, shares: int) -> Answer:
+    async def _ask(
+        work: Work, settings: Settings, request: Request, where: Path | None, shares: int
+    ) -> tuple[int, list[tuple[bytes, bytes]], bytes | BinaryIO]:
+        """Have it answered; a long body lies in a file without a name, which goes with its last handle."""
         scope = request.scope
         sent_on = [(name, value) for name, value in scope["headers"] if name.decode("latin-1") in _SENT_ON]
         asked = {
             **{name: scope[name] for name in ("path", "raw_path", "query_string", "request_id", "caller")},
             "headers": sent_on,
         }
-        return await service.work.run(request, answer, service.settings, asked, place, shares=shares)
+        folder = await run_sync(_folder, where)
+        try:
+            place = Path(folder.name) / "body"
+            status, headers, body = await work.run(request, answer, settings, asked, place, shares=shares)
+            return status, headers, body if body is not None else await run_sync(_open, place)
+        finally:
+            # the process may have been killed, which leaves all that it had written
+            with CancelScope(shield=True):
+                await run_sync(folder.cleanup)
 
 
 def prepare() -> None:
@@ -104,7 +121,21 @@ def prepare() -> None:
     import damperlab.service.work.functions  # noqa: F401
 
 
-async def _parts(file: IO[bytes]) -> AsyncIterator[bytes]:
+def _folder(where: Path | None) -> TemporaryDirectory[str]:
+    try:
+        return TemporaryDirectory(dir=where, prefix="export-", ignore_cleanup_errors=True)
+    except OSError as error:
+        raise cannot_use(str(where or "the folder of temporary files"), error) from error
+
+
+def _open(place: Path) -> BinaryIO:
+    try:
+        return place.open("rb")
+    except OSError as error:
+        raise cannot_use(str(place.parent), error) from error
+
+
+async def _parts(file: BinaryIO) -> AsyncIterator[bytes]:
     while part := await run_sync(file.read, PART_BYTES):
         yield part
 
@@ -156,17 +187,23 @@ class _Here:
 
 
 def answer(settings: Settings, asked: dict[str, Any], place: Path) -> Answer:
-    """Answer a question in this process, as the service would; a long answer is left in the file `place`."""
+    """Answer a question in this process, as the service would; a long answer is left in the file `place`.
+
+    Whatever else is written goes to the folder of that file.
+    """
     body = _Body(place)
     try:
+        asked = {**asked, "folder": place.parent}
         status, headers = asyncio.run(_answer(_application(settings), asked, body))
+        return status, headers, body.take()
+    except OSError as error:
+        raise cannot_use(str(place.parent), error) from error
     except RuntimeError as error:
         # a fault that is met after the answer has begun: nothing of it is sent yet, so the client is told
         fault = body.fault or error.__cause__
         if isinstance(fault, StoreFault):
             raise fault from None
         raise
-    return status, headers, body.take()
 
 
 @lru_cache(maxsize=1)
@@ -181,6 +218,7 @@ def _application(settings: Settings) -> FastAPI:
         store_of(settings),
         nothing,
         cast(Any, _Here()),
+        nothing,
         CapacityLimiter(1),
         CapacityLimiter(1),
         nothing,

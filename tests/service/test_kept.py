@@ -12,7 +12,7 @@ from anyio.to_thread import run_sync
 from damperlab.service.work.kept import OTHERS, Kept
 from damperlab.service.work.shared import Shared
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.store.faults import StoreAway, StudyNotFound
 
 URL = "/api/v1/studies/one/resonance-map"
 
@@ -64,11 +64,14 @@ class _Service:
     def __init__(self, status: int) -> None:
         self.status, self.revision, self.computed = status, 1, 0
         self.others: dict[str, Any] = {}
+        self.away: str | None = None
         self.state = SimpleNamespace(service=SimpleNamespace(store=self))
 
     def find(self, name: str) -> Any:
         if name in self.others:
             return SimpleNamespace(**self.others[name])
+        if name == self.away:
+            raise StoreAway(Fault("catalogue", "no answer", "one that answers", "try again"))
         if name != "one":
             raise StudyNotFound(Fault("study", name, "one that is there", "name another"))
         return SimpleNamespace(id=name, created=0, revision=self.revision, state="running")
@@ -131,6 +134,17 @@ def test_refusals_are_not_kept() -> None:
         assert (await client.get(URL.replace("one", "other"))).content == b"6 of 1"
 
     _ask(409, steps)
+
+
+@pytest.mark.parametrize("away", ["one", "two"])
+def test_a_question_whose_study_is_not_known_is_not_computed(away: str) -> None:
+    async def steps(service: _Service, client: httpx.AsyncClient) -> None:
+        service.away = away
+        answer = await client.get(f"{URL}?with=two")
+        assert (answer.status_code, answer.json()["type"]) == (503, "urn:damperlab:problem:store-unavailable")
+        assert service.computed == 0
+
+    _ask(200, steps)
 
 
 @pytest.mark.parametrize("named", ["with=two", "minus=two", "older=two", "with=three,two"])
@@ -210,3 +224,45 @@ def test_an_answer_that_its_reader_takes_slowly_keeps_nobody_waiting() -> None:
                 group.start_soon(kept, dict(scope), nothing, quick)
 
     anyio.run(main)
+
+
+def test_of_those_who_wait_for_what_is_given_up_one_computes() -> None:
+    async def main() -> tuple[int, int]:
+        computed, at_once = 0, 0
+        left, go = anyio.Event(), anyio.Event()
+
+        async def answering(scope: Any, receive: Any, send: Any) -> None:
+            nonlocal computed, at_once
+            computed += 1
+            if computed == 1:
+                await left.wait()
+                return  # as where the client has left
+            at_once += 1
+            await go.wait()
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+            await send({"type": "http.response.body", "body": b"whole"})
+
+        kept = Kept(answering)
+        scope = {"type": "http", "method": "GET", "path": URL, "query_string": b"", "headers": []}
+        scope["app"] = _Service(200)
+        nothing: Any = None
+        sent = 0
+
+        async def send(message: Any) -> None:
+            nonlocal sent
+            sent += message.get("body") == b"whole"
+
+        with anyio.fail_after(60):
+            async with anyio.create_task_group() as group:
+                for _ in range(5):
+                    group.start_soon(kept, dict(scope), nothing, send)
+                while not computed:
+                    await anyio.wait_all_tasks_blocked()
+                left.set()
+                while not at_once:
+                    await anyio.wait_all_tasks_blocked()
+                await anyio.wait_all_tasks_blocked()
+                go.set()
+        return at_once, sent
+
+    assert anyio.run(main) == (1, 4)

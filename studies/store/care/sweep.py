@@ -269,15 +269,21 @@ def _empty_trash(trash: Shelf, limit: float, dry_run: bool) -> Swept:
     return swept
 
 
+def remove_exports(data_dir: Path) -> None:
+    """Remove exports that a service left when it was killed; services that share the folder may be writing younger ones."""
+    _exports(data_dir, _limit(LEFT_ALONE_SECONDS), dry_run=False)
+
+
 def _exports(data_dir: Path, limit: float, dry_run: bool) -> Swept:
     swept = Swept()
     for path in data_dir.glob("export-*"):
         folder = Folder(path)
         try:
             if path.stat().st_mtime < limit:
-                size = sum(entry.size for entry in folder.entries())
+                alone = path.is_file()
+                size = path.stat().st_size if alone else sum(entry.size for entry in folder.entries())
                 if not dry_run:
-                    folder.clear()
+                    path.unlink() if alone else folder.clear()
                 swept += Swept(1, size, (f"remove {path.name}: an export that was cut short",))
         except FileNotFoundError:
             continue  # ended meanwhile

@@ -24,6 +24,7 @@ from damperlab.studies.store.cube.coding import (
     encode_coordinate,
 )
 from damperlab.studies.store.files.sealed import PLACEHOLDER, is_sealed, require_seal, seal
+from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.variables import Variable
 
 DESCRIPTION = "zarr.json"
@@ -148,9 +149,14 @@ def describe_cube(metadata: bytes) -> Description:
 
 @lru_cache(maxsize=64)
 def plain_metadata(metadata: bytes) -> bytes:
-    """Rewrite a description for a reader that is handed one variable of a block as a chunk, as over HTTP."""
+    """Rewrite a description for a reader that is handed one variable of a block as a chunk, as over HTTP; it names nobody."""
     document = json.loads(metadata)
-    document.get("attributes", {}).pop(_OWN, None)
+    attributes = document.get("attributes", {})
+    attributes.pop(_OWN, None)
+    if "provenance" in attributes:
+        known = json.loads(attributes["provenance"])
+        kept = {name: value for name, value in known.items() if name not in PRIVATE}
+        attributes["provenance"] = json.dumps(kept)
     for node in document.get("consolidated_metadata", {}).get("metadata", {}).values():
         codecs = node.get("codecs", [])
         if codecs and codecs[0].get("name") == CODEC:

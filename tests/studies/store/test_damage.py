@@ -186,11 +186,12 @@ def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_
     orphan.mkdir()
     export = store.data_dir / "export-abc"
     export.mkdir()
+    (store.data_dir / "export-file").write_bytes(b"of an older version")
     assert collect_garbage(store).paths == 0  # too young: it may be in use
-    assert collect_garbage(store, -1.0, dry_run=True).paths == 3
+    assert collect_garbage(store, -1.0, dry_run=True).paths == 4
     before = store.cube(written.id).load()
-    assert collect_garbage(store, -1.0).paths == 3
-    assert not any(path.exists() for path in (partial, orphan, export))
+    assert collect_garbage(store, -1.0).paths == 4
+    assert not any(path.exists() for path in (partial, orphan, *store.data_dir.glob("export-*")))
     assert claimed.exists()
     assert unknown.exists()  # nobody knows whose it is
     assert lost.exists()

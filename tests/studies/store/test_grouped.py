@@ -41,7 +41,7 @@ def test_zarr_reads_the_groups_as_the_cube_is(store, make_study, make_plan_of, v
     )  # some groups in this small cube, cut off at its ends
     study = make_study(metrics=["amplitude_ratio", "period"])
     plan = make_plan_of(study)
-    record, _ = store.submit(study, plan, {})
+    record, _ = store.submit(study, plan, {"host": "one", "user": "somebody", "numba": "0"})
     for index in range(plan.count):
         block = plan.block(index)
         write_region(store.cube_path(record.id), block, values_of(study, block), "g")
@@ -49,6 +49,7 @@ def test_zarr_reads_the_groups_as_the_cube_is(store, make_study, make_plan_of, v
     shelf, marks = store.snapshot(record.id)
     described = describe_cube(shelf.get("zarr.json"))
     metadata = grouped_metadata(plain_metadata(shelf.get("zarr.json")))
+    assert json.loads(json.loads(metadata)["attributes"]["provenance"]) == {"numba": "0"}
     step = json.loads(metadata)["consolidated_metadata"]["metadata"]["period"]["chunk_grid"]["configuration"]
     counts = [-(-extent // at) for extent, at in zip(record.shape, step["chunk_shape"], strict=True)]
     assert 1 < prod(counts) < plan.count
