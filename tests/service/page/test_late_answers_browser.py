@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import httpx
+import pytest
 from playwright.sync_api import Page, Route, expect
 from tests.service.page.looking import until
 
@@ -182,3 +183,28 @@ def test_a_tab_that_was_left_does_not_take_the_address_back(
     expect(page.get_by_role("heading", name="Download the data")).to_be_visible()
     assert f"/studies/{small_map['id']}/data" in page.url
     assert "detuning=0.1" in page.url
+
+
+@pytest.mark.parametrize(
+    ("address", "text", "cost"),
+    [
+        ("#/new", "The study as JSON", "What it will cost"),
+        ("#/designs/new", "The specification as JSON", "What it may take"),
+    ],
+)
+def test_a_late_dry_run_is_not_given_up_and_replaces_nothing(
+    open_page: Callable[..., Any], address: str, text: str, cost: str
+) -> None:
+    watched = open_page()
+    watched.allowed = ("422",)
+    page = watched.go("#/")
+    with held(page, "dry_run") as request:
+        page.evaluate("(address) => { location.hash = address }", address)
+        request.wait()
+        page.get_by_label(text).evaluate(
+            """(box) => { box.value = '{"name": 1}'; box.dispatchEvent(new Event("input")) }"""
+        )
+        estimate = page.get_by_role("region", name=cost).locator("[role=status]")
+        expect(estimate).to_contain_text("to fix before it can")
+        request.let_go()
+        expect(estimate).to_contain_text("to fix before it can")
