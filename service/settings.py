@@ -169,9 +169,9 @@ class Settings(BaseSettings):
         ByteSize(4 << 30), ge=1 << 29, description="Most memory of a process that computes one, as in 4GiB."
     )
     question_points_apart: int = Field(
-        0,
+        50_000,
         ge=0,
-        description="Queries of cubes with at least this many points are answered in such a process too; all by default.",
+        description="Questions to studies of at least this many points are answered in such a process too.",
     )
     streams_per_caller: int = Field(
         100, ge=1, description="Most streams of events that one key has open; without keys, one address."

@@ -100,7 +100,7 @@ QUESTIONS = (
 @pytest.fixture
 def computing(own_service: Callable[..., Any], helpers: Any) -> Iterator[tuple[httpx.Client, Any, str]]:
     """A service with a finished study and one process that computes for requests."""
-    running = own_service()
+    running = own_service(DAMPERLAB_QUESTION_POINTS_APART="0")
     with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
         study = client.post("/api/v1/studies", json=helpers.CURVE).json()["id"]
         helpers.wait_for(client, study, helpers.ended)
