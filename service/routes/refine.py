@@ -87,7 +87,8 @@ async def refine(
 def _refined(
     settings: Settings, study: Record, known: FollowUps, search: Search, judging: Judging
 ) -> Refinement:
-    return refine_optimum(parse_harmonic(study.definition), _cubes(settings, study, known), search, judging)
+    cubes = _cubes(settings, study, known)  # first: of another kind of study it says so
+    return refine_optimum(parse_harmonic(study.definition), cubes, search, judging)
 
 
 @router.post(
@@ -110,7 +111,8 @@ async def race(
 
 
 def _raced(settings: Settings, study: Record, known: FollowUps, rules: Race, judging: Judging) -> Refinement:
-    return race_designs(parse_harmonic(study.definition), _cubes(settings, study, known), rules, judging)
+    cubes = _cubes(settings, study, known)
+    return race_designs(parse_harmonic(study.definition), cubes, rules, judging)
 
 
 @router.post(

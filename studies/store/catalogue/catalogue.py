@@ -301,7 +301,7 @@ class Catalogue:
                     self.name,
                     found,
                     "a catalogue that can be reached, read and written",
-                    "try again in a moment: too many requests came at once, or the database takes long"
+                    "try again in a moment: too many requests came together, or the database takes long"
                     if isinstance(error, PoolTimeout)
                     else "check that its server runs and its address and password are right"
                     if not self._sqlite
