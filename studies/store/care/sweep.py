@@ -214,13 +214,13 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
         entries = list(shelf.entries())
         if not entries and not shelf.made():
             continue  # a prefix that a server remembers, and nothing in it
+        if not deleted and holds_results(shelf):
+            why = f"it holds results, and its number is {f'study {row.id}' if row.id else 'no study'}'s"
+            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            continue
         lost = not deleted and not row.reserved and parsed[0] not in alive
         if lost and any(entry.key == DESCRIPTION for entry in entries):
             why = "the catalogue has lost its study; `damperlab rebuild` adds it"
-            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
-            continue
-        if not deleted and holds_results(shelf):
-            why = f"it holds results, and its number is {f'study {row.id}' if row.id else 'no study'}'s"
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
         if max((shelf.made(), *(entry.changed for entry in entries))) >= limit:
