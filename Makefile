@@ -6,7 +6,7 @@ DEMO := demo
 LIBRARY := service/page/library
 
 .DEFAULT_GOAL := help
-.PHONY: help install install-dev bytecode install-bench demo warm warm-all test night night-tests mutants lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
+.PHONY: help install install-dev bytecode install-bench demo warm test night night-tests mutants lint docs docs-figures docs-designs bench fuzz contract faults chance kernels dist lock audit clean
 
 help: ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 16
@@ -41,22 +41,18 @@ demo: install ## Figure 11 of the paper: computed, stored, its optimum in words,
 	$(BIN)/damperlab optimum figure-11 --data-dir $(DEMO)/data --exclude-locked --top 1
 	$(BIN)/damperlab map figure-11 --data-dir $(DEMO)/data -o $(DEMO)/figure-11.png
 
-warm: install bytecode ## the kernels of usual scenes, compiled on every core; at once where that is done
-	$(BIN)/damperlab warm
-
-warm-all: install bytecode ## those of every scene
+warm: install bytecode ## every kernel, compiled on every core; at once where that is done
 	$(BIN)/damperlab warm --all
 
-# Kernels of usual scenes first, so that few tests wait for a compiler; of the others those are compiled that a test asks for. Files in
-# the order of tests/conftest.py, not by their number of tests. Tests wait for servers, browsers and clocks for a third of their time:
-# two processes more than there are cores keep the cores busy.
+# Kernels first, so that no test waits for a compiler. Files in the order of tests/conftest.py, not by their number of tests. Tests
+# wait for servers, browsers and clocks for a third of their time: two processes more than there are cores keep the cores busy.
 PARALLEL := -n $$($(BIN)/python -c 'import os; print(min(8, 2 + len(os.sched_getaffinity(0))))') --dist loadfile --no-loadscope-reorder
 
 test: install-dev warm ## what guards a change: every test that is not left to the night
 	$(BIN)/python -m pytest -m "not night" $(PARALLEL)
 
 night: night-tests mutants faults ## what repeats it longer, wider or end to end: the tests of the night, mutants and the campaigns; `make -k night` goes on after a part that fails
-night-tests: install-dev warm-all
+night-tests: install-dev warm
 	@date -u +'tests of the night, %FT%TZ'
 	$(BIN)/python -m pytest -m night -v $(PARALLEL)
 
@@ -111,7 +107,7 @@ faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many
 	FAULTS_LOCK_SECONDS=30 $(BIN)/python -m pytest -q tests/service/test_storage_trouble.py
 
 # one run is what `make test` does, so that all of it takes a night: RUNS, BUSY and TESTS make it shorter
-chance: install-dev warm-all ## every test RUNS times (20) beside BUSY busy processes (8), or those that TESTS names: what fails by chance
+chance: install-dev warm ## every test RUNS times (20) beside BUSY busy processes (8), or those that TESTS names: what fails by chance
 	$(BIN)/python -m tests.chance --runs $(or $(RUNS),20) --busy $(or $(BUSY),8) -n 4 --dist loadfile --no-loadscope-reorder $(TESTS)
 
 kernels: install ## the kernels of every scene, compiled into the package, so that a wheel answers at once

@@ -60,7 +60,6 @@ def test_a_point_by_fixed_steps_compiles_nothing_more() -> None:
     assert compiled_by(lambda: simulate(design, 2, method="rk4"), wanted) == 0
 
 
-@pytest.mark.night  # after every scene has been compiled in processes of their own
 def test_the_report_on_accuracy_compiles_nothing_more() -> None:
     contacts = (
         {"contact_time": None},
