@@ -25,9 +25,9 @@ from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.chunks import Marks, chunk_file, chunk_place
 from damperlab.studies.store.cube.cube import block_grid
-from damperlab.studies.store.cube.description import DESCRIPTION
+from damperlab.studies.store.cube.description import DESCRIPTION, describe_cube
 from damperlab.studies.store.cube.packed import BLOCKS, block_key, parse_block_key
-from damperlab.studies.store.faults import StudyNotFound, cannot_use
+from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Entry, Shelf
 from damperlab.studies.store.store import Store
@@ -219,7 +219,7 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
         lost = not deleted and not row.reserved and parsed[0] not in alive
-        if lost and any(entry.key == DESCRIPTION for entry in entries):
+        if lost and _describes(shelf, parsed[0]):
             why = "the catalogue has lost its study; `damperlab rebuild` adds it"
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
@@ -239,6 +239,14 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
         )
         swept += Swept(1, sum(entry.size for entry in entries), (f"move {name} to the trash: {why}",))
     return swept
+
+
+def _describes(shelf: Shelf, study_id: str) -> bool:
+    """Whether a cube says what its study asked, so that it can be entered again."""
+    try:
+        return describe_cube(shelf.get(DESCRIPTION)).digest[:12] == study_id.partition("-")[0]
+    except (FileNotFoundError, StoreFault, ValueError):
+        return False
 
 
 def _take_back(store: Store, number: int) -> bool:

@@ -59,7 +59,7 @@ def test_no_request_hides_in_another(service: Any, framing: bytes) -> None:
     """Where two readers could differ on where a body ends, one answer comes and the connection ends, or both see the same."""
     host = host_of(service.url)
     hidden = SMUGGLED % {b"host": host}
-    head = b"POST /api/v1/studies?dry_run=true HTTP/1.1\r\nHost: " + host + b"\r\n"
+    head = b"POST /api/v1/studies HTTP/1.1\r\nHost: " + host + b"\r\n"
     head += b"Content-Type: application/json\r\n" + framing + b"\r\n"
     statuses = _answers(service.url, head + b"0\r\n\r\n" + hidden)
     assert statuses, framing

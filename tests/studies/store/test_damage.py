@@ -167,7 +167,7 @@ def test_an_older_revision_shows_what_was_done_then(store, make_study, make_plan
     assert seen == [[], [5], [1, 5], [1, 5, 9]]
 
 
-def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_plan_of):
+def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_plan_of, tmp_path):
     other = make_study(damping_ratio=0.2, metrics=METRICS)
     record, _ = store.submit(other, make_plan_of(other), {})
     claimed = Path(store.cube_path(record.id), "blocks", "0~attempt")
@@ -178,9 +178,12 @@ def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_
     unknown = store.data_dir / "cubes" / "0123456789ab-99.zarr"
     unknown.mkdir()
     # a study whose row went with the tail of the catalogue's log, and whose number another one got
-    lost = store.data_dir / "cubes" / "ba9876543210-1.zarr"
-    shutil.copytree(Path(store.cube_path(record.id)), lost)
-    shutil.rmtree(lost / "blocks")
+    elsewhere = Store.open(tmp_path / "elsewhere")
+    third = make_study(damping_ratio=0.3, metrics=METRICS)
+    gone = Path(elsewhere.cube_path(elsewhere.submit(third, make_plan_of(third), {})[0].id))
+    elsewhere.close()
+    lost = store.data_dir / "cubes" / gone.name
+    shutil.copytree(gone, lost)
     # a submission that was killed, whose number another study got
     orphan = store.data_dir / "cubes" / "0123456789ab-1.zarr"
     orphan.mkdir()
