@@ -102,7 +102,7 @@ def _identity(place: Path) -> tuple[int, int]:
 
 def _write(file: Path) -> None:
     try:
-        # not through Python's buffers: what a full disk refuses is told by this very call
+        # without Python's buffers, so that this call itself fails on a full disk
         descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         try:
             left = _PROBE_BYTES

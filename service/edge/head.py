@@ -1,4 +1,4 @@
-"""Heads of requests: no longer than anybody needs, so that whatever reads a header has little to read; one framing."""
+"""Heads of requests: limited in length, so that they cost little to read, and with one framing of the body."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Readiness: an answer comes whatever hangs, and says what is wrong."""
+"""Readiness answers even while a store hangs, and says what is wrong."""
 
 import shutil
 import signal

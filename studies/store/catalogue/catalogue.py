@@ -103,7 +103,7 @@ _FAULTS = (
     sqlite3.Error,
     UnicodeDecodeError,
 )
-"""What SQLAlchemy and the drivers raise; of these only what is told by `_TROUBLES` is no defect."""
+"""What SQLAlchemy and the drivers raise. `_TROUBLES` tells trouble of the database from defects of the program."""
 _WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
 
 

@@ -176,8 +176,8 @@ class Lookup(StoreBase):
         owner : str, optional
             Who claims to work on the study; nothing changes where the claim is somebody else's.
         at_once : bool
-            Whether to wait until marks of a study that ends stand beside its blocks; where not, `keep_late_marks` sees to
-            it. What is done waits always.
+            Whether to write the marks of a study that ends before this returns. If not, `keep_late_marks` writes them.
+            The marks of a study that is done are always written before.
 
         Raises
         ------

@@ -28,7 +28,7 @@ class Remarking(Lookup):
         remarks : Remarks
             What is said; what it leaves out stays as it is.
         at_once : bool
-            Whether to wait until it stands beside the blocks too; where not, `keep_late_marks` sees to it.
+            Whether to write it beside the blocks before this returns. If not, `keep_late_marks` writes it.
 
         Raises
         ------

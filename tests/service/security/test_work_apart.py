@@ -42,7 +42,7 @@ LIGHT_ROUTES = {
     # the page of HTML is kept; `document` has a process print it
     ("GET", "/api/v1/designs/{design_id}/report"),
 }
-"""Routes that read or write a row or a file; whatever else there is must go apart."""
+"""Routes that read or write a row or a file; all others must go apart."""
 
 
 def _routes(routes: Any) -> Iterator[APIRoute]:

@@ -1,4 +1,4 @@
-"""A thread that goes on whatever its work raises, and says so."""
+"""A background thread goes on after every exception of its work, and reports it."""
 
 import asyncio
 import ctypes
