@@ -44,11 +44,12 @@ demo: install ## Figure 11 of the paper: computed, stored, its optimum in words,
 warm: install bytecode ## every kernel, compiled on every core; at once where that is done
 	$(BIN)/damperlab warm --all
 
-# Kernels first, so that no test waits for a compiler. Files in the order of tests/conftest.py, not by their number of tests. Tests
+# Kernels first, so that no test waits for a compiler: those of tests/kernels.py, at night all. Files in the order of tests/conftest.py, not by their number of tests. Tests
 # wait for servers, browsers and clocks for a third of their time: two processes more than there are cores keep the cores busy.
 PARALLEL := -n $$($(BIN)/python -c 'import os; print(min(8, 2 + len(os.sched_getaffinity(0))))') --dist loadfile --no-loadscope-reorder
 
-test: install-dev warm ## what guards a change: every test that is not left to the night
+test: install-dev bytecode ## what guards a change: every test that is not left to the night
+	$(BIN)/python -m tests.kernels
 	$(BIN)/python -m pytest -m "not night" $(PARALLEL)
 
 night: night-tests mutants faults ## what repeats it longer, wider or end to end: the tests of the night, mutants and the campaigns; `make -k night` goes on after a part that fails

@@ -1,6 +1,6 @@
 """A service of its own, with a store of its own, for as long as a page of the documentation needs one."""
 
-import socket
+import re
 import subprocess
 import sys
 import tempfile
@@ -16,42 +16,29 @@ PATIENCE_SECONDS = 600.0
 
 @contextmanager
 def service() -> Iterator[str]:
-    """Run `damperlab serve` on a free port of this machine, and give its address.
+    """Run `damperlab serve` on a port that is free, and give its address.
 
     Raises
     ------
     RuntimeError
         Where it does not answer in time.
     """
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    url = f"http://127.0.0.1:{port}"
-    with tempfile.TemporaryDirectory() as folder:
-        command = [
-            str(Path(sys.executable).parent / "damperlab"),
-            "serve",
-            "--port",
-            str(port),
-            "--data-dir",
-            folder,
-        ]
-        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+    with tempfile.TemporaryDirectory() as folder, tempfile.NamedTemporaryFile() as log:
+        program = str(Path(sys.executable).parent / "damperlab")
+        command = [program, "serve", "--port", "0", "--data-dir", folder]
+        with subprocess.Popen(command, stdout=log, stderr=log) as process:
             try:
-                _await(url, process)
-                yield url
+                yield _address(Path(log.name), process)
             finally:
                 process.terminate()
                 process.wait(300)
 
 
-def _await(url: str, process: "subprocess.Popen[bytes]") -> None:
+def _address(log: Path, process: "subprocess.Popen[bytes]") -> str:
     give_up = time.monotonic() + PATIENCE_SECONDS
     while time.monotonic() < give_up and process.poll() is None:
-        try:
-            if httpx.get(f"{url}/health/ready", timeout=5.0).is_success:
-                return
-        except httpx.TransportError:
-            pass
+        found = re.search(r"running on (http\S+)", log.read_text())
+        if found and httpx.get(f"{found[1]}/health/ready", timeout=PATIENCE_SECONDS).is_success:
+            return found[1]
         time.sleep(0.2)
-    raise RuntimeError("damperlab serve did not answer")
+    raise RuntimeError(f"damperlab serve did not answer:\n{log.read_text()}")

@@ -8,6 +8,7 @@ at the end for a long one that began late; `DAMPERLAB_DURATIONS=tests/durations.
 import gc
 import json
 import os
+import sys
 from collections import defaultdict
 from pathlib import Path
 
@@ -17,6 +18,9 @@ from hypothesis.internal.conjecture import providers
 from tests.ready import ready
 from tests.spawning import fork_from
 
+sys.dont_write_bytecode = (
+    False  # what pytest makes of the tests takes half of the time of loading them: for the next run
+)
 gc.disable()  # nothing that is loaded or collected is garbage
 fork_from(lambda: ready().loaded)
 HERE = Path(__file__).parent
@@ -33,6 +37,7 @@ settings.register_profile("explore", deadline=None, max_examples=1000, print_blo
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fixed"))
 
 _measured: dict[str, float] = defaultdict(float)
+_READY = pytest.StashKey[set[str]]()
 
 
 @pytest.fixture
@@ -58,8 +63,23 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
     _measured[report.nodeid.partition("::")[0].removeprefix("tests/")] += report.duration
 
 
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Print the files that took longest."""
+def _scenes_ready() -> set[str]:
+    """Name the scenes whose kernels are compiled."""
+    from damperlab.worker.jit import CACHE_FOLDER
+
+    return {file.stem for file in CACHE_FOLDER.glob("*.ready")}
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Note which kernels are there."""
+    if not hasattr(session.config, "workerinput"):
+        session.config.stash[_READY] = _scenes_ready()
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Print the files that took longest, and scenes that tests had to compile."""
+    for name in sorted(_scenes_ready() - config.stash[_READY]):
+        terminalreporter.write_line(f"{name} was compiled by a test: it belongs into tests/kernels.py")
     dearest = sorted(_measured.items(), key=lambda item: -item[1])[:DEAREST]
     for name, seconds in dearest if len(_measured) > DEAREST else ():
         terminalreporter.write_line(f"{seconds:8.1f} s  {name}")

@@ -64,6 +64,27 @@ MUTANTS = (
         "tests/service/security/test_work_apart.py::test_what_a_study_is_asked_ends_with_its_client",
     ),
     Mutant(
+        "service/work/promises.py",
+        "        promise.given_up.set()\n        self._promises.pop",
+        "        self._promises.pop",
+        "tests/service/security/test_promised_answers.py::test_what_is_given_up_is_computed_no_longer",
+    ),
+    Mutant(
+        "service/client/transport.py",
+        "                self._http.delete(where)\n",
+        "                pass\n",
+        "tests/service/security/test_promised_answers.py::test_what_is_given_up_is_computed_no_longer",
+    ),
+    Mutant(
+        "service/page/design.js",
+        """answer.worst.units === "m" ? [1000, "mm"]""",
+        """answer.worst.units === "m" ? [1, "mm"]""",
+        "tests/service/page/test_design_page.py::test_a_design_is_asked_for_in_the_form_followed_and_answered",
+    ),
+    Mutant(
+        "service/page/numbers.js", "seconds / 60,", "seconds / 600,", "tests/service/page/test_page_files.py"
+    ),
+    Mutant(
         "worker/run/background.py",
         "            self._work()\n        except BaseException",
         "            self._work()\n        except StoreFault",

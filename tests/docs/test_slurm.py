@@ -1,7 +1,6 @@
 """The batch script of the page on SLURM, run by bash: a stand-in for srun starts real workers on this machine."""
 
 import os
-import socket
 import subprocess
 import sys
 from contextlib import closing
@@ -9,6 +8,7 @@ from pathlib import Path
 
 import yaml
 from docs.console import ROOT, put_files
+from tests.ports import free_port
 
 from damperlab import open_store
 
@@ -23,12 +23,6 @@ STUDY = {
         "frequency_ratio": {"start": 0.8, "stop": 1.2, "num": 20},
     },
 }
-
-
-def free_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
 
 
 def test_the_batch_script_computes_a_study_and_ends_all_it_started(tmp_path: Path) -> None:

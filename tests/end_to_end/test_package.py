@@ -193,6 +193,7 @@ def test_every_public_name_is_there(service_python: Path, tmp_path: Path) -> Non
     assert ended.stdout == f"[] {sorted((*PUBLIC, '__version__'))}\n", ended.stderr
 
 
+@pytest.mark.night
 def test_the_main_job_runs_beside_foreign_packages_of_our_folders_names(
     service_python: Path, tmp_path: Path
 ) -> None:
@@ -254,6 +255,7 @@ def _hybrid() -> "Design":
     return Design(0.0038, 1.0, 0.3, Particle(5.0, 0.47, 0.1))
 
 
+@pytest.mark.night
 def test_a_wheel_with_kernels_answers_without_compiling(swift_python: Path, tmp_path: Path) -> None:
     from damperlab.worker.simulate import simulate
 

@@ -14,7 +14,6 @@ import argparse
 import os
 import re
 import shutil
-import socket
 import sys
 import tempfile
 import time
@@ -25,6 +24,7 @@ from pathlib import Path
 
 import httpx
 from tests.faults.damage import GOOD, Report, flips, kind_of, make_store
+from tests.ports import free_port
 
 # loaded here, that each child need not
 import damperlab.service.app
@@ -107,9 +107,7 @@ def by_commands(folder: Path) -> Answers:
 
 def over_http(folder: Path) -> Answers:
     """Start a service, ask it for everything and stop it; one that does not start has refused."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     log = folder.with_name("served")
 
     def work() -> None:

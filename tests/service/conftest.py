@@ -6,11 +6,13 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import httpx
+import psutil
 import pytest
 from tests import ports
 from tests.ready import Started, ready
@@ -131,6 +133,23 @@ def _looks() -> Iterator[None]:
     while (waited := time.monotonic() - began) < WORK_SECONDS:
         yield
         time.sleep(min(0.3, 0.05 + 0.02 * waited))
+
+
+def computing(running: Running) -> list[psutil.Process]:
+    """Give the processes of a service that compute for requests; one that ends at this moment is none of them."""
+    found = []
+    for each in psutil.Process(running.process.pid).children(recursive=True):
+        with suppress(psutil.NoSuchProcess):
+            if "anyio.to_process" in each.cmdline():
+                found.append(each)
+    return found
+
+
+def held(running: Running) -> psutil.Process:
+    """Stop the one process that computes for requests, as if it computed for ever; no limit of computing time ends it."""
+    (process,) = computing(running)
+    process.suspend()
+    return process
 
 
 def ended(record: dict[str, Any]) -> bool:

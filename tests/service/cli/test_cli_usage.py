@@ -1,6 +1,7 @@
 import json
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -41,34 +42,40 @@ COMPUTING = ("numba", "dask.array", "distributed", "fastapi", "matplotlib", "xar
 
 
 @pytest.mark.parametrize(
-    ("arguments", "needed"),
+    ("commands", "needed"),
     [
-        (["studies"], set()),
-        (["show", "bare structure"], set()),
-        (["map", "bare structure"], {"xarray", "dask.array"}),
-        (["response", "bare structure", "--at", "friction_ratio=0"], {"xarray", "dask.array"}),
-        (["optimum", "bare structure"], {"xarray", "dask.array"}),
-        (["tmd", "bare structure", "--mass-ratio", "0.1"], {"xarray", "dask.array"}),
-        (["precision", "bare structure"], {"xarray", "dask.array"}),
-        (["simulate", "--cycles", "2"], {"numba"}),
-        (["run", "STUDY"], {"numba"}),
+        (["studies", "show 'bare structure'"], set()),
+        (
+            [
+                "map 'bare structure'",
+                "response 'bare structure' --at friction_ratio=0",
+                "optimum 'bare structure'",
+                "tmd 'bare structure' --mass-ratio 0.1",
+                "precision 'bare structure'",
+            ],
+            {"xarray", "dask.array"},
+        ),
+        (["simulate --cycles 2"], {"numba"}),
+        (["run STUDY"], {"numba"}),
     ],
-    ids=lambda one: one[0] if isinstance(one, list) else "",
+    ids=["catalogue", "questions", "point", "study"],
 )
-def test_a_command_loads_what_it_needs_alone(
-    stored: tuple[Path, dict[str, Any]], linear_study: Path, arguments: list[str], needed: set[str]
+def test_commands_load_what_they_need_alone(
+    stored: tuple[Path, dict[str, Any]], linear_study: Path, commands: list[str], needed: set[str]
 ) -> None:
     """Commands that ask a store need no compiler, those that compute here no cluster, and none of them the service.
 
     xarray itself looks for Dask's arrays as soon as it is handed one.
     """
-    asked = [str(linear_study) if each == "STUDY" else each for each in arguments]
-    asked += ["--data-dir", str(stored[0])] if asked[0] != "simulate" else []
+    asked = [shlex.split(each.replace("STUDY", str(linear_study))) for each in commands]
     program = (
-        "import sys\nfrom damperlab.__main__ import main\n"
-        f"sys.argv[1:] = {asked!r}\n"
-        "try:\n    main()\n"
-        f"finally:\n    print('loaded', *(name for name in {COMPUTING!r} if name in sys.modules), file=sys.stderr)"
+        "import os, sys\nfrom damperlab.__main__ import main\n"
+        f"os.environ['DAMPERLAB_DATA_DIR'] = {str(stored[0])!r}\n"
+        f"for arguments in {asked!r}:\n"
+        "    sys.argv[1:] = arguments\n"
+        "    try:\n        main()\n"
+        "    except SystemExit as ended:\n        assert not ended.code, (arguments, ended.code)\n"
+        f"print('loaded', *(name for name in {COMPUTING!r} if name in sys.modules), file=sys.stderr)"
     )
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     _, *loaded = ended.stderr.splitlines()[-1].split()

@@ -106,6 +106,7 @@ def test_named_study_of_the_paper(remote: Client) -> None:
         remote.submit(1.0)  # type: ignore[arg-type]
 
 
+@pytest.mark.night
 def test_running_study_is_asked_cancelled_and_resumed(
     remote: Client, helpers: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:

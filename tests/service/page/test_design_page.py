@@ -51,6 +51,12 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     expect(page.get_by_role("img", name=re.compile("^Response over the band"))).to_contain_text(
         "tuned mass damper"
     )
+    (recommended_curve, *_) = page.evaluate(
+        "document.querySelector('.js-plotly-plot').data.map((each) => ({x: [...each.x], y: [...each.y]}))"
+    )
+    assert recommended_curve["x"] == pytest.approx(found["answer"]["response"]["frequency_hz"])
+    millimetres = [1e3 * metres for metres in found["answer"]["response"]["value"]]
+    assert recommended_curve["y"] == pytest.approx(millimetres)
     # of a budget that allows them
     amplitudes = page.get_by_role("img", name=re.compile("^Response over the amplitude"))
     expect(amplitudes).to_have_count(int(len(found["answer"]["amplitudes"]) > 1))
@@ -280,6 +286,7 @@ def test_records_stand_beside_a_band_in_the_form_and_both_are_shown(
     assert "name" not in json.loads(text.input_value())["excitation"]
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("viewport", [{"width": 1440, "height": 900}, NARROW])
 def test_each_view_of_designs_is_for_everybody_and_fits(
     open_page: Callable[..., Any], design: dict[str, Any], viewport: dict[str, int]

@@ -33,6 +33,7 @@ def helped() -> set[str]:
     return set(re.findall(r'\bhelp\("([^"]+)"', modules))
 
 
+@pytest.mark.night
 def test_every_help_link_leads_to_a_page_and_a_heading_that_are_there(site: Path) -> None:
     assert len(helped()) >= 8
     for address in helped():
@@ -41,6 +42,7 @@ def test_every_help_link_leads_to_a_page_and_a_heading_that_are_there(site: Path
         assert not heading or f'id="{heading}"' in text, address
 
 
+@pytest.mark.night
 def test_the_page_leads_to_its_documentation_which_works_under_its_policy(
     own_service: Callable[..., Any], open_page: Callable[..., Any], site: Path
 ) -> None:
@@ -68,6 +70,7 @@ def test_the_page_leads_to_its_documentation_which_works_under_its_policy(
     assert said == []
 
 
+@pytest.mark.night
 def test_files_of_the_site_are_sent_with_what_each_may_do(
     own_service: Callable[..., Any], site: Path, tmp_path: Path
 ) -> None:
@@ -92,6 +95,7 @@ def test_files_of_the_site_are_sent_with_what_each_may_do(
             assert client.get(outside).status_code == 404, outside
 
 
+@pytest.mark.night
 def test_without_the_site_there_is_no_link(
     own_service: Callable[..., Any], open_page: Callable[..., Any]
 ) -> None:

@@ -83,6 +83,15 @@ def test_modules_parse() -> None:
     assert checked.returncode == 0, checked.stderr.decode()
 
 
+@pytest.mark.skipif(
+    shutil.which("node") is None, reason="node is not here; the browser's tests run the modules"
+)
+def test_modules_that_need_no_browser() -> None:
+    file = Path(__file__).parent / "pure.test.mjs"
+    checked = subprocess.run(["node", "--test", file], capture_output=True, timeout=120, check=False)
+    assert checked.returncode == 0, checked.stdout.decode()
+
+
 def test_catalog_holds_every_named_study_and_they_are_taken_as_they_stand(client: httpx.Client) -> None:
     catalog = client.get("/api/v1/catalog").raise_for_status().json()
     names = [study["name"] for study in catalog["studies"]]

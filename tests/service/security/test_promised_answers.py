@@ -1,7 +1,6 @@
 """Answers that are promised and fetched later: RFC 7240, ``Prefer: respond-async``."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 import httpx
@@ -78,52 +77,48 @@ def test_promised_answer_is_the_answer(service: Any, client: httpx.Client, helpe
         assert found.state == straight.json()["state"]
 
 
-def _computing(running: Any) -> set[int]:
-    found = set()
-    for each in psutil.Process(running.process.pid).children(recursive=True):
-        # one that ends at this moment computes no more
-        with suppress(psutil.NoSuchProcess):
-            if "anyio.to_process" in each.cmdline():
-                found.add(each.pid)
-    return found
-
-
 def test_what_is_given_up_is_computed_no_longer(own_service: Callable[..., Any], helpers: Any) -> None:
-    limit = 10
-    running = own_service(DAMPERLAB_WORK_SECONDS=str(limit))
+    running = own_service()
+
+    def ended(process: psutil.Process) -> None:
+        helpers.wait_until(lambda: not psutil.pid_exists(process.pid))
+
     with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
-        # with kernels there, what is waited for is the point alone
-        assert client.post(SIMULATE, json=QUICK).status_code == 200
-        before = _computing(running)
-        promise = client.post(SIMULATE, json=ENDLESS, headers=AT_ONCE)
+
+        def begun() -> psutil.Process:
+            assert client.post(SIMULATE, json=QUICK).status_code == 200
+            process: psutil.Process = helpers.held(running)
+            return process
+
+        process = begun()
+        promise = client.post(SIMULATE, json=QUICK, headers=AT_ONCE)
         assert promise.status_code == 202
         assert client.get(promise.headers["location"]).status_code == 202
         assert client.delete(promise.headers["location"]).status_code == 204
-        helpers.wait_until(lambda: not before & _computing(running))
+        ended(process)
         gone = client.get(promise.headers["location"])
         assert (gone.status_code, gone.json()["type"]) == (404, "urn:damperlab:problem:no-such-answer")
         # a client that leaves before it is promised anything leaves nothing behind
-        assert client.post(SIMULATE, json=QUICK).status_code == 200
-        before = _computing(running)
-        with pytest.raises(httpx.ReadTimeout):
-            httpx.post(
-                f"{running.url}{SIMULATE}",
-                json=ENDLESS,
-                headers={"Prefer": "respond-async, wait=60"},
-                timeout=2,
-            )
-        helpers.wait_until(lambda: not before & _computing(running))
+        process = begun()
+        with pytest.raises(httpx.TimeoutException):
+            client.post(SIMULATE, json=QUICK, headers={"Prefer": "respond-async, wait=60"}, timeout=2)
+        ended(process)
         # the client of Python gives up what it no longer waits for
-        assert client.post(SIMULATE, json=QUICK).status_code == 200
-        before = _computing(running)
+        process = begun()
         with Client(running.url, timeout=4) as python:
             python._transport._http.headers.update(AT_ONCE)
             with pytest.raises(Unreachable, match="took longer than 4 s"):
-                python.simulate(**ENDLESS)  # type: ignore[arg-type]
-        helpers.wait_until(lambda: not before & _computing(running))
-        # the limit of one request holds for what is promised
+                python.simulate(**QUICK)  # type: ignore[arg-type]
+        ended(process)
+
+
+def test_the_limit_of_one_request_holds_for_what_is_promised(
+    own_service: Callable[..., Any], helpers: Any
+) -> None:
+    running = own_service(DAMPERLAB_WORK_SECONDS="2")
+    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
         ended = _fetched(client, helpers, client.post(SIMULATE, json=ENDLESS, headers=AT_ONCE))
-        assert (ended.status_code, ended.json()["type"]) == (422, "urn:damperlab:problem:work-limit")
+    assert (ended.status_code, ended.json()["type"]) == (422, "urn:damperlab:problem:work-limit")
 
 
 def test_an_answer_is_for_who_asked(guarded: Any, helpers: Any) -> None:

@@ -175,6 +175,7 @@ def test_errors_are_not_taken_for_dips() -> None:
         assert truth <= 1.08  # four standard errors of the least
 
 
+@pytest.mark.night
 def test_a_budget_ends_a_search_that_ruggedness_would_keep_going_and_says_so() -> None:
     study = study_of(*GRID)
 

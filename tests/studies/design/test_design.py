@@ -116,6 +116,7 @@ def grid(
     return solved(study)[variable]
 
 
+@pytest.mark.night
 def test_the_recommended_damper_is_the_best_of_brute_force_within_its_error(damped) -> None:
     found, _ = damped
     truth = brute(DAMPED, np.geomspace(0.002, 0.012, 9), np.linspace(0.0, 60.0, 9))
@@ -149,6 +150,7 @@ def worst_with_corners(found: Found, truth: xr.DataArray) -> float:
     return min(best)
 
 
+@pytest.mark.night
 def test_no_build_within_the_tolerances_is_a_tenth_worse_than_stated(damped) -> None:
     found, _ = damped
     rng = np.random.default_rng(7)
@@ -185,6 +187,7 @@ def test_an_interrupted_design_ends_as_one_that_was_not(damped) -> None:
     assert answer_document(resumed) == answer_document(found)
 
 
+@pytest.mark.night
 def test_with_three_quantities_to_choose_it_ends_so_too() -> None:
     """Interrupted after every fifth of its studies, each time with what was done until then."""
     document = {name: value for name, value in DAMPED.items() if name != "particle_mass_kg"}
@@ -224,6 +227,7 @@ def test_the_answer_says_what_was_found(damped) -> None:
     json.dumps(document, allow_nan=False)
 
 
+@pytest.mark.night
 def test_all_quantities_may_be_off_at_once_as_far_as_brute_force_says(damped) -> None:
     found, _ = damped
     together, bound = found.together, 1.1 * found.stated.most
@@ -245,6 +249,7 @@ def test_all_quantities_may_be_off_at_once_as_far_as_brute_force_says(damped) ->
     assert f"{100 * together.share:.0f} % off at once" in told
 
 
+@pytest.mark.night
 def test_of_one_quantity_nothing_is_said_of_all_at_once() -> None:
     document = DAMPED | {"tolerances": {}, "builds": 0} | NARROW
     found, _ = pursued(document)
@@ -253,6 +258,7 @@ def test_of_one_quantity_nothing_is_said_of_all_at_once() -> None:
     assert answer_document(found)["margin_together"] is None
 
 
+@pytest.mark.night
 def test_an_infeasible_specification_says_which_limit_to_relax_and_to_what() -> None:
     document = DAMPED | {
         "limits": {"displacement_m": 1e-4},
@@ -282,6 +288,7 @@ NARROW = {"choose": {"clearance_m": {"start": 0.0012, "stop": 0.003}}, "friction
 """Sticks for a part of the time; the wider the cavity, the fewer impacts and the larger the response."""
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("limit", "chosen", "loose"),
     [
@@ -303,6 +310,7 @@ def test_a_limit_is_kept_where_it_can_be(limit: str, chosen: dict[str, Any], loo
     assert kept.nominal.value >= free.nominal.value
 
 
+@pytest.mark.night
 def test_what_limits_are_about_is_what_single_points_do() -> None:
     """The recommended damper at the frequencies that were looked at, one by one, and the definitions of the two limits."""
     document = DAMPED | {"tolerances": {}, "builds": 0} | NARROW
@@ -344,6 +352,7 @@ def test_a_budget_is_kept_and_the_answer_says_what_it_left_out() -> None:
     assert any(sentence.startswith("The budget did not allow: ") for sentence in sentences)
 
 
+@pytest.mark.night
 def test_the_mass_is_weighed_against_the_response() -> None:
     document = DAMPED | {"tolerances": {}, "clearance_m": 0.006, "friction_force_n": 20.0}
     document["choose"] = {"particle_mass_kg": {"start": 1.0, "stop": 6.0}}
@@ -359,6 +368,7 @@ def test_the_mass_is_weighed_against_the_response() -> None:
     assert [each["worst"] for each in kept] == sorted((each["worst"] for each in kept), reverse=True)
 
 
+@pytest.mark.night
 def test_under_a_constant_acceleration_every_frequency_has_its_own_displacement_of_the_base() -> None:
     """The stated worst case beside single points, each under the base displacement that the acceleration makes there."""
     omega = 2 * np.pi * 8.0
@@ -407,12 +417,14 @@ def answered(**changes: Any) -> str:
     return " ".join(answer_document(found)["words"])
 
 
+@pytest.mark.night
 def test_friction_without_bound_is_said_to_hold_the_structure() -> None:
     words = answered(choose={"friction_force_n": {"start": 0.0, "stop": 1e5}})
     assert "Friction holds the structure at its base at every frequency" in words
     assert "beyond it there may be a better damper" not in words
 
 
+@pytest.mark.night
 def test_a_limit_that_leaves_one_value_of_a_range_is_said_to_bind() -> None:
     words = answered(
         choose={
@@ -424,6 +436,7 @@ def test_a_limit_that_leaves_one_value_of_a_range_is_said_to_bind() -> None:
     assert "as large as `limits.cavity_length_m` allows" in words
 
 
+@pytest.mark.night
 def test_a_response_without_bound_is_no_number() -> None:
     structure = {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.0}
     choose = {"clearance_m": {"start": 0.01, "stop": 0.03}}

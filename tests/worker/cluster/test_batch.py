@@ -172,6 +172,7 @@ def test_study_is_computed_in_jobs_that_are_taken_back_at_its_end(
     assert not list((tmp_path / "data" / "jobs").rglob("*.pem"))
 
 
+@pytest.mark.night
 def test_study_goes_on_when_wall_time_ends_a_job_and_has_the_same_bits(tmp_path: Path, queue: Path) -> None:
     study = parse_study(LASTING)
     whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))

@@ -40,6 +40,7 @@ def refitted(
     return fit_response(make_question(measured, structure, fit, share=share))
 
 
+@pytest.mark.night
 def test_intervals_of_friction_and_damping_hold_the_truth_as_often_as_they_say() -> None:
     held = []
     for seed in range(SETS):
@@ -49,6 +50,7 @@ def test_intervals_of_friction_and_damping_hold_the_truth_as_often_as_they_say()
     assert sum(held) >= 12
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("kind", ["particle", "hybrid"])
 def test_parameters_of_a_particle_come_back_though_its_response_jumps(kind: str) -> None:
     one = made(kind, 1)
@@ -147,6 +149,7 @@ def test_friction_that_locks_the_structure_is_known_from_below_only() -> None:
     assert "Friction locks the structure to its base in every row" in " ".join(verdict(fitted))
 
 
+@pytest.mark.night
 def test_parameters_that_only_act_together_are_named_as_a_pair() -> None:
     # With e = 0 and hardly any clearance the particle rides on its wall: the structure has the mass 1 + β, and below
     # resonance nothing but its natural frequency f_n/√(1 + β) shows.
@@ -162,6 +165,7 @@ def test_parameters_that_only_act_together_are_named_as_a_pair() -> None:
     assert "cannot tell mass_ratio and natural_frequency_hz apart" in " ".join(verdict(fitted))
 
 
+@pytest.mark.night
 def test_two_base_amplitudes_give_force_and_length_of_a_real_damper() -> None:
     f = np.tile(np.linspace(2.2, 2.9, 12), 2)
     base = np.repeat([0.001, 0.003], 12)

@@ -158,6 +158,7 @@ def test_known_points_are_found_however_many_studies_came_since(store: Store, cl
         ).all()
 
 
+@pytest.mark.night
 def test_points_are_gathered_from_studies_that_hold_one_each(store: Store, client: Client) -> None:
     grid = study_of(13, axes={"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 11}})
     for value in grid.coordinates["frequency_ratio"][1:10].tolist():

@@ -37,6 +37,7 @@ def submitted(store: Store) -> Record:
     return record
 
 
+@pytest.mark.night
 def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
     store = Store.open(tmp_path)
     record = submitted(store)
@@ -75,6 +76,7 @@ def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
     store.close()
 
 
+@pytest.mark.night
 def test_embedded_scheduler_that_dies_is_replaced_and_leaves_no_process(tmp_path: Path) -> None:
     """As where the system kills it for want of memory."""
     store = Store.open(tmp_path)

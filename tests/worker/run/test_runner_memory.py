@@ -1,8 +1,10 @@
 """A study of ten million points in a process of its own."""
 
+import pytest
 from tests.benchmarks.memory import measure_apart
 
 
+@pytest.mark.night
 def test_coordinator_holds_no_number_per_point() -> None:
     figures = measure_apart(10_000_000)
     assert figures["points"] == 10_000_000

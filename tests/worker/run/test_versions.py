@@ -114,6 +114,7 @@ def test_differences_are_counted_and_the_largest_is_placed(store: Store, client:
         differences_of(store, old)
 
 
+@pytest.mark.night
 def test_both_are_kept_until_the_older_one_is_replaced(
     store: Store, client: Client, old: Record, other: OtherSolver
 ) -> None:
@@ -141,6 +142,7 @@ def test_both_are_kept_until_the_older_one_is_replaced(
     assert store.find(third["id"]).points_done == 12
 
 
+@pytest.mark.night
 def test_the_older_one_stays_while_blocks_of_the_newer_one_have_no_answer(
     store: Store, client: Client, old: Record
 ) -> None:

@@ -1,0 +1,36 @@
+"""The kernels that `make test` needs, compiled before it, so that no test waits for a compiler; those of the night need all.
+
+A scene that a test needs beyond these is compiled as it is asked for; the end of a run names it.
+"""
+
+from damperlab.worker.cores import core_count
+from damperlab.worker.scenes import scene_named
+from damperlab.worker.warm import compile_apart, missing
+
+SCENES = (
+    "orbit-friction-particle-instant",
+    "orbit-linear",
+    "orbit-particle-instant",
+    "record-friction",
+    "record-friction-particle-instant",
+    "record-linear",
+    "record-particle-instant",
+    "rk4-linear",
+    "steady-friction",
+    "steady-friction-particle-instant",
+    "steady-particle-instant",
+    "transient-particle-instant",
+)
+"""By name."""
+
+
+def main() -> None:
+    """Compile those that are missing, on every core, and say how long each took."""
+    wanted = missing(map(scene_named, SCENES))
+    for scene, seconds in compile_apart(wanted, core_count()):
+        print(f"{scene.name:48}{seconds:8.1f} s", flush=True)
+    print(f"{len(SCENES)} scenes, {len(wanted)} of them compiled")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,83 @@
+/** Modules of the page that need no browser, by node's own test runner. */
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { extentOf, isWide } from "../../../service/page/extent.js";
+import { tableOf } from "../../../service/page/figure_table.js";
+import { History } from "../../../service/page/history.js";
+import { Kept, plainly } from "../../../service/page/kept.js";
+import { count, counted, duration, isLogarithmic, nearest, short, size } from "../../../service/page/numbers.js";
+import { Selection } from "../../../service/page/selection.js";
+
+test("numbers have the digits that matter, times and sizes the unit that is read", () => {
+  const shown = [[1.23456789, "1.2346"], [0, "0"], [12345678, "1.23e7"], [0.000012, "1.20e-5"], [null, "–"], [NaN, "–"]];
+  for (const [value, text] of shown) assert.equal(short(value), text);
+  const times = [[2e-5, "20 µs"], [0.25, "250 ms"], [59, "59 s"], [120, "2 min"], [3600, "60 min"], [7200, "2 h"], [2 * 86400, "2 days"], [null, "–"]];
+  for (const [seconds, text] of times) assert.equal(duration(seconds), text);
+  for (const [bytes, text] of [[999, "999 bytes"], [1500, "1.5 kB"], [2e9, "2 GB"]]) assert.equal(size(bytes), text);
+  assert.equal(count(1234567), "1,234,567");
+  assert.deepEqual([counted(1, "point"), counted(2, "point")], ["1 point", "2 points"]);
+});
+
+test("places on axes", () => {
+  assert.equal(nearest([1, 2, 4], 3.1), 2);
+  assert.equal(isLogarithmic([1, 10, 100]), true);
+  assert.equal(isLogarithmic([1, 2, 3]), false);
+  assert.equal(plainly([8.999999999999998, 10], 0), "9");
+  assert.equal(plainly([1.0001, 1.0002], 0), "1.0001");
+});
+
+test("how far values reach", () => {
+  assert.deepEqual(extentOf([[3, null], [1, 2]]), [1, 3]);
+  assert.deepEqual(extentOf([[null]]), [NaN, NaN]);
+  assert.deepEqual([isWide([1, 21]), isWide([1, 19]), isWide([0, 21])], [true, false, false]);
+});
+
+test("a figure as a table", () => {
+  const axis = (text) => ({ title: { text } });
+  const map = { type: "heatmap", x: [1, 2], y: [3], z: [[Math.log10(5), null]], customdata: [[5, null]], colorbar: { title: { text: "X/Z" } } };
+  assert.equal(tableOf([map], { xaxis: axis("d/Z"), yaxis: axis("γ<sub>F</sub>") }), "d/Z,γF,X/Z\n1,3,5\n2,3,\n");
+  const curve = { name: "a, b", x: [0.1 + 0.2], y: [7] };
+  assert.equal(tableOf([curve], { xaxis: axis("r"), yaxis: axis("X/Z") }), 'curve,r,value,what\n"a, b",0.3,7,X/Z\n');
+});
+
+test("a motion: base, cavity, strobes and the amplitudes of its harmonics", () => {
+  const [samples, r] = [1024, 0.5]; // two cycles
+  const phase = Array.from({ length: samples + 1 }, (_, k) => (4 * Math.PI * k) / samples);
+  const u = phase.map((a) => 2 * Math.sin(a) + 0.5 * Math.sin(3 * a));
+  const zero = phase.map(() => 0);
+  const motion = new History(
+    { time: phase.map((a) => a / r), u, u_rate: zero, v: phase.map((a, i) => u[i] - Math.sin(a)), v_rate: zero, p: u.map((x) => x + 1), p_rate: zero, impact: phase.map((_, i) => Number(i === 7)) },
+    r,
+  );
+  const near = (found, wanted) => assert.ok(Math.abs(found - wanted) < 1e-3, `${found} is not ${wanted}`);
+  assert.equal(motion.length, 2);
+  near(motion.base(0.25), 1);
+  near(motion.inCavity[5], 1);
+  assert.deepEqual(motion.impacts, [7]);
+  assert.equal(motion.strobes.u.length, 2);
+  const { multiple, amplitude } = motion.spectrum(3);
+  near(amplitude[multiple.indexOf(1)], 2);
+  near(amplitude[multiple.indexOf(3)], 0.5);
+  near(amplitude[multiple.indexOf(2)], 0);
+});
+
+test("the point of a study that is looked at", () => {
+  const chosen = new Selection({ clearance_ratio: [1, 2, 5], friction_ratio: [0.1], frequency_ratio: [0.8, 1.05, 1.3] });
+  assert.deepEqual([chosen.varied, chosen.value("frequency_ratio"), chosen.worst], [["clearance_ratio", "frequency_ratio"], 1.05, true]);
+  chosen.rest({ clearance_ratio: 5 });
+  assert.equal(chosen.value("clearance_ratio"), 5);
+  chosen.chooseValues({ clearance_ratio: 1.9 });
+  chosen.rest({ clearance_ratio: 5 }); // whoever has chosen stays there
+  assert.deepEqual(chosen.at(["frequency_ratio"]), { clearance_ratio: 2 });
+  chosen.choose({ clearance_ratio: 99 });
+  assert.equal(chosen.value("clearance_ratio"), 5);
+});
+
+test("what is kept in an address is taken where it may be", () => {
+  const kept = new Kept("#/a", new URLSearchParams("x=2&on=no&which=odd"));
+  assert.deepEqual([kept.number("x", 0, 5, 1), kept.number("x", 3, 5, 4), kept.number("y", 0, 5, 1)], [2, 4, 1]);
+  assert.deepEqual([kept.on("on", true), kept.one("which", ["a", "b"], "b")], [false, "b"]);
+  assert.equal(kept.at("#/b"), "#/b?x=2&on=no&which=odd");
+});
