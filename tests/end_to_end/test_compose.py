@@ -126,6 +126,7 @@ def stack(tmp_path: Path) -> Iterator[str]:
         database.close()
 
 
+@pytest.mark.night
 def test_study_runs_through_all_parts(stack: str, tmp_path: Path) -> None:
     study = {
         "name": "composed",

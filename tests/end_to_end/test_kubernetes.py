@@ -235,6 +235,7 @@ def parts(tmp_path: Path) -> Iterator[Parts]:
         database.close()
 
 
+@pytest.mark.night
 def test_study_runs_through_the_containers_commands_and_a_worker_leaves_well(parts: Parts) -> None:
     command, part = parts.command("first-key")
     told = subprocess.run(

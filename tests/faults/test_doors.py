@@ -4,9 +4,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.mark.night
 def test_a_service_refuses_what_is_damaged_with_a_problem_document() -> None:
     # one bit of an axis, and one of a block's values; in a process of its own, which forks
     command = [sys.executable, "-m", "tests.faults.doors"]

@@ -94,6 +94,7 @@ def test_asked_again_nothing_is_computed_and_the_answer_is_the_same(
     assert Store.open(folder / "data").page(200).records == before
 
 
+@pytest.mark.night
 def test_a_design_that_is_killed_and_run_again_ends_as_one_that_was_not(
     written: tuple[Path, dict[str, Any]], tmp_path: Path
 ) -> None:

@@ -10,6 +10,7 @@ import urllib.request
 from pathlib import Path
 from typing import Any
 
+import pytest
 from tests.service.cli.commands import END_SECONDS, LINEAR, run, start
 
 from damperlab.studies.store.record import Record
@@ -42,6 +43,7 @@ def wait_for_block(store: Store, running: subprocess.Popen[str], blocks: int) ->
     raise AssertionError(f"no block was seen to be done while the study ran\n{out}\n{err}")
 
 
+@pytest.mark.night
 def test_cancelled_by_another_process_then_deleted(tmp_path: Path) -> None:
     study = tmp_path / "long.json"
     study.write_text(json.dumps(slow_study("long", 40)))
@@ -84,6 +86,7 @@ def test_interrupted_at_the_keyboard_then_resumed_to_the_end(tmp_path: Path) -> 
     store.close()
 
 
+@pytest.mark.night
 def test_a_server_shows_what_run_stores_and_run_follows_what_a_server_computes(tmp_path: Path) -> None:
     server = start("serve", "--port", "0", "--data-dir", tmp_path, "--workers", "1")
     try:

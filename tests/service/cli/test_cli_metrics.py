@@ -58,7 +58,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-@pytest.fixture(scope="module", params=SCENES)
+AT_ONCE = ("ratios", "forced-units")
+"""What guards a change; the other scenes follow at night."""
+
+
+@pytest.fixture(
+    scope="module",
+    params=[each if each in AT_ONCE else pytest.param(each, marks=pytest.mark.night) for each in SCENES],
+)
 def scene(request: pytest.FixtureRequest, folder: Path) -> str:
     name = str(request.param)
     metrics = list(VARIABLES) if name == "starts" else EVERY_METRIC

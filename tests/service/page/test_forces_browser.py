@@ -7,6 +7,8 @@ import httpx
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.night
+
 FORCES = """async ([history, r, damper, module]) => {
   const { History } = await import(module.replace("main.js", "history.js"));
   const { forcesOn } = await import(module.replace("main.js", "forces.js"));

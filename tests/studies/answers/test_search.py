@@ -189,6 +189,7 @@ def test_a_budget_ends_a_search_that_ruggedness_would_keep_going_and_says_so() -
     assert "budget of 500 points" in found.note
 
 
+@pytest.mark.night
 def test_a_race_names_the_best_of_many_with_the_confidence_that_it_states() -> None:
     study = study_of(*GRID)
     drawn = np.random.default_rng(8).uniform(1.0, 2.0, (9, 9))

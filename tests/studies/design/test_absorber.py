@@ -58,10 +58,10 @@ def receptance(beside: Beside, damping_ratio: float, r: np.ndarray, tuning: floa
 @pytest.mark.parametrize(
     ("damping_ratio", "mass_ratio", "tolerance", "low_hz", "high_hz"),
     [
-        (0.001, 0.005, 0.2, 8.4, 8.8),
-        (0.001, 0.002, 0.1, 8.4, 8.8),
+        pytest.param(0.001, 0.005, 0.2, 8.4, 8.8, marks=pytest.mark.night),
+        pytest.param(0.001, 0.002, 0.1, 8.4, 8.8, marks=pytest.mark.night),
         (0.01, 0.002, 0.2, 7.5, 8.5),
-        (0.001, 0.03, 0.2, 7.0, 9.0),
+        pytest.param(0.001, 0.03, 0.2, 7.0, 9.0, marks=pytest.mark.night),
     ],
 )
 def test_no_structure_within_the_tolerances_moves_more_than_is_said(
@@ -131,7 +131,11 @@ def test_nothing_within_two_per_cent_of_its_tuning_moves_more_than_is_said(
 
 @pytest.mark.parametrize(
     ("damping_ratio", "mass_ratio", "tolerance", "low_hz", "high_hz"),
-    [(0.001, 0.005, 0.2, 8.4, 8.8), (0.02, 0.1, 0.05, 6.0, 10.0), (0.02, 0.05, 0.0, 8.0, 8.0)],
+    [
+        pytest.param(0.001, 0.005, 0.2, 8.4, 8.8, marks=pytest.mark.night),
+        (0.02, 0.1, 0.05, 6.0, 10.0),
+        (0.02, 0.05, 0.0, 8.0, 8.0),
+    ],
 )
 def test_its_mass_moves_as_far_as_is_said(
     damping_ratio: float, mass_ratio: float, tolerance: float, low_hz: float, high_hz: float
@@ -206,6 +210,7 @@ def test_a_mass_between_the_ends_of_its_tolerance_may_be_the_hardest(
     assert found.stroke == pytest.approx(stroke, rel=2e-3)
 
 
+@pytest.mark.night
 def test_out_of_tune_is_judged_on_the_structure_that_is_hardest_then() -> None:
     """Which is another one than in tune: 6 % more than on those."""
     bands = [

@@ -52,6 +52,7 @@ def floor() -> tuple[Found, dict[str, xr.Dataset]]:
     return pursued(FLOOR)
 
 
+@pytest.mark.night
 def test_the_stated_worst_case_is_that_of_brute_force(floor) -> None:
     """Responses that do not repeat are known to 2 %, one standard error; 51 frequencies may miss the top of a peak."""
     found, _ = floor
@@ -103,8 +104,8 @@ def test_the_answer_is_in_metres_per_second_squared(floor) -> None:
     "motion",
     [
         {"base_amplitude_m": BASE},
-        {"base_velocity_m_per_s": 0.05},
-        {"base_acceleration_m_per_s2": 2.5},
+        pytest.param({"base_velocity_m_per_s": 0.05}, marks=pytest.mark.night),
+        pytest.param({"base_acceleration_m_per_s2": 2.5}, marks=pytest.mark.night),
         {"force_n": 40.0},
     ],
     ids=lambda motion: next(iter(motion)),
@@ -113,8 +114,14 @@ def test_the_answer_is_in_metres_per_second_squared(floor) -> None:
     ("measure", "judge"),
     [
         ("worst_acceleration", np.max),
-        ("worst_rms_acceleration", lambda peaks: peaks.max() / np.sqrt(2.0)),
-        ("rms_acceleration", lambda peaks: np.sqrt(np.trapezoid(peaks**2) / (peaks.size - 1) / 2.0)),
+        pytest.param(
+            "worst_rms_acceleration", lambda peaks: peaks.max() / np.sqrt(2.0), marks=pytest.mark.night
+        ),
+        pytest.param(
+            "rms_acceleration",
+            lambda peaks: np.sqrt(np.trapezoid(peaks**2) / (peaks.size - 1) / 2.0),
+            marks=pytest.mark.night,
+        ),
     ],
 )
 def test_the_tuned_mass_damper_accelerates_as_its_equations_of_motion_say(

@@ -15,6 +15,7 @@ from damperlab.worker.solver.particle import Particle
 FEW = DAMPED | {"choose": {"friction_force_n": [20.0, 40.0]}, "clearance_m": 0.004, "tolerances": {}}
 
 
+@pytest.mark.night
 def test_the_response_under_every_amplitude_is_that_of_single_points() -> None:
     found, _ = pursued(FEW)
     rows = json.loads(json.dumps(answer_document(found), allow_nan=False))["amplitudes"]

@@ -74,6 +74,7 @@ def rms(clearances_m: np.ndarray, forces_n: np.ndarray, frequencies: int) -> xr.
     return scale * np.sqrt(0.5 * squares.integrate("frequency_ratio") / 0.25)
 
 
+@pytest.mark.night
 def test_what_is_stated_is_what_a_fine_grid_of_frequencies_finds(floor) -> None:
     """Responses that do not repeat are known to 2 %, one standard error, and 201 of them to less."""
     build, stated = floor.build, floor.stated
@@ -89,6 +90,7 @@ def test_no_damper_of_a_grid_is_better_than_what_is_said_of_others(floor) -> Non
     assert truth.min().item() >= 0.99 * (floor.compared.most - floor.shortfall.between)
 
 
+@pytest.mark.night
 def test_it_is_not_the_damper_with_the_least_peak(floor) -> None:
     """An rms is at most the largest; that of the least peak is not less than the least rms."""
     peak, _ = pursued(FLOOR | {"measure": "worst_rms_displacement"})

@@ -72,6 +72,7 @@ def test_every_candidate_has_neighbours_of_its_own_along_every_quantity(searched
             )
 
 
+@pytest.mark.night
 def test_brute_force_close_to_the_best_finds_nothing_better_than_said() -> None:
     found, _ = pursued(NARROW_VALLEY)
     assert found.shortfall is not None

@@ -55,6 +55,7 @@ def damped() -> tuple[Found, list[Any]]:
     return pursued(materials(DAMPED, clearance_m=0.003, friction_force_n=40.0))
 
 
+@pytest.mark.night
 def test_each_material_has_its_own_contact_time_in_every_study(damped) -> None:
     found, studies = damped
     assert found.build.restitution == 0.5

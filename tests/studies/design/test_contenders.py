@@ -67,6 +67,7 @@ def test_what_is_refuted_does_more_by_brute_force(searched) -> None:
         assert float(corners.max()) > 0.98 * best.value
 
 
+@pytest.mark.night
 def test_what_is_assumed_of_others_is_said_where_they_were_not_looked_at(searched) -> None:
     search, *_ = searched
     after = shortfall_of(search, search.best())
@@ -83,6 +84,7 @@ def test_what_is_assumed_of_others_is_said_where_they_were_not_looked_at(searche
     assert "taken to lose the least" not in words_of_shortfall(after, most, 0.9)
 
 
+@pytest.mark.night
 def test_contenders_leave_the_rest_of_the_budget_to_what_follows() -> None:
     asked = parse_specification(DAMPED)
     search = Search(asked, Book(asked, BUDGET))

@@ -445,6 +445,7 @@ def test_a_response_without_bound_is_no_number() -> None:
     assert "inf" not in words
 
 
+@pytest.mark.night
 def test_tolerances_that_exceed_a_limit_are_to_be_narrowed() -> None:
     structure = {"mass_kg": 40.0, "natural_frequency_hz": 8.0, "damping_ratio": 0.04}
     document = DAMPED | {"structure": structure, "limits": {"displacement_m": 0.0035}, "builds": 2}

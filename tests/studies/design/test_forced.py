@@ -70,6 +70,7 @@ def test_the_stated_worst_case_is_that_of_brute_force(press) -> None:
     assert true >= 0.97 * found.stated.value
 
 
+@pytest.mark.night
 def test_no_damper_of_a_grid_is_better(press) -> None:
     found, _ = press
     hertz = np.linspace(LOW, HIGH, 25)
@@ -131,6 +132,7 @@ def test_the_answer_is_in_newtons(press) -> None:
     assert "base amplitude" not in design_report(found)
 
 
+@pytest.mark.night
 def test_a_force_that_friction_withstands_moves_nothing() -> None:
     wide = PRESS["choose"] | {"friction_force_n": {"start": 0.0, "stop": 60.0}}
     found, _ = pursued(PRESS | {"choose": wide, "tolerances": {"friction_force_n": "10%"}})
@@ -146,6 +148,7 @@ def test_a_force_that_friction_withstands_moves_nothing() -> None:
     assert "Friction withstands the force" in design_report(found)
 
 
+@pytest.mark.night
 def test_a_damper_that_withstands_every_force_shown_has_a_report() -> None:
     choice = {"clearance_m": {"start": 0.0002, "stop": 0.002}}
     found, _ = pursued(

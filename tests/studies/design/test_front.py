@@ -25,6 +25,7 @@ def given() -> Found:
     return pursued(GIVEN)[0]
 
 
+@pytest.mark.night
 def test_about_a_mass_that_is_given_lighter_and_heavier_ones_are_looked_at(given: Found) -> None:
     assert [each.mass_kg for each in given.front] == [1.0, 2.0, 4.0, 6.0, 8.0]
     assert [each["recommended"] for each in answer_document(given)["masses"]] == [

@@ -48,6 +48,7 @@ def limited() -> Found:
     return found
 
 
+@pytest.mark.night
 def test_no_build_within_the_tolerances_exceeds_a_limit_on_the_damper(limited: Found) -> None:
     build, (builds,) = limited.build, [limited.builds]
     assert builds is not None
@@ -92,6 +93,7 @@ def test_every_limit_is_told_with_what_is_allowed_and_what_is_built(limited: Fou
     json.dumps(answer, allow_nan=False)
 
 
+@pytest.mark.night
 def test_of_a_list_the_limit_is_told_and_not_the_largest_value_left() -> None:
     document = {key: value for key, value in WANTED.items() if key != "clearance_m"}
     document |= {"choose": {"clearance_m": [0.002, 0.004, 0.008]}, "friction_force_n": 20.0}
@@ -102,6 +104,7 @@ def test_of_a_list_the_limit_is_told_and_not_the_largest_value_left() -> None:
     assert row["reached"] == 2 * found.build.clearance_m
 
 
+@pytest.mark.night
 def test_a_damper_that_was_given_is_assessed() -> None:
     document = WANTED | {"choose": {}, "friction_force_n": 20.0, "limits": {"displacement_m": 1e-3}}
     found, _ = pursued(document | {"builds": 2})

@@ -82,6 +82,7 @@ def under_quake_m(forces_n: list[float]) -> np.ndarray:
     return solved(study)["peak_absolute_displacement_m"].values.ravel()
 
 
+@pytest.mark.night
 def test_no_other_force_keeps_both_lower(both) -> None:
     found, _ = both
     (machine,) = found.asked.excitations

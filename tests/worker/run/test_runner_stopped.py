@@ -80,6 +80,7 @@ def stop_between_transactions(pid: int, catalogue: Path) -> None:
             return
 
 
+@pytest.mark.night
 def test_a_runner_that_wakes_up_after_its_claim_was_taken_spoils_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
