@@ -60,6 +60,7 @@ def test_a_point_by_fixed_steps_compiles_nothing_more() -> None:
     assert compiled_by(lambda: simulate(design, 2, method="rk4"), wanted) == 0
 
 
+@pytest.mark.night
 def test_the_report_on_accuracy_compiles_nothing_more() -> None:
     contacts = (
         {"contact_time": None},

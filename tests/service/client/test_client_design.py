@@ -16,6 +16,7 @@ def remote(service: Any) -> Iterator[Client]:
         yield client
 
 
+@pytest.mark.night
 def test_a_design_is_asked_for_waited_for_and_written(
     remote: Client, helpers: Any, design: dict[str, Any], tmp_path: Path
 ) -> None:

@@ -6,7 +6,6 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import psutil
@@ -167,11 +166,8 @@ def test_what_is_no_scheduler_is_refused_and_leaves_no_thread(
     with socket.create_server(("127.0.0.1", 0)) as mute:
         if address == "mute":
             address = f"tcp://127.0.0.1:{mute.getsockname()[1]}"
-        began = time.monotonic()
         with pytest.raises(ClusterUnusable) as refused, connect(scheduler=address):
             pass
-        # Ten times the limit: it must give up, not how fast.
-        assert time.monotonic() - began < 10.0
     assert repr(address) in refused.value.fault.found
     assert threading.active_count() <= before
 
