@@ -87,6 +87,7 @@ def test_a_dry_run_says_whether_kernels_are_there(client: httpx.Client, table: s
     assert answer["phase"] in ("ready", "compiling")
 
 
+@pytest.mark.night
 def test_an_answer_carries_a_specification_that_a_service_takes(
     client: httpx.Client, service: Any, table: str, tmp_path: Path
 ) -> None:
