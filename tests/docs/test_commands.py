@@ -50,6 +50,7 @@ def test_commands_of_a_page_print_what_it_shows(page: str, tmp_path: Path) -> No
         compare(made, kept, exact)
 
 
+@pytest.mark.night
 def test_the_picture_of_the_readme_is_what_make_demo_draws(tmp_path: Path) -> None:
     compare(demo.make(tmp_path), ROOT / demo.PICTURE, is_of_here(demo.PICTURE))
 

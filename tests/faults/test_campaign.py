@@ -1,6 +1,9 @@
 """The short form of the fault campaign; `make faults` runs the long one."""
 
+import pytest
 from tests.faults.campaign import run_campaign
+
+pytestmark = pytest.mark.night
 
 KILLS = ("worker", "scheduler", "care", "service", "care", "worker", "all")
 PATIENCE_SECONDS = 1200.0

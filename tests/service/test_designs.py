@@ -195,6 +195,7 @@ def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
     assert running.stop() == 0
 
 
+@pytest.mark.night
 def test_a_service_that_is_stopped_leaves_no_study_as_running(
     own_service: Callable[..., Any], helpers: Any, tmp_path: Path, undisturbed: dict[str, Any]
 ) -> None:
@@ -252,6 +253,7 @@ def test_a_quota_smaller_than_a_round_of_a_design_delays_it_and_no_more(
     assert running.stop() == 0
 
 
+@pytest.mark.night
 def test_a_study_that_is_cancelled_while_its_design_computes_it_stays_cancelled(
     own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
 ) -> None:
@@ -278,6 +280,7 @@ def test_a_study_that_is_cancelled_while_its_design_computes_it_stays_cancelled(
     assert running.stop() == 0
 
 
+@pytest.mark.night
 def test_an_uploaded_record_is_one_that_a_design_is_under(client: httpx.Client, helpers: Any) -> None:
     time = [0.01 * step for step in range(600)]
     rows = "\n".join(f"{each:.2f},{0.3 * math.sin(50 * each) * math.exp(-each):.6f}" for each in time)

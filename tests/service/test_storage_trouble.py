@@ -101,6 +101,7 @@ def test_a_full_disk_pauses_studies_and_nothing_else(
     store.close()
 
 
+@pytest.mark.night
 def test_cubes_that_cannot_be_written_pause_studies_until_they_can(
     own_service: Callable[..., Any], helpers: Any, tmp_path: Path
 ) -> None:
@@ -174,6 +175,7 @@ def test_a_locked_catalogue_delays_and_loses_nothing(
         store.close()
 
 
+@pytest.mark.night
 def test_a_damaged_record_is_named_and_written_anew_by_uploading_it_again(
     own_service: Callable[..., Any], tmp_path: Path
 ) -> None:

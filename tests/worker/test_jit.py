@@ -33,6 +33,7 @@ def run(cache: Path, *arguments: str, path: Path = ROOT / "src", **variables: st
     ).stdout
 
 
+@pytest.mark.night
 def test_kernels_give_the_same_bits_whoever_compiled_them(tmp_path: Path) -> None:
     """Compiled by another process, loaded from another place, compiled anew as they are and with every index checked.
 

@@ -9,6 +9,8 @@ import pytest
 from playwright.sync_api import expect
 from tests.service.page.looking import one_step, serious, until
 
+pytestmark = pytest.mark.night
+
 DRAWN = """() => [...document.querySelectorAll(".beside-study .plot")].map((plot) => {
   const map = plot.data?.find((one) => one.type === "heatmap");
   if (!map) return null;

@@ -7,6 +7,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pytest
+
+pytestmark = pytest.mark.night
 
 DRAWN = """async ([maps, module]) => {
   const { mapTraces, mapLayout } = await import(module.replace("main.js", "map_figure.js"));

@@ -280,6 +280,7 @@ def test_records_stand_beside_a_band_in_the_form_and_both_are_shown(
     assert "name" not in json.loads(text.input_value())["excitation"]
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("viewport", [{"width": 1440, "height": 900}, NARROW])
 def test_each_view_of_designs_is_for_everybody_and_fits(
     open_page: Callable[..., Any], design: dict[str, Any], viewport: dict[str, int]

@@ -8,6 +8,8 @@ import pytest
 from playwright.sync_api import expect
 from tests.service.page.looking import run_the_lines_of_python, serious, until
 
+pytestmark = pytest.mark.night
+
 TRACES = """(label) => [...document.querySelectorAll(".plot")]
   .find((plot) => plot.getAttribute("aria-label") === label)
   ?.data?.map(({ name, x, y }) => ({ name, x: [...x], y: [...y] })) ?? []"""

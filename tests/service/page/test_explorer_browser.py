@@ -8,6 +8,8 @@ import pytest
 from playwright.sync_api import expect
 from tests.service.page.looking import until
 
+pytestmark = pytest.mark.night
+
 DRAWN = "() => [...document.querySelectorAll('.plot')].map((plot) => plot.data?.map((one) => one.y) ?? [])"
 
 

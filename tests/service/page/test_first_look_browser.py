@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 import httpx
+import pytest
 from playwright.sync_api import expect
 from tests.service.page.looking import until
 
@@ -29,6 +30,7 @@ def test_an_empty_service_leads_to_a_design_in_units(
     expect(page.get_by_role("heading", name="New design")).to_be_visible()
 
 
+@pytest.mark.night
 def test_the_keyboard_stays_at_a_field_that_changes_the_others(open_page: Callable[..., Any]) -> None:
     page = open_page().go("#/new?scene=figure-11")
     page.get_by_label("Sizes as").focus()
@@ -54,6 +56,7 @@ def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
     expect(page.locator(".headline h2")).to_have_text("Best design so far")
 
 
+@pytest.mark.night
 def test_the_spectrum_is_told_in_powers_of_ten(
     open_page: Callable[..., Any], small_map: dict[str, Any]
 ) -> None:
@@ -65,6 +68,7 @@ def test_the_spectrum_is_told_in_powers_of_ten(
     assert until(page, TICKS, lambda found: found is not None) == "power"
 
 
+@pytest.mark.night
 def test_the_first_screen_says_why_the_best_design_may_not_be_the_best(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
@@ -81,6 +85,7 @@ def test_the_first_screen_says_why_the_best_design_may_not_be_the_best(
     expect(page.locator(".headline")).to_be_in_viewport(ratio=1)
 
 
+@pytest.mark.night
 def test_the_keyboard_stays_where_it_is_while_a_study_goes_on(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
@@ -100,6 +105,7 @@ def test_the_keyboard_stays_where_it_is_while_a_study_goes_on(
     helpers.wait_for(client, study_id, helpers.ended)
 
 
+@pytest.mark.night
 def test_a_phase_portrait_is_nowhere_at_the_frame(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:

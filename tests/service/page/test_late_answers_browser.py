@@ -69,6 +69,7 @@ def pick(page: Page, label: str, value: str) -> None:
     ).select_option(value)
 
 
+@pytest.mark.night
 def test_a_limit_is_asked_about_only_of_the_result_that_it_was_typed_for(
     open_page: Callable[..., Any], suite: dict[str, Any]
 ) -> None:
@@ -87,6 +88,7 @@ def test_a_limit_is_asked_about_only_of_the_result_that_it_was_typed_for(
     expect(panel.locator("label.field")).to_contain_text("Limit [m/s²]")
 
 
+@pytest.mark.night
 def test_a_late_ranking_of_dampers_does_not_replace_a_later_one(
     open_page: Callable[..., Any], suite: dict[str, Any]
 ) -> None:
@@ -121,6 +123,7 @@ def test_a_late_ranking_of_designs_does_not_replace_a_later_one(
         expect(best).to_contain_text(f"{least['band_rms']:.4g}"[:4])
 
 
+@pytest.mark.night
 def test_late_answers_do_not_replace_later_ones_where_a_study_is_explored(
     open_page: Callable[..., Any], client: httpx.Client, small_map: dict[str, Any]
 ) -> None:
@@ -150,6 +153,7 @@ def test_late_answers_do_not_replace_later_ones_where_a_study_is_explored(
         expect(said).to_contain_text(f"of {len(whole['designs'])} designs")
 
 
+@pytest.mark.night
 def test_a_late_list_of_studies_does_not_replace_what_was_searched_for_last(
     open_page: Callable[..., Any], small_map: dict[str, Any], suite: dict[str, Any]
 ) -> None:
@@ -185,6 +189,7 @@ def test_a_tab_that_was_left_does_not_take_the_address_back(
     assert "detuning=0.1" in page.url
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("address", "text", "cost"),
     [

@@ -141,6 +141,7 @@ ZOOM = """() => window.Plotly.relayout(document.querySelector('.left .plot'), {
 })"""
 
 
+@pytest.mark.night
 def test_a_part_of_a_map_that_is_looked_at_stays_and_is_in_the_address(
     open_page: Callable[..., Any], small_map: dict[str, Any]
 ) -> None:
@@ -198,6 +199,7 @@ def test_an_address_shows_the_same_view_elsewhere_and_back_goes_one_step_back(
     )
 
 
+@pytest.mark.night
 def test_the_motion_is_shown_over_whole_periods_and_moves_when_it_is_played(
     open_page: Callable[..., Any], client: httpx.Client, small_map: dict[str, Any]
 ) -> None:
@@ -265,6 +267,7 @@ def test_the_motion_is_shown_over_whole_periods_and_moves_when_it_is_played(
     assert drawn == pytest.approx(power - mean**2, rel=0.01)
 
 
+@pytest.mark.night
 def test_a_study_in_units_is_shown_in_units_or_as_ratios_and_the_choice_is_remembered(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
@@ -372,6 +375,7 @@ def test_names_of_studies_are_text_wherever_they_stand(
     assert client.delete(f"/api/v1/studies/{record['id']}").status_code in (204, 409)
 
 
+@pytest.mark.night
 def test_a_suite_shows_its_map_its_dampers_and_no_tabs_that_do_not_apply(
     open_page: Callable[..., Any], client: httpx.Client, suite: dict[str, Any]
 ) -> None:
@@ -401,6 +405,7 @@ def test_a_suite_shows_its_map_its_dampers_and_no_tabs_that_do_not_apply(
     expect(page.get_by_role("region", name="Definition as JSON")).to_contain_text("northridge-360")
 
 
+@pytest.mark.night
 def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratios(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
@@ -454,6 +459,7 @@ def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratio
     expect(page.locator(".designs")).not_to_contain_text("[mm]")
 
 
+@pytest.mark.night
 def test_fields_and_json_follow_each_other_and_faults_stand_at_their_fields(
     open_page: Callable[..., Any],
 ) -> None:
@@ -491,6 +497,7 @@ def test_fields_and_json_follow_each_other_and_faults_stand_at_their_fields(
     assert json.loads(text.input_value()) == study
 
 
+@pytest.mark.night
 def test_cancel_resume_and_delete_which_asks_first(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
@@ -570,6 +577,7 @@ def test_no_serious_fault_of_accessibility_and_nothing_wider_than_the_screen(
         assert page.evaluate("document.documentElement.scrollWidth") <= width, view
 
 
+@pytest.mark.night
 def test_an_accuracy_report_is_drawn_and_its_table_read(open_page: Callable[..., Any], service: Any) -> None:
     diagrams = draw_diagrams(METHODS, SCENES[:1])
     rows = stability_table([Extreme("ζ = 0.99, r = 2", Design(0.99, 2.0))])
@@ -595,6 +603,7 @@ def test_an_accuracy_report_is_drawn_and_its_table_read(open_page: Callable[...,
         kept.unlink()
 
 
+@pytest.mark.night
 def test_a_record_of_ones_own_is_put_up_and_a_bad_one_refused(
     open_page: Callable[..., Any], small_map: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -633,6 +642,7 @@ def _renewing(store: Store, study_id: str, owner: str) -> Iterator[None]:
     thread.join()
 
 
+@pytest.mark.night
 def test_a_study_that_compiles_says_so(
     own_service: Callable[..., Any], open_page: Callable[..., Any], tmp_path: Path
 ) -> None:

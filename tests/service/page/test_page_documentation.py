@@ -41,6 +41,7 @@ def test_every_help_link_leads_to_a_page_and_a_heading_that_are_there(site: Path
         assert not heading or f'id="{heading}"' in text, address
 
 
+@pytest.mark.night
 def test_the_page_leads_to_its_documentation_which_works_under_its_policy(
     own_service: Callable[..., Any], open_page: Callable[..., Any], site: Path
 ) -> None:

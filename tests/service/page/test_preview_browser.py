@@ -5,8 +5,11 @@ from collections.abc import Callable
 from typing import Any
 
 import httpx
+import pytest
 from playwright.sync_api import expect
 from tests.service.page.looking import serious, until
+
+pytestmark = pytest.mark.night
 
 DRAWN = """() => {
   const plots = [...document.querySelectorAll('.plot')];

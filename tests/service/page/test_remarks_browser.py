@@ -8,6 +8,8 @@ import pytest
 from playwright.sync_api import expect
 from tests.service.page.looking import serious
 
+pytestmark = pytest.mark.night
+
 COMMON = {"particle": False, "steady": {"max_cycles": 40}}
 
 

@@ -9,6 +9,8 @@ import pytest
 from playwright.sync_api import expect
 from tests.service.page.looking import serious
 
+pytestmark = pytest.mark.night
+
 
 @pytest.fixture(scope="module")
 def frictions(service: Any, helpers: Any) -> dict[str, Any]:

@@ -4,8 +4,11 @@ from collections.abc import Callable
 from typing import Any
 
 import httpx
+import pytest
 from playwright.sync_api import Page, expect
 from tests.service.page.looking import one_step, until
+
+pytestmark = pytest.mark.night
 
 SURVEY: dict[str, Any] = {
     "name": "survey of two",

@@ -16,6 +16,8 @@ from tests.service.page.looking import run_the_lines_of_python, serious, until
 
 from damperlab.studies.ground.builtin import builtin_ids
 
+pytestmark = pytest.mark.night
+
 KNOWN = """() => {
   const plot = document.querySelector(".plot");
   return plot?.data?.[0]?.customdata?.flat().filter((value) => value !== null).length ?? -1;

@@ -6,8 +6,11 @@ from typing import Any
 
 import httpx
 import numpy as np
+import pytest
 from playwright.sync_api import Page, expect
 from tests.service.page.looking import serious, until
+
+pytestmark = pytest.mark.night
 
 PIXELS = """(id) => {
   const canvas = document.querySelector(`[data-study="${id}"] canvas.thumbnail`);

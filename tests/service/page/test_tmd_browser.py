@@ -8,6 +8,8 @@ import pytest
 from playwright.sync_api import expect
 from tests.service.page.looking import until
 
+pytestmark = pytest.mark.night
+
 TRACES = """() => document.querySelector(".plot")?.data
   ?.map(({ name, x, y }) => ({ name, x: [...x], y: [...y] })) ?? []"""
 

@@ -41,6 +41,7 @@ def test_the_fine_optimum_lies_within_the_stated_flatness_or_the_grid_is_said_to
     assert resolved == ("does not resolve" not in best.attrs["note"])
 
 
+@pytest.mark.night
 def test_refining_finds_what_brute_force_finds_nearby_with_far_fewer_points(
     compared: tuple[dict[str, Any], xr.Dataset, xr.Dataset],
 ) -> None:

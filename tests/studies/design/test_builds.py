@@ -11,6 +11,7 @@ from damperlab.studies.design.score import score
 from damperlab.studies.design.search import FEW
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("seed", "drawn_alone_m"),
     [

@@ -116,6 +116,7 @@ def grid(
     return solved(study)[variable]
 
 
+@pytest.mark.night
 def test_the_recommended_damper_is_the_best_of_brute_force_within_its_error(damped) -> None:
     found, _ = damped
     truth = brute(DAMPED, np.geomspace(0.002, 0.012, 9), np.linspace(0.0, 60.0, 9))
@@ -185,6 +186,7 @@ def test_an_interrupted_design_ends_as_one_that_was_not(damped) -> None:
     assert answer_document(resumed) == answer_document(found)
 
 
+@pytest.mark.night
 def test_with_three_quantities_to_choose_it_ends_so_too() -> None:
     """Interrupted after every fifth of its studies, each time with what was done until then."""
     document = {name: value for name, value in DAMPED.items() if name != "particle_mass_kg"}

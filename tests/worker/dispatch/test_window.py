@@ -141,6 +141,7 @@ def test_data_that_cannot_be_written_stops_the_study_instead_of_failing_points(c
     window.close()
 
 
+@pytest.mark.night
 def test_block_that_never_ends_at_a_worker_goes_to_another(
     client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -240,6 +241,7 @@ def test_blocks_that_fail_everywhere_leave_no_worker_out(client: Client) -> None
     assert len(window.crew.usable) == 2
 
 
+@pytest.mark.night
 def test_suspects_run_side_by_side(tmp_path: Path) -> None:
     """Half of the workers are killed while each runs a block; the blocks are then computed at the same time."""
 
@@ -263,6 +265,7 @@ def test_suspects_run_side_by_side(tmp_path: Path) -> None:
     assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(2)]
 
 
+@pytest.mark.night
 def test_workers_told_to_leave_again_and_again_cost_no_block(tmp_path: Path) -> None:
     """A block whose worker is ended politely more often than a block may fail is still computed."""
 
@@ -318,6 +321,7 @@ def test_stopped_window_lets_running_blocks_finish_and_drops_the_rest(client: Cl
     assert len(begun) <= len(began) + 2
 
 
+@pytest.mark.night
 def test_grace_ends_for_blocks_that_take_longer(client: Client, tmp_path: Path) -> None:
     def task(index: int) -> BlockOutcome:
         (tmp_path / f"began-{index}").touch()

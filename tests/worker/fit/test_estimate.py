@@ -40,6 +40,7 @@ def refitted(
     return fit_response(make_question(measured, structure, fit, share=share))
 
 
+@pytest.mark.night
 def test_intervals_of_friction_and_damping_hold_the_truth_as_often_as_they_say() -> None:
     held = []
     for seed in range(SETS):
