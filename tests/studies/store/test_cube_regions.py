@@ -199,39 +199,34 @@ def test_blocks_done_after_the_cube_was_opened_stay_hidden(
     assert (store.cube(study_id)["status"] == 0).sum() == plan.block(0).points
 
 
-def test_a_region_is_on_the_disk_before_it_is_reported(
-    store, make_study, make_plan_of, values_of, monkeypatch
-):
+@pytest.fixture
+def synced(monkeypatch) -> set[int]:
+    """Files and folders that were synced, by number: a file is synced before it gets its name."""
+    found: set[int] = set()
+    real = os.fsync
+
+    def record(descriptor: int) -> None:
+        found.add(os.fstat(descriptor).st_ino)
+        real(descriptor)
+
+    monkeypatch.setattr(damperlab.studies.store.files.durable.os, "fsync", record)
+    return found
+
+
+def test_a_region_is_on_the_disk_before_it_is_reported(store, make_study, make_plan_of, values_of, synced):
     study = make_study()
     plan = make_plan_of(study)
     study_id = store.submit(study, plan, {})[0].id
     path = Path(store.cube_path(study_id))
-    synced: set[int] = set()  # by number: a file is synced before it gets its name
-    real = os.fsync
-
-    def record(descriptor: int) -> None:
-        synced.add(os.fstat(descriptor).st_ino)
-        real(descriptor)
-
-    monkeypatch.setattr(damperlab.studies.store.files.durable.os, "fsync", record)
+    synced.clear()
     before = set(path.rglob("*"))
     values = values_of(study, plan.block(2)) | {"floquet_multiplier": np.full(plan.block(2).shape, np.nan)}
     write_region(str(path), plan.block(2), values)
-    new = set(path.rglob("*")) - before
-    assert len(new) == 1
-    assert {file.stat().st_ino for file in new} <= synced
-    assert {chunk.parent.stat().st_ino for chunk in new} <= synced
+    (chunk,) = set(path.rglob("*")) - before
+    assert {chunk.stat().st_ino, chunk.parent.stat().st_ino} <= synced
 
 
-def test_a_new_cube_is_on_the_disk_before_its_record(store, make_study, make_plan_of, monkeypatch):
-    synced: set[int] = set()  # by number: a file is synced before it gets its name
-    real = os.fsync
-
-    def record(descriptor: int) -> None:
-        synced.add(os.fstat(descriptor).st_ino)
-        real(descriptor)
-
-    monkeypatch.setattr(damperlab.studies.store.files.durable.os, "fsync", record)
+def test_a_new_cube_is_on_the_disk_before_its_record(store, make_study, make_plan_of, synced):
     study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
     path = Path(store.cube_path(study_id))
     assert {made.stat().st_ino for made in (path, path.parent, *path.rglob("*"))} <= synced
