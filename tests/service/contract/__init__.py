@@ -51,7 +51,7 @@ def _operation(operation: dict[str, Any]) -> dict[str, Any]:
         for each in operation.get("parameters", ())
     ]
     responses = {
-        status: _given(_contents(each) | {"headers": dict.fromkeys(each.get("headers", {}), {})})
+        status: _given(_contents(each) | {"headers": {name: {} for name in each.get("headers", {})}})
         for status, each in operation["responses"].items()
         if status.startswith("2")
     }
