@@ -44,21 +44,7 @@ DEEDS_A_LOOK = 0.05
 
 
 class Campaign(Watching):
-    """One campaign.
-
-    Parameters
-    ----------
-    folder : Path
-        For data and logs.
-    seed : int
-        Of what is killed and when.
-    database : Database, optional
-        The PostgreSQL server; by default the catalogue is in SQLite.
-    objects : ObjectServer, optional
-        The S3 server; by default the cubes are in a folder.
-    rows : int
-        Size of the studies, in rows of 160 points.
-    """
+    """One campaign."""
 
     def __init__(
         self, folder: Path, seed: int, database: Database | None, objects: ObjectServer | None, rows: int
@@ -118,15 +104,7 @@ class Campaign(Watching):
         self._deeds = Deeds(folder, self._store, study_of, **secrets, **catalogue)
 
     def run(self, kills: int | Sequence[str], patience: float) -> Report:
-        """Kill so often, let every study end, and compare.
-
-        Parameters
-        ----------
-        kills : int or sequence of str
-            How many, or which, one after the other.
-        patience : float
-            How long the last studies may take after the last kill [s].
-        """
+        """Kill so often, or these, let the last studies end within `patience` seconds, and compare."""
         killed: Counter[str] = Counter()
         # a worker that is killed again and again before it has compiled would never get anywhere
         solve_block(study_of(0, 2), Block(0, (0,) * 6, (1, 1, 1, 1, 1, 2)))

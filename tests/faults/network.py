@@ -65,19 +65,7 @@ SCHEDULER_PORT, SERVICE_PORT = 8786, 8000
 
 
 class Campaign(Watching):
-    """One campaign.
-
-    Parameters
-    ----------
-    folder : Path
-        For data and logs.
-    found : list of Host
-        storage, scheduler, service, first, second, third, stranger; this process is on another one.
-    seed : int
-        Of the faults and when they come.
-    rows : int
-        Size of the studies, in rows of 160 points.
-    """
+    """One campaign."""
 
     def __init__(self, folder: Path, found: Sequence[Host], seed: int, rows: int) -> None:
         storage, scheduling, service, *working, stranger = found
@@ -157,15 +145,7 @@ class Campaign(Watching):
                 time.sleep(0.5)
 
     def run(self, faults: int | Sequence[str], patience: float) -> Report:
-        """Let so many faults happen, let every study end, and compare.
-
-        Parameters
-        ----------
-        faults : int or sequence of str
-            How many, or which of `FAULTS`, one after the other.
-        patience : float
-            How long the last studies may take after the last fault [s].
-        """
+        """Let so many faults happen, let every study end, and compare."""
         solve_block(study_of(0, 2), Block(0, (0,) * 6, (1, 1, 1, 1, 1, 2)))
         try:
             for fault in self._draw(faults) if isinstance(faults, int) else faults:

@@ -36,19 +36,7 @@ def study_of(number: int, rows: int) -> Study:
 
 
 class Watching:
-    """What campaigns have in common.
-
-    Parameters
-    ----------
-    store : Store
-        What is watched.
-    url : str
-        Of the service that studies are submitted to.
-    rows : int
-        Size of the studies, in rows of 160 points.
-    report : Report
-        Counts what is found.
-    """
+    """What campaigns have in common."""
 
     def __init__(self, store: Store, url: str, rows: int, report: Report) -> None:
         self._store, self._url, self._rows, self._report = store, url, rows, report
