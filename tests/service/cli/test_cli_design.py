@@ -142,11 +142,3 @@ def test_a_dry_run_refuses_a_budget_that_the_design_would_refuse(tmp_path: Path)
     assert "`budget_points` allows 100 points" in told
     assert "Give more points" in told
     assert run("design", path, "--data-dir", tmp_path / "data", status=2).stderr == told
-
-
-def test_a_dry_run_of_a_damper_that_is_given_says_that_it_is_assessed(tmp_path: Path) -> None:
-    path = tmp_path / "given.json"
-    given = {key: value for key, value in SPECIFICATION.items() if key != "choose"}
-    path.write_text(json.dumps(given | {"friction_force_n": 20.0}))
-    said = run("design", path, "--dry-run", "--data-dir", tmp_path / "data").stdout
-    assert "Nothing is to be chosen: the damper given is assessed." in said

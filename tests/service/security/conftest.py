@@ -4,14 +4,19 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import httpx
+import psutil
 import pytest
 
 PATIENCE_SECONDS = 300.0
+QUICK = {"frequency_ratio": 1.0, "clearance_ratio": 5, "friction_ratio": 0, "cycles": 3, "history": 0}
+ENDLESS = QUICK | {"clearance_ratio": 1e-6, "restitution": 0.9999, "mass_ratio": 0.5, "cycles": 100_000}
+"""Some 5·10⁹ impacts: many minutes on any machine."""
 
 
 def command(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -28,6 +33,17 @@ def make_key(data_dir: Path, owner: str, scope: str, *more: str) -> dict[str, An
     assert done.returncode == 0, done.stderr
     made: dict[str, Any] = json.loads(done.stdout)
     return made
+
+
+def computing(running: Any) -> list[psutil.Process]:
+    """Give the processes of a service that compute for requests."""
+    found = []
+    for each in psutil.Process(running.process.pid).children(recursive=True):
+        # one that ends at this moment computes no more
+        with suppress(psutil.NoSuchProcess):
+            if "anyio.to_process" in each.cmdline():
+                found.append(each)
+    return found
 
 
 @dataclass

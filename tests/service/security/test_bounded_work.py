@@ -11,23 +11,16 @@ import anyio
 import httpx
 import psutil
 import pytest
+from tests.service.security.conftest import ENDLESS, QUICK, computing
 
 from damperlab.service.work.turns import TooManyWaiting, Turns
 
 SIMULATE = "/api/v1/simulate"
-QUICK = {"frequency_ratio": 1.0, "clearance_ratio": 5, "friction_ratio": 0, "cycles": 1, "history": 0}
-ENDLESS = QUICK | {"clearance_ratio": 1e-6, "restitution": 0.9999, "mass_ratio": 0.5, "cycles": 100_000}
-"""Some 5·10⁹ impacts: many minutes on any machine."""
 LIMIT_SECONDS = 10
 
 
-def _computing(running: Any) -> list[psutil.Process]:
-    children = psutil.Process(running.process.pid).children(recursive=True)
-    return [each for each in children if "anyio.to_process" in each.cmdline()]
-
-
 def _busy(running: Any) -> list[int]:
-    return [each.pid for each in _computing(running) if each.cpu_percent(0.3) > 0]
+    return [each.pid for each in computing(running) if each.cpu_percent(0.3) > 0]
 
 
 def test_a_point_without_end_is_ended_and_keeps_nobody_waiting(
@@ -37,7 +30,7 @@ def test_a_point_without_end_is_ended_and_keeps_nobody_waiting(
     with httpx.Client(base_url=running.url, timeout=helpers.WORK_SECONDS) as client:
         assert client.post(SIMULATE, json=QUICK).status_code == 200
         # at its limit
-        (pid,) = [each.pid for each in _computing(running)]
+        (pid,) = [each.pid for each in computing(running)]
         answer = client.post(SIMULATE, json=ENDLESS)
         assert answer.status_code == 422
         problem = answer.json()
@@ -46,7 +39,7 @@ def test_a_point_without_end_is_ended_and_keeps_nobody_waiting(
         helpers.wait_until(lambda: not psutil.pid_exists(pid))
         # when its client leaves
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        (pid,) = [each.pid for each in _computing(running)]
+        (pid,) = [each.pid for each in computing(running)]
         with pytest.raises(httpx.ReadTimeout):
             httpx.post(f"{running.url}{SIMULATE}", json=ENDLESS, timeout=2)
         helpers.wait_until(lambda: not psutil.pid_exists(pid))
@@ -54,7 +47,7 @@ def test_a_point_without_end_is_ended_and_keeps_nobody_waiting(
         assert client.post(SIMULATE, json={"frequency_ratio": -1}).status_code == 422
         # when the service ends: the drain is 10 s, and nothing outlasts it
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        (pid,) = [each.pid for each in _computing(running)]
+        (pid,) = [each.pid for each in computing(running)]
         address = urlsplit(running.url)
         with socket.create_connection((address.hostname, address.port)) as connection:
             body = httpx.Request("POST", running.url, json=ENDLESS).content
@@ -72,7 +65,7 @@ def test_a_service_that_is_killed_leaves_nothing_that_computes(
     running = own_service()
     with httpx.Client(base_url=running.url, timeout=helpers.WORK_SECONDS) as client:
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-    (pid,) = [each.pid for each in _computing(running)]
+    (pid,) = [each.pid for each in computing(running)]
 
     def ask() -> None:
         with pytest.raises(httpx.HTTPError):
@@ -88,7 +81,7 @@ def test_a_service_that_is_killed_leaves_nothing_that_computes(
 
 def _suspended(running: Any) -> psutil.Process:
     """Hold the process that computes for requests, as if others had every processor."""
-    (idle,) = _computing(running)
+    (idle,) = computing(running)
     idle.suspend()
     return idle
 

@@ -1,13 +1,12 @@
 """Answers that are promised and fetched later: RFC 7240, ``Prefer: respond-async``."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 import httpx
-import psutil
 import pytest
 from starlette.datastructures import Headers
+from tests.service.security.conftest import ENDLESS, QUICK, computing
 
 from damperlab.service.client.client import Client
 from damperlab.service.client.faults import Unreachable
@@ -15,9 +14,6 @@ from damperlab.service.work.later import LONGEST_WAIT_SECONDS, WAIT_SECONDS, wai
 
 SIMULATE = "/api/v1/simulate"
 AT_ONCE = {"Prefer": "respond-async, wait=0"}
-QUICK = {"frequency_ratio": 1.0, "clearance_ratio": 5, "friction_ratio": 0, "cycles": 3, "history": 0}
-ENDLESS = QUICK | {"clearance_ratio": 1e-6, "restitution": 0.9999, "mass_ratio": 0.5, "cycles": 100_000}
-"""Some 5·10⁹ impacts: many minutes on any machine."""
 
 
 @pytest.mark.parametrize(
@@ -78,33 +74,23 @@ def test_promised_answer_is_the_answer(service: Any, client: httpx.Client, helpe
         assert found.state == straight.json()["state"]
 
 
-def _computing(running: Any) -> set[int]:
-    found = set()
-    for each in psutil.Process(running.process.pid).children(recursive=True):
-        # one that ends at this moment computes no more
-        with suppress(psutil.NoSuchProcess):
-            if "anyio.to_process" in each.cmdline():
-                found.add(each.pid)
-    return found
-
-
 def test_what_is_given_up_is_computed_no_longer(own_service: Callable[..., Any], helpers: Any) -> None:
     limit = 10
     running = own_service(DAMPERLAB_WORK_SECONDS=str(limit))
     with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
         # with kernels there, what is waited for is the point alone
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        before = _computing(running)
+        before = set(computing(running))
         promise = client.post(SIMULATE, json=ENDLESS, headers=AT_ONCE)
         assert promise.status_code == 202
         assert client.get(promise.headers["location"]).status_code == 202
         assert client.delete(promise.headers["location"]).status_code == 204
-        helpers.wait_until(lambda: not before & _computing(running))
+        helpers.wait_until(lambda: not before & set(computing(running)))
         gone = client.get(promise.headers["location"])
         assert (gone.status_code, gone.json()["type"]) == (404, "urn:damperlab:problem:no-such-answer")
         # a client that leaves before it is promised anything leaves nothing behind
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        before = _computing(running)
+        before = set(computing(running))
         with pytest.raises(httpx.ReadTimeout):
             httpx.post(
                 f"{running.url}{SIMULATE}",
@@ -112,15 +98,15 @@ def test_what_is_given_up_is_computed_no_longer(own_service: Callable[..., Any],
                 headers={"Prefer": "respond-async, wait=60"},
                 timeout=2,
             )
-        helpers.wait_until(lambda: not before & _computing(running))
+        helpers.wait_until(lambda: not before & set(computing(running)))
         # the client of Python gives up what it no longer waits for
         assert client.post(SIMULATE, json=QUICK).status_code == 200
-        before = _computing(running)
+        before = set(computing(running))
         with Client(running.url, timeout=4) as python:
             python._transport._http.headers.update(AT_ONCE)
             with pytest.raises(Unreachable, match="took longer than 4 s"):
                 python.simulate(**ENDLESS)  # type: ignore[arg-type]
-        helpers.wait_until(lambda: not before & _computing(running))
+        helpers.wait_until(lambda: not before & set(computing(running)))
         # the limit of one request holds for what is promised
         ended = _fetched(client, helpers, client.post(SIMULATE, json=ENDLESS, headers=AT_ONCE))
         assert (ended.status_code, ended.json()["type"]) == (422, "urn:damperlab:problem:work-limit")

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx
-import psutil
+from tests.service.security.conftest import computing
 
 from damperlab.service.edge.conditional import TAGGED_BYTES
 
@@ -27,11 +27,7 @@ def test_the_same_is_answered_apart(
         assert made["digest"] == curve["digest"]
         url = f"/api/v1/studies/{curve['id']}"
 
-        def processes() -> int:
-            children = psutil.Process(running.process.pid).children(recursive=True)
-            return sum("anyio.to_process" in each.cmdline() for each in children)
-
-        assert processes() == 0
+        assert computing(running) == []
         for question in (
             "frequency-response",
             "frequency-response?metric=nonsense",
@@ -49,7 +45,7 @@ def test_the_same_is_answered_apart(
                 one.pop(volatile, None), other.pop(volatile, None)
             if "work-precision" not in question:
                 assert other == one, question
-        assert processes() == 1
+        assert len(computing(running)) == 1
         first = apart.get(f"{url}/frequency-response")
         assert apart.get(f"{url}/frequency-response").content == first.content
         again = apart.get(f"{url}/frequency-response", headers={"If-None-Match": first.headers["etag"]})

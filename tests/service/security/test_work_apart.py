@@ -8,6 +8,7 @@ import httpx
 import psutil
 import pytest
 from fastapi.routing import APIRoute
+from tests.service.security.conftest import computing as processes_of
 
 from damperlab.service.app import create_app
 from damperlab.service.settings import Settings
@@ -107,18 +108,13 @@ def computing(own_service: Callable[..., Any], helpers: Any) -> Iterator[tuple[h
         yield client, running, f"/api/v1/studies/{study}"
 
 
-def _processes(running: Any) -> list[psutil.Process]:
-    children = psutil.Process(running.process.pid).children(recursive=True)
-    return [each for each in children if "anyio.to_process" in each.cmdline()]
-
-
 def test_what_a_study_is_asked_ends_with_its_client(
     computing: tuple[httpx.Client, Any, str], helpers: Any
 ) -> None:
     client, running, url = computing
     for method, question in QUESTIONS:
         assert client.request(method, f"{url}/{question}").status_code in (200, 422), question
-        (process,) = _processes(running)
+        (process,) = processes_of(running)
         process.suspend()  # as if it computed for ever
         with pytest.raises(httpx.ReadTimeout):
             # packed otherwise: what was answered before is kept
