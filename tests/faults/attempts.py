@@ -19,19 +19,7 @@ FOLDER = "CAMPAIGN_ATTEMPTS"
 
 @dataclass(frozen=True)
 class Attempt:
-    """One beginning of one block.
-
-    Parameters
-    ----------
-    digest : str
-        Of the study.
-    block : int
-        Its index.
-    generation : str
-        Names the attempt's files.
-    began : float
-        Seconds since 1970, by the clock of the one machine that all of a campaign's processes share.
-    """
+    """One beginning of one block, and when [s since 1970], by the clock that all processes of a campaign share."""
 
     digest: str
     block: int

@@ -24,18 +24,14 @@ from pathlib import Path
 
 from tests.faults.attempts import FOLDER, read_attempts
 from tests.faults.care import Care
-from tests.faults.compare import compare, run_again, unexpected_files
+from tests.faults.compare import run_again
 from tests.faults.deeds import Deeds
 from tests.faults.processes import Database, Member, ObjectServer, Process, Victim, dask, end_on_sigterm
 from tests.faults.report import Report
-from tests.faults.submitting import submit
+from tests.faults.watching import Watching, study_of
 from tests.ports import free_port
 
-from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block
-from damperlab.studies.store.care.sweep import collect_garbage
-from damperlab.studies.store.faults import StoreFault, StudyNotFound
-from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 
@@ -45,49 +41,15 @@ LOOK_SECONDS = 0.2
 """Between two looks at the done-marks."""
 DEEDS_A_LOOK = 0.05
 """How often, a look, what users ask of the stored studies is asked: at random, so that kills come before and after."""
-KILLS_WITHOUT_A_BLOCK = 6
-"""After so many the next one waits until a block is done."""
-TELL_SECONDS = 10.0
-"""Between two lines of progress."""
 
 
-def study_of(number: int, rows: int) -> Study:
-    """A study of some seconds and a few dozen blocks; no two numbers have a point in common."""
-    return parse_study(
-        {
-            "name": f"campaign {number}",
-            "particle": False,
-            "damping_ratio": 0.004 + 0.0007 * number,
-            "axes": {
-                "friction_ratio": {"start": 0.05, "stop": 0.75, "num": rows},
-                "frequency_ratio": {"start": 0.9, "stop": 1.1, "num": 160},
-            },
-        }
-    )
-
-
-class Campaign:
-    """One campaign.
-
-    Parameters
-    ----------
-    folder : Path
-        For data and logs.
-    seed : int
-        Of what is killed and when.
-    database : Database, optional
-        The PostgreSQL server; by default the catalogue is in SQLite.
-    objects : ObjectServer, optional
-        The S3 server; by default the cubes are in a folder.
-    rows : int
-        Size of the studies, in rows of 160 points.
-    """
+class Campaign(Watching):
+    """One campaign."""
 
     def __init__(
         self, folder: Path, seed: int, database: Database | None, objects: ObjectServer | None, rows: int
     ) -> None:
         self._folder = folder
-        self._rows = rows
         self._random = random.Random(seed)
         scheduler, self._port = free_port(), free_port()
         address = f"tcp://127.0.0.1:{scheduler}"
@@ -126,36 +88,23 @@ class Campaign:
             self._victims["database"] = [database]
         if objects:
             self._victims["store"] = [objects]
-        self._store = Store.open(
+        store = Store.open(
             folder / "data",
             database.address if database else None,
             # the catalogue remembers where the cubes are
             objects.address if objects else None,
         )
+        backend = f"{'PostgreSQL' if database else 'SQLite'}, {'S3' if objects else 'disk'}"
+        super().__init__(store, f"http://127.0.0.1:{self._port}", rows, Report(backend, seed))
         self._care = Care(folder, self._store, database.address if database else "", **secrets)
         self._victims["care"] = [self._care]
         self._victims["all"] = [each for kind in self._victims.values() for each in kind]
         # before anything is killed: what is asked of it is asked while that happens
         catalogue = {"DAMPERLAB_CATALOGUE": settings["DAMPERLAB_CATALOGUE"]} if database else {}
         self._deeds = Deeds(folder, self._store, study_of, **secrets, **catalogue)
-        self._marks: dict[str, dict[int, str]] = {}
-        self._studies: dict[str, Study] = {}
-        # nothing is killed before the first block is done
-        self._done, self._unrewarded = 0, KILLS_WITHOUT_A_BLOCK
-        backend = f"{'PostgreSQL' if database else 'SQLite'}, {'S3' if objects else 'disk'}"
-        self._report = Report(backend, seed)
-        self._began = self._told = time.monotonic()
 
     def run(self, kills: int | Sequence[str], patience: float) -> Report:
-        """Kill so often, let every study end, and compare.
-
-        Parameters
-        ----------
-        kills : int or sequence of str
-            How many, or which, one after the other.
-        patience : float
-            How long the last studies may take after the last kill [s].
-        """
+        """Kill so often, or these, let the last studies end within `patience` seconds, and compare."""
         killed: Counter[str] = Counter()
         # a worker that is killed again and again before it has compiled would never get anywhere
         solve_block(study_of(0, 2), Block(0, (0,) * 6, (1, 1, 1, 1, 1, 2)))
@@ -209,91 +158,13 @@ class Campaign:
                 return
             time.sleep(min(LOOK_SECONDS, left))
 
-    def _going_on(self) -> bool:
-        try:
-            # nothing is killed before there is something to lose
-            return any(record is None or not record.ended for record in self._records())
-        except StoreFault:
-            return True  # the database is starting
-
-    def _starving(self) -> bool:
-        """Whether a loaded machine needs a while without kills to get anything done at all."""
-        done = sum(map(len, self._marks.values()))
-        if done != self._done:
-            self._done, self._unrewarded = done, 0
-        return self._unrewarded >= KILLS_WITHOUT_A_BLOCK
-
-    def _records(self) -> Iterator[Record | None]:
-        for study_id in self._studies:
-            try:
-                yield self._store.find(study_id)
-            except StudyNotFound:
-                yield None
-
-    def _submit_if_idle(self) -> None:
-        """Submit the next study by HTTP, where the service is up to it; the key makes it one, however often it is sent."""
-        try:
-            if sum(record is not None and not record.ended for record in self._records()) >= 2:
-                return
-        except StoreFault:
-            return
-        number = len(self._studies)
-        study = study_of(number, self._rows)
-        study_id = submit(f"http://127.0.0.1:{self._port}", study, f"campaign-{number}", self._report)
-        if study_id is not None:
-            self._studies[study_id] = study
-
-    def _watch(self) -> None:
-        for study_id, study in self._studies.items():
-            before = self._marks.get(study_id, {})
-            try:
-                now = dict(self._store.snapshot(study_id)[1])
-            except StudyNotFound:
-                print(f"study {study_id} ({study.name}) is gone", file=sys.stderr)
-                now = {}
-            except StoreFault:
-                return  # the database is starting
-            self._report.looks += 1
-            for block, generation in before.items():
-                if now.get(block) != generation:
-                    found = "lost its mark" if block not in now else "was marked anew"
-                    print(f"block {block} of study {study_id} {found}", file=sys.stderr)
-                    self._report.marks_lost += block not in now
-                    self._report.blocks_run_twice += block in now
-            self._marks[study_id] = now
-
-    def _tell(self) -> None:
-        now = time.monotonic()
-        if now - self._told < TELL_SECONDS:
-            return
-        self._told = now
-        done = sum(map(len, self._marks.values()))
-        killed = sum(self._report.kills.values())
-        print(
-            f"{now - self._began:5.0f} s: {killed} kills, {len(self._studies)} studies, {done} blocks",
-            file=sys.stderr,
-            flush=True,
-        )
-
     def _finish(self) -> None:
         report = self._report
-        report.studies = len(self._studies)
         attempts = list(read_attempts(self._folder))
         report.attempts = len(attempts)
         self._care.tidy()
-        report.strays_before_gc = collect_garbage(self._store, -1.0, dry_run=True).paths
-        collect_garbage(self._store, -1.0)
-        report.strays_after_gc = unexpected_files(self._store)
-        for record, study in zip(self._records(), self._studies.values(), strict=True):
-            if record is None:
-                report.studies_lost += 1
-                continue
+        for record in self._compare():
             report.blocks_run_twice += run_again(self._store, record, attempts)
-            if (record.state, record.points_failed) != ("done", 0):
-                print(f"study {record.id} is {record.state}: {record.message}", file=sys.stderr)
-                report.studies_not_done += 1
-            else:
-                compare(self._store, record, study, report)
         self._deeds.check(report)
         self._care.check(report)
         report.seconds = round(time.monotonic() - self._began, 1)

@@ -32,19 +32,7 @@ _WRONG = re.compile(r"is damaged|met a defect")
 
 
 class Care(Process):
-    """The process that takes care of a campaign's store.
-
-    Parameters
-    ----------
-    folder : Path
-        For the backup and what it says.
-    store : Store
-        The store.
-    catalogue : str
-        Its address; empty for the file in the data folder.
-    environment : str
-        What it needs to find the store.
-    """
+    """The process that takes care of a campaign's store."""
 
     def __init__(self, folder: Path, store: Store, catalogue: str, **environment: str) -> None:
         self._store = store

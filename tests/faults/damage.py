@@ -42,15 +42,7 @@ CHUNK = (1, 1, 1, 2, 2, 3)
 
 @dataclass
 class Report:
-    """What became of the cases.
-
-    Parameters
-    ----------
-    outcomes : Counter
-        By kind of file and outcome.
-    defects : list of str
-        The cases that were silent, crashed or cost a file.
-    """
+    """What became of the cases."""
 
     outcomes: Counter[tuple[str, str]] = field(default_factory=Counter)
     defects: list[str] = field(default_factory=list)

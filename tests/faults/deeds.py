@@ -27,19 +27,7 @@ ROWS = 24
 
 
 class Deeds:
-    """Three studies that are there from the start, and what is asked of each until the service has answered it.
-
-    Parameters
-    ----------
-    folder : Path
-        For the other solver and what it is given.
-    store : Store
-        Where the studies are.
-    study_of : callable
-        Makes a study from a number and a number of rows.
-    environment : str
-        What the other solver's command needs to find the store.
-    """
+    """Three studies that are there from the start, and what is asked of each until the service has answered it."""
 
     def __init__(
         self, folder: Path, store: Store, study_of: Callable[[int, int], Study], **environment: str

@@ -21,15 +21,7 @@ class NoHosts(RuntimeError):
 
 @dataclass
 class Host:
-    """A namespace with an address of its own.
-
-    Parameters
-    ----------
-    name : str
-        Of the namespace.
-    address : str
-        Its IPv4 address.
-    """
+    """A namespace with an address of its own."""
 
     name: str
     address: str

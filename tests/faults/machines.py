@@ -16,15 +16,7 @@ DATABASE_PORT = 5432
 
 
 class PostgreSQL(Process):
-    """A PostgreSQL server that other hosts reach.
-
-    Parameters
-    ----------
-    folder : Path
-        Its data.
-    host : Host
-        Where it runs.
-    """
+    """A PostgreSQL server that other hosts reach."""
 
     def __init__(self, folder: Path, host: Host) -> None:
         made = Database(folder)
@@ -59,17 +51,7 @@ class PostgreSQL(Process):
 
 @dataclass
 class Machine:
-    """A host and what runs on it.
-
-    Parameters
-    ----------
-    host : Host
-        Where.
-    parts : dict of Process
-        By name; kept up.
-    plugged : bool
-        Whether its cable is in.
-    """
+    """A host and what runs on it."""
 
     host: Host
     parts: dict[str, Process]

@@ -21,19 +21,15 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from tests.faults.campaign import study_of
-from tests.faults.compare import compare, unexpected_files
 from tests.faults.hosts import Host, NoHosts, hosts
 from tests.faults.machines import Machine, PostgreSQL
 from tests.faults.processes import Member, ObjectServer, Process, end_on_sigterm
 from tests.faults.report import Report
-from tests.faults.submitting import submit
+from tests.faults.watching import Watching, study_of
 from tests.worker.dispatch.test_workers_judged import altered
 
-from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
-from damperlab.studies.store.care.sweep import collect_garbage
-from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.certificates import make_certificates
@@ -63,32 +59,17 @@ BETWEEN_SECONDS = 1.0, 8.0
 """From one fault to the next."""
 LOOK_SECONDS = 0.3
 """Between two looks at processes and done-marks."""
-FAULTS_WITHOUT_A_BLOCK = 6
-"""After so many the next one waits until a block is done."""
-TELL_SECONDS = 10.0
 _DEFECT = re.compile(r" (?:ERROR|CRITICAL) damperlab|met a defect")
 """In the service's log; Dask logs a scheduler that is lost with its own traceback."""
 SCHEDULER_PORT, SERVICE_PORT = 8786, 8000
 
 
-class Campaign:
-    """One campaign.
-
-    Parameters
-    ----------
-    folder : Path
-        For data and logs.
-    found : list of Host
-        storage, scheduler, service, first, second, third, stranger; this process is on another one.
-    seed : int
-        Of the faults and when they come.
-    rows : int
-        Size of the studies, in rows of 160 points.
-    """
+class Campaign(Watching):
+    """One campaign."""
 
     def __init__(self, folder: Path, found: Sequence[Host], seed: int, rows: int) -> None:
         storage, scheduling, service, *working, stranger = found
-        self._folder, self._rows, self._random = folder, rows, random.Random(seed)
+        self._folder, self._random = folder, random.Random(seed)
         self._stranger = stranger
         database = PostgreSQL(folder / "database", storage)
         objects = ObjectServer(folder / "objects", storage)
@@ -98,7 +79,6 @@ class Campaign:
         # the hosts are nobody else's, and what travels between them is read by nobody
         keys = objects.environment | {"AWS_ALLOW_HTTP": "true"}
         address = f"tls://{scheduling.address}:{SCHEDULER_PORT}"
-        self._url = f"http://{service.address}:{SERVICE_PORT}"
         files = (("ca-file", "ca"), ("cert", "cert"), ("key", "key"))
         self._worker = (sys.executable, "-m", "damperlab", "worker", address, "--leave-within", "20")
         python = (sys.executable, "-m")
@@ -149,13 +129,10 @@ class Campaign:
             server.keep_up()
         os.environ.update(keys)
         objects.wait()
-        self._store = self._opened(database.address, objects.address)
-        self._studies: dict[str, Study] = {}
-        self._marks: dict[str, dict[int, str]] = {}
-        self._done, self._unrewarded = 0, FAULTS_WITHOUT_A_BLOCK
+        store = self._opened(database.address, objects.address)
+        url = f"http://{service.address}:{SERVICE_PORT}"
+        super().__init__(store, url, rows, Report("PostgreSQL, S3, seven hosts", seed))
         self._drawn: Counter[str] = Counter()
-        self._report = Report("PostgreSQL, S3, seven hosts", seed)
-        self._began = self._told = time.monotonic()
 
     def _opened(self, catalogue: str, place: str) -> Store:
         give_up = time.monotonic() + 60.0
@@ -168,15 +145,7 @@ class Campaign:
                 time.sleep(0.5)
 
     def run(self, faults: int | Sequence[str], patience: float) -> Report:
-        """Let so many faults happen, let every study end, and compare.
-
-        Parameters
-        ----------
-        faults : int or sequence of str
-            How many, or which of `FAULTS`, one after the other.
-        patience : float
-            How long the last studies may take after the last fault [s].
-        """
+        """Let so many faults happen, let every study end, and compare."""
         solve_block(study_of(0, 2), Block(0, (0,) * 6, (1, 1, 1, 1, 1, 2)))
         try:
             for fault in self._draw(faults) if isinstance(faults, int) else faults:
@@ -262,78 +231,10 @@ class Campaign:
                 return
             time.sleep(min(LOOK_SECONDS, left))
 
-    def _going_on(self) -> bool:
-        try:
-            return any(not self._store.find(study_id).ended for study_id in self._studies)
-        except StoreFault:
-            return True
-
-    def _starving(self) -> bool:
-        """Whether a loaded machine needs a while without faults to get anything done at all."""
-        done = sum(map(len, self._marks.values()))
-        if done != self._done:
-            self._done, self._unrewarded = done, 0
-        return self._unrewarded >= FAULTS_WITHOUT_A_BLOCK
-
-    def _submit_if_idle(self) -> None:
-        """Submit the next study by HTTP, where the service is up to it; the key makes it one, however often it is sent."""
-        try:
-            if sum(not self._store.find(study_id).ended for study_id in self._studies) >= 2:
-                return
-        except StoreFault:
-            return
-        number = len(self._studies)
-        study = study_of(number, self._rows)
-        study_id = submit(self._url, study, f"network-{number}", self._report)
-        if study_id is not None:
-            self._studies[study_id] = study
-
-    def _watch(self) -> None:
-        for study_id, study in self._studies.items():
-            before = self._marks.get(study_id, {})
-            try:
-                now = dict(self._store.snapshot(study_id)[1])
-            except StudyNotFound:
-                print(f"study {study_id} ({study.name}) is gone", file=sys.stderr)
-                now = {}
-            except StoreFault:
-                return  # the database is away
-            self._report.looks += 1
-            for block, generation in before.items():
-                self._report.marks_lost += block not in now
-                self._report.blocks_run_twice += now.get(block, generation) != generation
-            self._marks[study_id] = now
-
-    def _tell(self) -> None:
-        now = time.monotonic()
-        if now - self._told >= TELL_SECONDS:
-            self._told = now
-            done = sum(map(len, self._marks.values()))
-            faults = sum(self._drawn.values())
-            print(
-                f"{now - self._began:5.0f} s: {faults} faults, {len(self._studies)} studies, {done} blocks",
-                file=sys.stderr,
-                flush=True,
-            )
-
     def _finish(self) -> None:
         report = self._report
-        report.studies = len(self._studies)
-        report.strays_before_gc = collect_garbage(self._store, -1.0, dry_run=True).paths
-        collect_garbage(self._store, -1.0)
-        report.strays_after_gc = unexpected_files(self._store)
-        for study_id, study in self._studies.items():
-            try:
-                record = self._store.find(study_id)
-            except StudyNotFound:
-                report.studies_lost += 1
-                continue
-            report.left_out += sum("is left out" in what for _, what in self._store.events(study_id))
-            if (record.state, record.points_failed) != ("done", 0):
-                print(f"study {record.id} is {record.state}: {record.message}", file=sys.stderr)
-                report.studies_not_done += 1
-            else:
-                compare(self._store, record, study, report)
+        for record in self._compare():
+            report.left_out += sum("is left out" in what for _, what in self._store.events(record.id))
         log = (self._folder / "service.log").read_text(errors="replace")
         report.false_alarms = len(_DEFECT.findall(log))
         report.seconds = round(time.monotonic() - self._began, 1)

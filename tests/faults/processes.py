@@ -27,17 +27,7 @@ class Victim(Protocol):
 
 
 class Process:
-    """A command.
-
-    Parameters
-    ----------
-    log : Path
-        Where all that it says is kept.
-    command : str
-        The program and its arguments.
-    environment : str
-        Added to this process's own.
-    """
+    """A command."""
 
     def __init__(self, log: Path, *command: str, **environment: str) -> None:
         self._log = log
@@ -82,13 +72,7 @@ class Member(Process):
 
 
 class Database:
-    """A PostgreSQL server of its own.
-
-    Parameters
-    ----------
-    folder : Path
-        Its data.
-    """
+    """A PostgreSQL server of its own."""
 
     def __init__(self, folder: Path) -> None:
         with warnings.catch_warnings():
@@ -118,15 +102,7 @@ class Database:
 
 
 class ObjectServer(Process):
-    """A server that speaks S3's protocol, SeaweedFS, with one bucket.
-
-    Parameters
-    ----------
-    folder : Path
-        Its data, and its log.
-    host : Host, optional
-        Where it runs; by default here, on the loopback interface.
-    """
+    """A server that speaks S3's protocol, SeaweedFS, with one bucket."""
 
     BUCKET = "campaign"
 

@@ -50,13 +50,7 @@ class Refused(Exception):
 
 
 def check_block(values: Mapping[str, np.ndarray]) -> float | None:
-    """Give the one token that all values of a block hold; None for a block that is not computed.
-
-    Parameters
-    ----------
-    values : mapping of ndarray
-        By variable, all of one block.
-    """
+    """Give the one token that all values of a block hold; None for a block that is not computed."""
     seen: set[float | None] = set()
     done: bool | None = None
     for name, column in values.items():
@@ -76,19 +70,7 @@ def check_block(values: Mapping[str, np.ndarray]) -> float | None:
 
 
 class Reader:
-    """What the readers have in common: where they look, and what is right.
-
-    Parameters
-    ----------
-    data_dir : Path
-        Of the store.
-    url : str
-        Of the service.
-    study_id : str
-        The study.
-    seed : int
-        Of what is read.
-    """
+    """What the readers have in common: where they look, and what is right."""
 
     def __init__(self, data_dir: Path, url: str, study_id: str, seed: int) -> None:
         self.store = Store.open(data_dir)
@@ -136,14 +118,8 @@ class Reader:
     ) -> None:
         """Read a box and look at every block in it.
 
-        Parameters
-        ----------
-        read : callable
-            Gives the values of a box by variable.
-        fills : bool
-            Whether blocks that are not done may read as not computed.
-        before : mapping, optional
-            What the reader was promised when it opened the cube; it must see that and nothing newer.
+        What was opened earlier must show what it was promised `before`, and nothing newer. Blocks that are not done may read as
+        not computed where it `fills`.
         """
         box = self.a_box()
         began = self.moment() if before is None else ()
@@ -331,13 +307,7 @@ def _honest(error: BaseException) -> str | None:
 
 
 def read_on(reader: Reader, reads: int, stop: Path) -> dict[str, Any]:
-    """Read until so many slices were seen, or somebody says that it is enough.
-
-    Returns
-    -------
-    dict
-        ``reads`` that were checked and right, ``refused`` by reason, ``wrong`` in words.
-    """
+    """Read until so many slices were seen, or somebody says that it is enough."""
     done, refused, wrong = 0, Counter[str](), []
     while done < reads and not stop.exists():
         try:

@@ -68,17 +68,7 @@ class Reading:
 
 
 class Writer:
-    """Changes the study in every way that there is.
-
-    Parameters
-    ----------
-    store : Store
-        Where the study is.
-    url : str
-        Of the service, which computes what is missing.
-    seed : int
-        Of what is done.
-    """
+    """Changes the study in every way that there is."""
 
     def __init__(self, store: Store, url: str, seed: int) -> None:
         self._store = store
@@ -152,17 +142,7 @@ class Writer:
 
 
 def run_reading(reads: int, seed: int, patience: float) -> Reading:
-    """Read so many slices in all, each kind of reader its share.
-
-    Parameters
-    ----------
-    reads : int
-        Slices that are read and checked.
-    seed : int
-        Of what is read and written.
-    patience : float
-        The longest that it may take [s]; what was read until then is what counts.
-    """
+    """Read so many slices in all, each kind of reader its share."""
     folder = Path(tempfile.mkdtemp(prefix="damperlab-reading-"))
     scheduler, port = free_port(), free_port()
     address, url = f"tcp://127.0.0.1:{scheduler}", f"http://127.0.0.1:{port}"

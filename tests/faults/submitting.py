@@ -11,24 +11,7 @@ from damperlab.studies.definition import Study
 
 
 def submit(url: str, study: Study, key: str, report: Report) -> str | None:
-    """Submit a study by HTTP, where the service is up to it; the key makes it one, however often it is sent.
-
-    Parameters
-    ----------
-    url : str
-        Of the service.
-    study : Study
-        What to submit.
-    key : str
-        Its idempotency key.
-    report : Report
-        Counts a service that is away, and an answer that is a defect.
-
-    Returns
-    -------
-    str or None
-        The id of the study; None where the service did not take it.
-    """
+    """Submit a study by HTTP; the key makes it one, however often it is sent. None where the service did not take it."""
     request = urllib.request.Request(
         f"{url}/api/v1/studies",
         json.dumps(study.document()).encode(),

@@ -42,18 +42,6 @@ def asked(table: str, **changes: Any) -> dict[str, Any]:
     return whole | changes
 
 
-PLANNED = {
-    "structure": {"mass_kg": 1.7, "natural_frequency_hz": 2.5, "damping_ratio": 0.02},
-    "excitation": {"base_amplitude_m": 0.001, "frequency_hz": {"start": 2, "stop": 3}},
-    "choose": {"clearance_m": {"start": 0.002, "stop": 0.03}},
-    "friction_force_n": 0.1,
-    "particle_mass_kg": 0.16,
-    "restitution": 0.5,
-    "limits": {"cavity_length_m": 0.05},
-}
-"""A design before anything was measured."""
-
-
 def test_every_door_gives_the_same_fit_and_it_holds_the_truth(
     client: httpx.Client, service: Any, table: str, tmp_path: Path
 ) -> None:
@@ -85,65 +73,6 @@ def test_every_door_gives_the_same_fit_and_it_holds_the_truth(
 def test_a_dry_run_says_whether_kernels_are_there(client: httpx.Client, table: str) -> None:
     answer = client.post(FITS, json=asked(table), params={"dry_run": True}).raise_for_status().json()
     assert answer["phase"] in ("ready", "compiling")
-
-
-@pytest.mark.night
-def test_an_answer_carries_a_specification_that_a_service_takes(
-    client: httpx.Client, service: Any, table: str, tmp_path: Path
-) -> None:
-    with Client(service.url) as mine:
-        anew = mine.fit(table, {"damping_ratio": (0.01, 0.2)}, STRUCTURE, deviation=0.01)
-        assert anew["specification"]["structure"]["damping_ratio"] == pytest.approx(
-            anew["parameters"]["damping_ratio"]["value"], rel=1e-5
-        )
-        assert "It is in ratios: `mass_kg` would make it one in metres" in " ".join(
-            anew["specification_words"]
-        )
-        (tmp_path / "planned.json").write_text(json.dumps(PLANNED))
-        for planned in (PLANNED, tmp_path / "planned.json", f"\n{json.dumps(PLANNED)}"):
-            corrected = mine.fit(
-                table, {"damping_ratio": (0.01, 0.2)}, STRUCTURE, deviation=0.01, specification=planned
-            )["specification"]
-            assert corrected["limits"] == PLANNED["limits"]
-            assert corrected["friction_force_n"] == 0.0
-            assert corrected["structure"] == {
-                "mass_kg": 1.7,
-                "natural_frequency_hz": 2.5,
-                "damping_ratio": anew["specification"]["structure"]["damping_ratio"],
-            }
-        with pytest.raises(Refused, match=r"missing\.yaml"):
-            mine.fit(table, ["damping_ratio"], STRUCTURE, specification="missing.yaml")
-    for written in (anew["specification"], corrected):
-        answer = client.post("/api/v1/designs", json=written, params={"dry_run": True})
-        assert answer.status_code == 200, answer.text
-        assert answer.json()["budget_points"] > 0
-
-
-@pytest.mark.parametrize(
-    ("changes", "fields"),
-    [
-        ({"measured": None}, {"measured"}),
-        ({"measured": 3, "fits": {}}, {"measured", "fits"}),
-        ({"fit": ["damping_ratio"]}, {"fit"}),
-        ({"fit": {"damping_ratio": 3}}, {"fit.damping_ratio"}),
-        ({"fit": {"damping_ratio": [0.2, 0.1]}}, {"fit.damping_ratio"}),
-        ({"fit": {"damping_ratio": [0.01, 5]}}, {"fit.damping_ratio"}),
-        ({"fit": {"damping": [0.01, 0.1]}}, {"fit.damping"}),
-        ({"structure": 3, "seed": -1}, {"structure", "seed"}),
-        ({"confidence": 2, "deviation": 0, "name": ""}, {"confidence", "deviation", "name"}),
-        ({"specification": 3, "fit": []}, {"specification", "fit"}),
-        (
-            {"specification": PLANNED | {"restitution": 2}, "seed": -1},
-            {"specification.restitution", "seed"},
-        ),
-    ],
-)
-def test_every_fault_is_named(
-    client: httpx.Client, table: str, changes: dict[str, Any], fields: set[str]
-) -> None:
-    answer = client.post(FITS, json=asked(table, **changes))
-    assert answer.status_code == 422
-    assert fields <= {fault["field"] for fault in answer.json()["errors"]}
 
 
 def test_a_time_history_is_fitted_and_one_without_a_predictable_stretch_is_refused(

@@ -1,12 +1,10 @@
 """No request, however malformed, gets a 500: random requests over real sockets."""
 
 import json
-import socket
 from typing import Any
-from urllib.parse import quote, urlsplit
+from urllib.parse import quote
 
 import httpx
-import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -139,39 +137,3 @@ def test_any_question(
     }
     text = "&".join(f"{name}={value}" for name, value in pairs.items())
     _as_it_should_be(client.get(f"/api/v1/studies/{curve['id']}/{query}?{text}"))
-
-
-@pytest.mark.parametrize(
-    "request_bytes",
-    [
-        b"GET / HTTP/1.1\r\n\r\n",
-        b"GET /%ff%fe/%00 HTTP/1.1\r\nHost: a\r\n\r\n",
-        b"GET /api/v1/studies?name=%ff%00 HTTP/1.1\r\nHost: a\r\n\r\n",
-        b"GET /\xff\xfe HTTP/1.1\r\nHost: a\r\n\r\n",
-        b"GET /api/v1/studies/a/events HTTP/1.1\r\nHost: a\r\nLast-Event-ID: \xff\r\n\r\n",
-        b"POST /api/v1/studies HTTP/1.1\r\nHost: a\r\nContent-Length: -1\r\n\r\n",
-        b"POST /api/v1/studies HTTP/1.1\r\nHost: a\r\nContent-Length: " + b"9" * 30 + b"\r\n\r\n",
-        b"POST /api/v1/studies HTTP/1.1\r\nHost: a\r\nContent-Type: \xff\xfe; =;\r\nContent-Length: 2\r\n\r\n{}",
-        b"POST /api/v1/simulate HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n",
-        b"GET / HTTP/1.1\r\nHost: [\r\n\r\n",
-        b"GET http://[/ HTTP/1.1\r\nHost: a\r\n\r\n",
-        b"GET / HTTP/1.1\r\nHost: a\r\nX: " + b"a" * 100_000 + b"\r\n\r\n",
-        b"\x00\x01\x02\r\n\r\n",
-        b"GET / HTTP/1.1\r\nHost: a\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n\r\n",
-    ],
-)
-def test_any_bytes_on_the_wire(service: Any, client: httpx.Client, request_bytes: bytes) -> None:
-    address = urlsplit(service.url)
-    answer = b""
-    with socket.create_connection((address.hostname, address.port), timeout=20) as connection:
-        connection.sendall(request_bytes)
-        connection.shutdown(socket.SHUT_WR)
-        try:
-            while part := connection.recv(65536):
-                answer += part
-        except ConnectionResetError:
-            pass
-    status = answer[:12].partition(b" ")[2]
-    # Where the protocol itself is broken the connection may close without a word.
-    assert not answer or 200 <= int(status) < 500, answer
-    assert client.get("/health/live").status_code == 200

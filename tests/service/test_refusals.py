@@ -76,7 +76,7 @@ def test_body_over_the_limit_announced_or_not(client: httpx.Client, path: str) -
     _problem(client.post(path, content=b" " * LIMIT, headers=headers), 422)
 
 
-@pytest.mark.parametrize("path", [STUDIES, "/api/v1/simulate"])
+@pytest.mark.parametrize("path", [STUDIES, "/api/v1/simulate", "/api/v1/earthquake-comparisons"])
 @pytest.mark.parametrize(
     "body",
     [
@@ -94,10 +94,14 @@ def test_body_over_the_limit_announced_or_not(client: httpx.Client, path: str) -
         b'{"cycles": ' + b"9" * 10_000 + b"}",
         b'{"\\ud800": "\\udfff"}',
         b'{"name": "\\u0000"}',
+        b'{"frequency_ratio": true}',
+        b'{"frequency_ratio": 1e400}',
+        b'{"__proto__": {"admin": true}, "frequency_ratio": 1}',
     ],
 )
 def test_body_that_is_no_request(client: httpx.Client, path: str, body: bytes) -> None:
     answer = client.post(path, content=body, headers={"content-type": "application/json"})
+    assert len(answer.content) < 20_000
     for fault in _problem(answer, 422)["errors"]:  # type: ignore[attr-defined]
         assert all(fault[key] for key in ("field", "found", "allowed", "advice"))
 
@@ -181,3 +185,186 @@ def test_a_parameter_is_refused_with_what_was_found_and_what_is_allowed(
     (fault,) = client.get(f"{STUDIES}?{query}").json()["errors"]
     assert (fault["field"], fault["found"], fault["allowed"]) == (query.partition("=")[0], found, allowed)
     assert fault["message"] == f"`{fault['field']}` must be {allowed}, not {found}."
+
+
+OF_CURVES = [
+    ("resonance-map?x=frequency_ratio", "y"),
+    ("resonance-map?x=foo&y=frequency_ratio", "x"),
+    ("resonance-map?x=frequency_ratio&y=frequency_ratio", "y"),
+    ("resonance-map?x=frequency_ratio&y=damping_ratio&reduce=max", "reduce"),
+    ("resonance-map?x=frequency_ratio&y=clearance_m", "y"),
+    ("resonance-map?x=friction_ratio&y=damping_ratio&interpolate=true&over=frequency_ratio", "interpolate"),
+    ("resonance-map?x=friction_ratio&y=mass_ratio&record=loma-prieta", "record"),
+    ("frequency-response?metric=beauty", "metric"),
+    ("frequency-response?metric=growth", "metric"),
+    ("frequency-response?metric=", "metric"),
+    ("frequency-response?damping_ratio=nan", "damping_ratio"),
+    ("frequency-response?damping_ratio=1e999", "damping_ratio"),
+    ("frequency-response?dampingratio=1", "dampingratio"),
+    ("frequency-response?frequency_ratio=1", "frequency_ratio"),
+    ("optimal-designs?objective=", "objective"),
+    ("optimal-designs?frequency_ratio=0.9,1.1", "frequency_ratio"),
+    ("optimal-designs?band=2,1", "band"),
+    ("optimal-designs?band=0.9", "band"),
+    ("optimal-designs?band=nan,nan", "band"),
+    ("optimal-designs?top=0", "top"),
+    ("optimal-designs?objective=peak&band=7,8", "band"),
+    ("optimal-designs?stick_fraction=0.5,0", "stick_fraction"),
+    ("optimal-designs?scale=1,2", "scale"),
+    ("optimal-designs?pareto=amplitude", "pareto"),
+    ("optimal-designs?pareto=amplitude,beauty", "pareto"),
+    ("optimal-designs?pareto=amplitude,mass&with=abc", "with"),
+    ("tmd-comparison?frequency_ratio=1", "frequency_ratio"),
+    ("tmd-comparison?clearance=3&mass_ratio=0.1", "clearance"),
+    ("tmd-comparison", "mass_ratio"),
+    ("tmd-comparison?mass_ratio=0", "mass_ratio"),
+    ("tmd-comparison?mass_ratio=0.1&criterion=best", "criterion"),
+    ("tmd-comparison?mass_ratio=0.1&detuning=-2", "detuning"),
+    ("tmd-comparison?mass_ratio=0.1&excitation=wind", "excitation"),
+    ("robust-designs", "amplitudes"),
+    ("robust-designs?amplitudes=2,1", "amplitudes"),
+    ("robust-designs?amplitudes=0,1", "amplitudes"),
+    ("robust-designs?amplitudes=0.5,2&friction=1,2", "friction"),
+    ("robust-designs?amplitudes=0.5,2&friction_ratio=7,8", "friction_ratio"),
+    ("work-precision?metric=status", "metric"),
+    ("export?format=docx", "format"),
+    ("POST race?confidence=1", "confidence"),
+    ("POST refine-boundary?along=frequency_ratio", "boundary"),
+]
+OF_SUITES = [
+    ("frequency-response", "study"),
+    ("tmd-comparison", "study"),
+    ("work-precision", "study"),
+    ("robust-designs?amplitudes=0.5,2", "study"),
+    ("POST refine", "study"),
+    ("POST refine-boundary?along=clearance_m", "study"),
+    ("resonance-map?x=record&y=scale", "x"),
+    ("resonance-map?x=clearance_ratio&y=scale", "x"),
+    ("resonance-map?x=clearance_m&y=scale&record=loma-prieta", "record"),
+    ("resonance-map?x=clearance_m&y=scale&metric=amplitude_ratio", "metric"),
+    ("resonance-map?x=clearance_m&y=scale&interpolate=true", "interpolate"),
+    ("resonance-map?x=clearance_m&y=scale&frequency_ratio=1", "frequency_ratio"),
+    ("optimal-designs?objective=peak", "objective"),
+    ("optimal-designs?record=nowhere", "record"),
+    ("optimal-designs?clearance_m=5,6", "clearance_m"),
+    ("optimal-designs?metric=status", "metric"),
+]
+
+
+@pytest.mark.parametrize(
+    ("kind", "query", "field"),
+    [("curve", *each) for each in OF_CURVES] + [("suite", *each) for each in OF_SUITES],
+)
+def test_a_question_that_cannot_be_asked_names_its_parameter(
+    client: httpx.Client, curve: dict[str, Any], suite: dict[str, Any], kind: str, query: str, field: str
+) -> None:
+    method, _, question = query.rpartition(" ")
+    study = curve if kind == "curve" else suite
+    answer = client.request(method or "GET", f"{STUDIES}/{study['id']}/{question}")
+    faults: Any = _problem(answer, 422)["errors"]
+    assert all(fault[key] for fault in faults for key in ("found", "allowed", "advice"))
+    if field == "study":
+        assert "a ground-motion suite" in faults[0]["found"]
+    else:
+        assert field in {fault["field"] for fault in faults}
+
+
+PLANNED = {
+    "structure": {"mass_kg": 1.7, "natural_frequency_hz": 2.5, "damping_ratio": 0.02},
+    "excitation": {"base_amplitude_m": 0.001, "frequency_hz": {"start": 2, "stop": 3}},
+    "choose": {"clearance_m": {"start": 0.002, "stop": 0.03}},
+    "friction_force_n": 0.1,
+    "particle_mass_kg": 0.16,
+    "restitution": 0.5,
+    "limits": {"cavity_length_m": 0.05},
+}
+FIT: dict[str, Any] = {
+    "measured": "frequency (Hz), amplitude (mm)\n2.4, 5\n2.5, 15\n2.6, 5\n",
+    "structure": {
+        "particle": False,
+        "axes": {"friction_ratio": 0},
+        "physical": {"natural_frequency_hz": 2.5, "base_amplitude_m": 0.0015},
+    },
+    "fit": {"damping_ratio": [0.01, 0.2]},
+    "deviation": 0.01,
+}
+SWEEP = {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.1, "base_amplitude_m": 0.001}
+BODIES: list[tuple[str, Any, set[str]]] = [
+    ("studies", {"damping_ratio": -1, "axes": {"frequency_ratio": [], "restitution": 2}, "colour": "red"},
+     {"damping_ratio", "axes.frequency_ratio", "axes.restitution", "axes.clearance_ratio", "colour"}),
+    ("simulate", {"frequency_ratio": 0, "restitution": "high", "cycles": -1, "history": 1e9, "clearence_ratio": 3},
+     {"frequency_ratio", "restitution", "cycles", "history", "clearence_ratio", "clearance_ratio"}),
+    ("designs", PLANNED | {"restitution": 2, "measure": "noise", "budget_points": 3, "nonsense": 1},
+     {"restitution", "measure", "budget_points", "nonsense"}),
+    ("designs", PLANNED | {"budget_points": 100}, {"budget_points"}),
+    ("earthquake-comparisons", {"record": "nowhere"}, {"record"}),
+    ("earthquake-comparisons", {"record": 7}, {"record"}),
+    ("earthquake-comparisons", {"record": {"kanai_tajimi": {"seed": "x"}}}, {"kanai_tajimi.seed"}),
+    ("earthquake-comparisons", {"record": {"sweep": SWEEP | {"stop_hz": 2}}}, {"sweep.stop_hz"}),
+    ("earthquake-comparisons", {"record": {"kanai_tajimi": {"seed": 1}, "sweep": SWEEP}}, {"record"}),
+    ("earthquake-comparisons", {"clearance_m": -1}, {"clearance_m"}),
+    ("earthquake-comparisons", {"tmd_criterion": "best"}, {"tmd_criterion"}),
+    ("earthquake-comparisons", {"tmd_criterion": "h2", "tmd_mass_kg": 3.3}, {"tmd_mass_kg"}),
+    ("earthquake-comparisons", {"cases": []}, {"cases"}),
+    ("earthquake-comparisons", {"gap": 1}, {"gap"}),
+    ("earthquake-comparisons", {"natural_frequency_hz": 1000, "starts": 256}, {"starts"}),
+    ("earthquake-comparisons", {"contact": {"model": "compliant", "contact_time": 0.003}, "restitution": 0}, {"restitution"}),
+    ("earthquake-comparisons", [1, 2], {"body"}),
+    ("fits", FIT | {"measured": None}, {"measured"}),
+    ("fits", FIT | {"measured": 3, "fits": {}}, {"measured", "fits"}),
+    ("fits", FIT | {"fit": ["damping_ratio"]}, {"fit"}),
+    ("fits", FIT | {"fit": {"damping_ratio": 3}}, {"fit.damping_ratio"}),
+    ("fits", FIT | {"fit": {"damping_ratio": [0.2, 0.1]}}, {"fit.damping_ratio"}),
+    ("fits", FIT | {"fit": {"damping_ratio": [0.01, 5]}}, {"fit.damping_ratio"}),
+    ("fits", FIT | {"fit": {"damping": [0.01, 0.1]}}, {"fit.damping"}),
+    ("fits", FIT | {"structure": 3, "seed": -1}, {"structure", "seed"}),
+    ("fits", FIT | {"confidence": 2, "deviation": 0, "name": ""}, {"confidence", "deviation", "name"}),
+    ("fits", FIT | {"specification": 3, "fit": []}, {"specification", "fit"}),
+    ("fits", FIT | {"specification": PLANNED | {"restitution": 2}, "seed": -1}, {"specification.restitution", "seed"}),
+    ("PATCH", {"tags": ["A b"]}, {"tags"}),
+    ("PATCH", {"tagz": []}, {"tagz"}),
+    ("PATCH", {}, {"remarks"}),
+    ("PATCH", [], {"remarks"}),
+    ("PATCH", {"note": "n" * 4001}, {"note"}),
+]  # fmt: skip
+"""A body for a route, or for the study itself."""
+
+
+@pytest.mark.parametrize(("route", "body", "fields"), BODIES)
+def test_every_fault_of_a_body_is_named_and_nothing_is_stored(
+    client: httpx.Client, curve: dict[str, Any], route: str, body: Any, fields: set[str]
+) -> None:
+    method, path = ("PATCH", f"{STUDIES}/{curve['id']}") if route == "PATCH" else ("POST", f"/api/v1/{route}")
+    before = client.get(STUDIES, params={"limit": 200}).json()["studies"]
+    faults: Any = _problem(client.request(method, path, json=body), 422)["errors"]
+    assert fields <= {fault["field"] for fault in faults}
+    assert all(fault[key] for fault in faults for key in ("field", "found", "allowed", "advice"))
+    assert client.get(STUDIES, params={"limit": 200}).json()["studies"] == before
+
+
+@pytest.mark.parametrize(
+    ("query", "field"),
+    [
+        ("tag=A", "tag"),
+        ("axis=gap", "axis"),
+        ("from=1", "from"),
+        ("axis=clearance_ratio&from=2&to=1", "to"),
+    ],
+)
+def test_a_list_that_cannot_be_asked_for_names_its_parameter(
+    client: httpx.Client, query: str, field: str
+) -> None:
+    errors: Any = _problem(client.get(f"{STUDIES}?{query}"), 422)["errors"]
+    assert errors[0]["field"] == field
+
+
+def test_a_study_beside_another_that_does_not_fit_or_is_not_there_is_refused(
+    client: httpx.Client, curve: dict[str, Any], helpers: Any
+) -> None:
+    other = helpers.CURVE | {"axes": {"friction_ratio": 0, "frequency_ratio": [0.5, 1.0]}}
+    made = client.post(STUDIES, json=other).raise_for_status().json()
+    helpers.wait_for(client, made["id"], helpers.ended)
+    url = f"{STUDIES}/{curve['id']}/frequency-response"
+    errors: Any = _problem(client.get(url, params={"with": made["id"]}), 422)["errors"]
+    assert errors[0]["field"] == "with"
+    _problem(client.get(url, params={"with": "0123456789ab"}), 404)

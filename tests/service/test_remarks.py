@@ -36,39 +36,6 @@ def test_a_study_is_tagged_and_found(client: httpx.Client, made: dict[str, Any])
     assert client.patch(url, json={"tags": []}).json()["note"] == "Shaker, May."
 
 
-@pytest.mark.parametrize(
-    ("body", "status", "field"),
-    [
-        ({"tags": ["A b"]}, 422, "tags"),
-        ({"tagz": []}, 422, "tagz"),
-        ({}, 422, "remarks"),
-        ([], 422, "remarks"),
-        ({"note": "n" * 4001}, 422, "note"),
-    ],
-)
-def test_faults_are_named(
-    client: httpx.Client, made: dict[str, Any], body: Any, status: int, field: str
-) -> None:
-    answer = client.patch(f"/api/v1/studies/{made['id']}", json=body)
-    assert (answer.status_code, answer.json()["errors"][0]["field"]) == (status, field)
-
-
-@pytest.mark.parametrize(
-    ("query", "field"),
-    [
-        ({"tag": "A"}, "tag"),
-        ({"axis": "gap"}, "axis"),
-        ({"from": 1}, "from"),
-        ({"axis": "clearance_ratio", "from": 2, "to": 1}, "to"),
-    ],
-)
-def test_a_list_that_cannot_be_asked_for_is_refused(
-    client: httpx.Client, query: dict[str, Any], field: str
-) -> None:
-    answer = client.get("/api/v1/studies", params=query)
-    assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, field)
-
-
 def test_only_a_whole_id_is_remarked(client: httpx.Client, made: dict[str, Any]) -> None:
     assert client.patch(f"/api/v1/studies/{made['id'][:6]}", json={"note": "n"}).status_code == 404
     assert (

@@ -64,26 +64,6 @@ def test_dry_run_of_a_study_of_ten_million_points_holds_no_list_of_them(client: 
     assert answer.json()["points"] == 10_000_000
 
 
-def test_every_fault_of_a_study_is_named_and_nothing_is_stored(client: httpx.Client) -> None:
-    before = _count(client)
-    study = {"damping_ratio": -1, "axes": {"frequency_ratio": [], "restitution": 2}, "colour": "red"}
-    answer = client.post(STUDIES, json=study)
-    assert answer.status_code == 422
-    assert answer.headers["content-type"] == "application/problem+json"
-    problem = answer.json()
-    named = {fault["field"] for fault in problem["errors"]}
-    assert {
-        "damping_ratio",
-        "axes.frequency_ratio",
-        "axes.restitution",
-        "axes.clearance_ratio",
-        "colour",
-    } <= named
-    for fault in problem["errors"]:
-        assert all(fault[key] for key in ("field", "found", "allowed", "advice"))
-    assert _count(client) == before
-
-
 @pytest.mark.parametrize(
     ("kind", "text", "place"),
     [

@@ -1,17 +1,10 @@
 """Ground-motion suites over HTTP: a study like any other, from its submission to its cube on another machine."""
 
-import io
-from pathlib import Path
 from typing import Any
 
 import httpx
 import numpy as np
-import pytest
 import xarray as xr
-
-from damperlab.studies.ground.builtin import builtin_record
-from damperlab.worker.ground.design import Damper, Structure
-from damperlab.worker.ground.response import ground_response
 
 STUDIES = "/api/v1/studies"
 COLUMNS = "time (s), acceleration (g)\n" + "".join(f"{0.02 * i:.2f}, {(-1) ** i * 0.1}\n" for i in range(60))
@@ -33,50 +26,6 @@ def test_it_is_kept_once_and_says_what_it_is(client: httpx.Client, suite: dict[s
     assert "event: end" in client.get(f"{STUDIES}/{suite['id']}/events").text
     axes = client.get(f"{STUDIES}/{suite['id']}/axes").json()["axes"]
     assert axes["record"] == ["northridge-090", "northridge-360"]
-
-
-def test_its_cube_is_the_single_runs_bit_for_bit(service: Any, suite: dict[str, Any]) -> None:
-    cube = xr.open_zarr(f"{service.url}{STUDIES}/{suite['id']}/zarr", chunks=None).load()
-    assert cube[PEAK].dims == tuple(suite["dimensions"])
-    assert cube[PEAK].attrs["units"] == "m"
-    assert list(cube["record"].values) == ["northridge-090", "northridge-360"]
-    for record in cube["record"].values.tolist():
-        for scale in cube["scale"].values:
-            for clearance in cube["clearance_m"].values:
-                one = cube.sel(
-                    record=record, scale=scale, clearance_m=clearance, friction_force_n=0.2
-                ).squeeze()
-                damper = Damper(0.2, 0.1605, float(clearance))
-                alone = ground_response(Structure(), damper, builtin_record(record), float(scale))
-                for name, value in alone.values().items():
-                    assert float(one[name]) == value, name
-    assert (cube["peak_relative_displacement_lowest_m"] <= cube["peak_relative_displacement_highest_m"]).all()
-
-
-@pytest.mark.parametrize("form", ["netcdf", "csv", "parquet"])
-def test_it_is_exported_with_its_records_by_name(
-    service: Any, client: httpx.Client, suite: dict[str, Any], tmp_path: Path, form: str
-) -> None:
-    content = (
-        client.get(f"{STUDIES}/{suite['id']}/export", params={"format": form}).raise_for_status().content
-    )
-    cube = xr.open_zarr(f"{service.url}{STUDIES}/{suite['id']}/zarr", chunks=None).load()
-    if form == "netcdf":
-        (tmp_path / "cube.nc").write_bytes(content)
-        with xr.open_dataset(tmp_path / "cube.nc", engine="h5netcdf") as read:
-            assert list(read["record"].values) == list(cube["record"].values)
-            np.testing.assert_array_equal(read[PEAK], cube[PEAK])
-        return
-    if form == "csv":
-        head, *rows = content.decode().splitlines()
-        names = head.split(",")
-        columns = {name: [row.split(",")[i] for row in rows] for i, name in enumerate(names)}
-    else:
-        import pyarrow.parquet
-
-        columns = pyarrow.parquet.read_table(io.BytesIO(content)).to_pydict()
-    assert columns["record"] == ["northridge-090"] * 12 + ["northridge-360"] * 12
-    np.testing.assert_array_equal(np.array(columns[PEAK], float), cube[PEAK].values.reshape(-1))
 
 
 def test_a_map_is_the_worst_record_or_the_one_that_is_named(
@@ -123,54 +72,6 @@ def test_dampers_are_ranked_by_their_worst_case(
     answer = client.get(path, params=some).raise_for_status().json()
     assert {(one["record"], one["scale"]) for one in answer["designs"]} == {("northridge-360", 1.0)}
     assert answer["designs_total"] == 4
-    first, short = (
-        client.get(path, params={"record": name}).raise_for_status().json()
-        for name in ("northridge-090", "northridge")
-    )
-    assert short == first
-
-
-@pytest.mark.parametrize(
-    ("method", "what", "asked"),
-    [
-        ("GET", "frequency-response", {}),
-        ("GET", "tmd-comparison", {}),
-        ("GET", "work-precision", {}),
-        ("GET", "robust-designs", {"amplitudes": "0.5,2"}),
-        ("POST", "refine", {}),
-        ("POST", "refine-boundary", {"along": "clearance_m"}),
-        ("GET", "resonance-map", {"x": "record", "y": "scale"}),
-        ("GET", "resonance-map", {"x": "clearance_ratio", "y": "scale"}),
-        ("GET", "resonance-map", {"x": "clearance_m", "y": "scale", "record": "loma-prieta"}),
-        ("GET", "resonance-map", {"x": "clearance_m", "y": "scale", "metric": "amplitude_ratio"}),
-        ("GET", "resonance-map", {"x": "clearance_m", "y": "scale", "interpolate": True}),
-        ("GET", "resonance-map", {"x": "clearance_m", "y": "scale", "frequency_ratio": 1}),
-        ("GET", "optimal-designs", {"objective": "peak"}),
-        ("GET", "optimal-designs", {"record": "nowhere"}),
-        ("GET", "optimal-designs", {"clearance_m": "5,6"}),
-        ("GET", "optimal-designs", {"metric": "status"}),
-    ],
-)
-def test_what_it_cannot_answer_is_said(
-    client: httpx.Client, suite: dict[str, Any], method: str, what: str, asked: dict[str, Any]
-) -> None:
-    answer = client.request(method, f"{STUDIES}/{suite['id']}/{what}", params=asked)
-    assert answer.status_code == 422, answer.text
-    assert answer.headers["content-type"].startswith("application/problem+json")
-    (fault,) = answer.json()["errors"]
-    assert fault["found"]
-    assert fault["allowed"]
-    if what not in ("resonance-map", "optimal-designs"):
-        assert "a ground-motion suite" in fault["found"]
-        assert "ask for a map over two of its dimensions" in fault["advice"]
-
-
-def test_a_harmonic_study_knows_nothing_of_suites(client: httpx.Client, curve: dict[str, Any]) -> None:
-    path = f"{STUDIES}/{curve['id']}"
-    asked = {"x": "friction_ratio", "y": "mass_ratio", "record": "loma-prieta"}
-    assert client.get(f"{path}/resonance-map", params=asked).json()["errors"][0]["field"] == "record"
-    refused = client.get(f"{path}/optimal-designs", params={"scale": "1,2"})
-    assert (refused.status_code, refused.json()["errors"][0]["field"]) == (422, "scale")
 
 
 def test_an_uploaded_record_stays_with_its_study(service: Any, client: httpx.Client, helpers: Any) -> None:
@@ -187,25 +88,3 @@ def test_an_uploaded_record_stays_with_its_study(service: Any, client: httpx.Cli
     refused = client.post(STUDIES, json={**asked, "axes": {"scale": 5}})
     assert (refused.status_code, refused.json()["errors"][0]["field"]) == (422, "records[0]")
     assert client.get(f"{STUDIES}/{kept['id']}/optimal-designs").status_code == 200
-
-
-def test_contact_is_asked_for(client: httpx.Client) -> None:
-    compare = "/api/v1/earthquake-comparisons"
-    asked = {"record": "northridge", "cases": ["hybrid"], "starts": 0, "scale": 3, "clearance_m": 0.001}
-    instant = client.post(compare, json=asked).raise_for_status().json()
-    contact = {"model": "dwell", "contact_time": 0.3}
-    dwelling = client.post(compare, json={**asked, "contact": contact}).raise_for_status().json()
-    assert dwelling["contact"] == contact
-    assert dwelling["cases"]["hybrid"]["impacts"] < instant["cases"]["hybrid"]["impacts"]
-    assert dwelling["cases"]["hybrid"]["energy_residual"] < 1e-9
-    pushes = []
-    for contact_time in (0.3, 0.003):
-        contact = {"model": "compliant", "contact_time": contact_time}
-        pressed = client.post(compare, json={**asked, "contact": contact}).raise_for_status().json()
-        assert pressed["contact"] == contact
-        assert pressed["cases"]["hybrid"]["energy_residual"] < 1e-9
-        pushes.append(pressed["cases"]["hybrid"]["peak_absolute_acceleration_m_s2"])
-    assert pushes[1] > 10 * pushes[0]  # mostly the wall's push, which goes as one over the contact time
-    refused = client.post(compare, json={**asked, "contact": contact, "restitution": 0})
-    (fault,) = refused.json()["errors"]
-    assert (refused.status_code, fault["field"], fault["found"]) == (422, "restitution", "0")

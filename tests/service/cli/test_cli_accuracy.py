@@ -37,12 +37,6 @@ def test_accuracy_writes_its_report_and_keeps_it(tmp_path: Path) -> None:
         assert (paper["points"][0]["error"] is None) == scene.gives_way
 
 
-def test_a_file_is_no_folder(tmp_path: Path) -> None:
-    (tmp_path / "taken").write_text("")
-    ended = run("accuracy", "-o", tmp_path / "taken", status=2)
-    assert f"{tmp_path / 'taken'} is a file" in ended.stderr
-
-
 def test_show_accuracy_is_the_work_precision_of_a_study(stored: tuple[Path, dict[str, str]]) -> None:
     data_dir, record = stored
     shown = run("show", record["id"], "--accuracy", "--data-dir", data_dir, "--json").stdout

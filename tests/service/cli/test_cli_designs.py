@@ -1,19 +1,13 @@
-"""robust, precision, refine, tmd and response --with on real stores: friction alone, whose truth is known."""
+"""What questions about designs print, and what `refine` computes, on friction alone, whose truth is known."""
 
-import csv
 import json
 import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from tests.oracles import forced_friction, transmissibility, tuned_mass
 from tests.service.cli.commands import run
 
-from damperlab.studies.store.store import Store
-
-PNG = b"\x89PNG\r\n\x1a\n"
 DAMPING = 0.02
 FRICTION: dict[str, Any] = {
     "name": "friction",
@@ -35,40 +29,6 @@ def data_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "data"
 
 
-def peak(friction_ratio: float) -> float:
-    """Largest X/Z over the three frequencies, by Den Hartog's solution without a stop."""
-    found = [forced_friction.non_stop(DAMPING, r, friction_ratio) for r in (0.97, 1.0, 1.03)]
-    return max(one.amplitude_ratio for one in found if one is not None)
-
-
-def test_the_robust_damper_is_the_one_with_the_least_worst_case(data_dir: Path, tmp_path: Path) -> None:
-    asked = ["robust", "friction", "--amplitudes", "1,2", "--data-dir", data_dir]
-    document = json.loads(run(*asked, "--json").stdout)
-    best = document["designs"][0]
-    # friction below π/4 helps the more the larger it is, and the largest amplitude halves it
-    assert best["friction_ratio"] == pytest.approx(0.4)
-    assert best["amplitude"] == pytest.approx(2.0)
-    assert best["value"] == pytest.approx(peak(0.2), rel=1e-9)
-    assert best["nominal"] == pytest.approx(peak(0.4), rel=1e-9)
-    assert len(document["designs"]) == 3  # 0.2 to 0.4; smaller nominal ratios leave the grid
-    text = run(*asked, "--top", "1").stdout
-    assert f"{peak(0.2):.6g}" in text
-    assert "Left out of 5 dampers: 2 leave the grid, because at some base amplitude" in text
-    assert "ray" not in text
-    *_, head, _ = text.splitlines()
-    assert head.index("worst X/Z") < head.index("best X/Z") < head.index("X/Z at the nominal amplitude")
-    table = tmp_path / "robust.csv"
-    run(*asked, "-o", table)
-    with table.open(newline="") as file:
-        assert [float(row["value"]) for row in csv.DictReader(file)] == [
-            design["value"] for design in document["designs"]
-        ]
-    assert (
-        "--amplitudes must be two numbers"
-        in run("robust", "friction", "--amplitudes", "0,2", "--data-dir", data_dir, status=2).stderr
-    )
-
-
 def test_a_ranking_shows_every_axis_of_the_study_also_where_all_ranks_share_its_value(data_dir: Path) -> None:
     among = ["friction", "--within", "friction_ratio=0.1,0.15", "--data-dir", data_dir]
     for asked in (["optimum", *among, "--top", "2"], ["robust", *among, "--amplitudes", "1,1", "--top", "1"]):
@@ -79,79 +39,27 @@ def test_a_ranking_shows_every_axis_of_the_study_also_where_all_ranks_share_its_
         assert "damping_ratio" not in head  # of one value
 
 
-def test_a_result_may_be_limited_too(data_dir: Path) -> None:
-    asked = [
-        "optimum",
-        "friction",
-        "--within",
-        f"amplitude_ratio_max=0,{peak(0.2) * 1.01}",
-        "--data-dir",
-        data_dir,
-    ]
-    document = json.loads(run(*asked, "--json").stdout)
-    assert len(document["designs"]) == 3  # friction ratios from 0.2
-    assert document["outside"] == 2
-    assert "stick_fraction" in run("optimum", "friction", "--within", "sticks=0,1", status=2).stderr
-
-
-def test_what_a_study_does_not_store_is_left_out_or_refused(tmp_path: Path) -> None:
-    study = tmp_path / "little.json"
-    study.write_text(json.dumps({**FRICTION, "name": "little", "metrics": ["amplitude_ratio"]}))
-    run("run", study, "--data-dir", tmp_path / "data")
-    asked = ["little", "--data-dir", tmp_path / "data"]
-    text = run("optimum", *asked).stdout
-    assert "It is largest at r = 1." in text
-    assert "Not computed" not in text
-    for question in (["optimum"], ["robust", "--amplitudes", "1,2"], ["refine"]):
-        refused = run(question[0], *asked, *question[1:], "--exclude-locked", status=2).stderr
-        assert "The study does not store response_class, which --exclude-locked needs." in refused
-    assert "does not store run_time, amplitude_error" in run("show", *asked, "--accuracy", status=2).stderr
-    assert "amplitude_error, which the study does not store" in (
-        run("response", *asked, "--metric", "amplitude_error", status=2).stderr
-    )
-
-
-def test_frequencies_that_may_miss_the_peak_are_remarked_until_those_are_computed_that_are_advised(
+def test_every_question_about_frequencies_that_may_miss_the_peak_advises_those_that_see_it(
     tmp_path: Path,
 ) -> None:
     """Without a stop friction of 0.1 leaves a resonance of 1/(2ζ) about; with ζ = 0.02 two frequencies see nothing of it."""
-    among = ["map", "--x", "friction_ratio", "--y", "damping_ratio"]
-    questions = [
-        ["optimum"],
-        among,
-        ["tmd", "--mass-ratio", "0.1", "--at", "damping_ratio=0.02"],
-        ["robust", "--amplitudes", "1,1"],
-    ]
-    axes: dict[str, Any] = {"friction_ratio": [0.05, 0.1], "frequency_ratio": [0.8, 1.25]}
-    for name, advised in (("ends", True), ("band", False)):
-        study = {**FRICTION, "name": name, "damping_ratio": [DAMPING, 0.1], "axes": axes}
-        (tmp_path / "study.json").write_text(json.dumps(study))
-        run("run", tmp_path / "study.json", "--data-dir", tmp_path / "data")
-        asked = [name, "--data-dir", tmp_path / "data"]
-        for question in questions:
-            told = run(question[0], *asked, *question[1:]).stdout
-            remark = "The band is two frequencies, 0.8 and 1.25, with nothing between them."
-            assert (remark in told) is advised, question
-            # a step of a quarter of 2ζ: 0.45 in 45
-            assert ("`frequency_ratio: {start: 0.8, stop: 1.25, num: 46}`" in told) is advised, question
-            assert ("far higher between two frequencies" in told) is advised, question
-        report = tmp_path / f"{name}.html"
-        run("report", *asked, "-o", report)
-        assert ("half-power bandwidth 2ζ is 0.04" in report.read_text()) is advised
-        axes["frequency_ratio"] = {"start": 0.8, "stop": 1.25, "num": 46}
-    mean = run("optimum", "ends", "--objective", "band_mean", "--data-dir", tmp_path / "data").stdout
-    assert "far higher" not in mean
-
-
-def test_precision_counts_the_points_and_their_time(data_dir: Path) -> None:
-    document = json.loads(run("precision", "friction", "--data-dir", data_dir, "--json").stdout)
-    assert sum(document["number"]) == document["points"] == 15
-    store = Store.open(data_dir)
-    times = store.cube(store.find("friction").id)["run_time"].values
-    store.close()
-    assert document["seconds"] == pytest.approx(times.sum(), rel=1e-12)
-    assert document["columns"]["run_time"]["units"] == "s"
-    assert "15 points" in run("precision", "friction", "--data-dir", data_dir).stdout
+    axes = {"friction_ratio": [0.05, 0.1], "frequency_ratio": [0.8, 1.25]}
+    study = {**FRICTION, "name": "ends", "damping_ratio": [DAMPING, 0.1], "axes": axes}
+    (tmp_path / "study.json").write_text(json.dumps(study))
+    data = ("--data-dir", tmp_path / "data")
+    run("run", tmp_path / "study.json", *data)
+    run("report", "ends", *data, "-o", tmp_path / "ends.html")
+    # a step of a quarter of 2ζ: 0.45 in 45
+    advised = "frequency_ratio: {start: 0.8, stop: 1.25, num: 46}"
+    assert advised in (tmp_path / "ends.html").read_text()
+    for question in (
+        ["optimum", "ends"],
+        ["map", "ends", "--x", "friction_ratio", "--y", "damping_ratio"],
+        ["tmd", "ends", "--mass-ratio", "0.1", "--at", "damping_ratio=0.02"],
+        ["robust", "ends", "--amplitudes", "1,1"],
+    ):
+        assert advised in run(*question, *data).stdout, question
+    assert advised not in run("optimum", "ends", "--objective", "band_mean", *data).stdout
 
 
 def test_refine_computes_follow_ups_until_the_optimum_is_known(tmp_path: Path) -> None:
@@ -176,8 +84,6 @@ def test_refine_computes_follow_ups_until_the_optimum_is_known(tmp_path: Path) -
     text = run(*asked).stdout
     assert follow_up in text
     assert f"{best['friction_ratio']:.6g}" in text
-    bad = run("refine", "locking", "--at", "friction_ratio=1", "--data-dir", tmp_path / "data", status=2)
-    assert "--boundary" in bad.stderr
 
 
 def test_what_a_refinement_finds_is_said_in_the_units_of_its_study(tmp_path: Path) -> None:
@@ -208,46 +114,6 @@ def test_what_a_refinement_finds_is_said_in_the_units_of_its_study(tmp_path: Pat
     assert (
         "along friction force F_f, low = 0.15 N, high = 0.6 N, below = no_impact, above = locked" in boundary
     )
-
-
-def test_the_comparison_is_that_of_the_closed_forms_and_is_drawn(data_dir: Path, tmp_path: Path) -> None:
-    asked = ["tmd", "friction", "--mass-ratio", "0.1", "--criterion", "hinf", "--data-dir", data_dir]
-    point = ["--at", "friction_ratio=0.2"]
-    document = json.loads(run(*asked, *point, "--json").stdout)
-    tuning, damping, _ = tuned_mass.exact_optimum(0.1)
-    r = document["frequency_ratio"]
-    np.testing.assert_allclose(
-        document["tmd"], tuned_mass.amplitude_ratio(r, 0.1, tuning, damping, DAMPING), rtol=1e-11
-    )
-    np.testing.assert_allclose(
-        document["no_damper"], [transmissibility.absolute_amplitude(DAMPING, x) for x in r], rtol=1e-12
-    )
-    assert document["hybrid_peak"] == pytest.approx(peak(0.2), rel=1e-9)
-    assert "ratio" in run(*asked, *point).stdout
-    for suffix, start in ((".png", PNG), (".svg", b"<?xml")):
-        figure = tmp_path / f"comparison{suffix}"
-        run(*asked, *point, "-o", figure)
-        assert figure.read_bytes().startswith(start)
-
-
-def test_two_studies_are_shown_together(data_dir: Path, tmp_path: Path) -> None:
-    asked = [
-        "response",
-        "friction",
-        "--with",
-        "friction",
-        "--at",
-        "friction_ratio=0.2",
-        "--data-dir",
-        data_dir,
-    ]
-    document = json.loads(run(*asked, "--json").stdout)
-    assert document["values"] == document["other"]
-    assert document["apart"] == []
-    assert "do not differ" in run(*asked).stdout
-    run(*asked, "-o", tmp_path / "both.png")
-    assert (tmp_path / "both.png").read_bytes().startswith(PNG)
-    assert "--interpolate" in run(*asked, "--interpolate", status=2).stderr
 
 
 def test_named_studies_are_listed_with_what_they_show() -> None:

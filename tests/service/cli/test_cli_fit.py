@@ -85,35 +85,6 @@ def test_a_file_says_what_is_known_and_an_axis_in_it_is_sought(measured: Path, t
     assert document["parameters"]["damping_ratio"]["range"] == [0.01, 0.2]
 
 
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ((), "Nothing is to be estimated."),
-        (("--fit", "damping"), "damping cannot be estimated; what can be are damping_ratio"),
-        (("--fit", "damping_ratio=0.2,0.1"), "lo not above hi"),
-        (("--fit", "damping_ratio", "--fit", "damping_ratio"), "damping_ratio is given twice"),
-        (("--fit", "restitution"), "restitution cannot be estimated in a scene without a particle."),
-        (("--fit", "damping_ratio", "--deviation", "many"), "allowed: a finite number"),
-        (("--fit", "damping_ratio", "--deviation", "0%"), "standard deviation of 5 % of each amplitude"),
-        (("--fit", "damping_ratio", "-o", "fit.csv"), "allowed: a name that ends in .png"),
-        (("--fit", "damping_ratio", "--structure", "none.yaml"), "none.yaml"),
-    ],
-)
-def test_wrong_usage_is_told_in_a_sentence_and_computes_nothing(
-    measured: Path, more: tuple[str, ...], said: str
-) -> None:
-    refused = run("fit", measured, *KNOWN, *more, status=2)
-    assert said in refused.stderr
-    assert refused.stdout == ""
-
-
-def test_faults_of_a_table_name_their_line(tmp_path: Path) -> None:
-    path = tmp_path / "bad.csv"
-    path.write_text("frequency (Hz), amplitude (mm)\n2.5, twelve\n")
-    refused = run("fit", path, "--fit", "damping_ratio", *KNOWN, status=2)
-    assert '`line 2.amplitude_m` must be a number above 0, not "twelve".' in refused.stderr
-
-
 @pytest.fixture
 def decay(tmp_path: Path) -> Path:
     """Write a free decay in closed form, friction and all, with 0.1 mm of noise."""
@@ -211,49 +182,6 @@ def test_what_was_measured_is_told_where_it_allows_no_corrected_specification(
     assert "Intervals of 95 %" in ended.stdout
     assert "friction_force_n" in ended.stderr
     assert not corrected.exists()
-
-
-@pytest.mark.parametrize(
-    ("correct", "into", "said"),
-    [
-        (None, "corrected.csv", "allowed: a name that ends in .yaml"),
-        ("prototype", None, "Add --specification FILE."),
-        ("prototipe", "c.yaml", "Did you mean prototype?"),
-        ("none.yaml", "c.yaml", "cannot be read"),
-        ("wrong.json", "c.yaml", "`structure` is missing"),
-    ],
-)
-def test_a_specification_that_cannot_be_written_is_told_before_anything_is_computed(
-    measured: Path, tmp_path: Path, correct: str | None, into: str | None, said: str
-) -> None:
-    (tmp_path / "wrong.json").write_text(json.dumps({**PLANNED, "structure": None}))
-    more: list[str | Path] = []
-    if correct is not None:
-        more += ["--correct", tmp_path / correct if "." in correct else correct]
-    if into is not None:
-        more += ["--specification", tmp_path / into]
-    refused = run("fit", measured, *SOUGHT, *BARE, *more, status=2)
-    assert said in refused.stderr
-    assert refused.stdout == ""
-
-
-def test_a_history_makes_a_study_and_a_specification_where_its_mass_is_known(
-    decay: Path, tmp_path: Path
-) -> None:
-    known: tuple[str | Path, ...] = ("--no-particle", "--natural-frequency-hz", "2.5")
-    known += ("--friction-force-n", "0", "--fit", "damping_ratio=0.001,0.1")
-    refused = run("fit", decay, *known, "--specification", tmp_path / "c.yaml", status=2)
-    assert "`--mass-kg` is missing: a time history is in metres" in refused.stderr
-
-    study, written = tmp_path / "fitted.yaml", tmp_path / "c.yaml"
-    known += ("--mass-kg", "1.6", "--study", study, "--specification", written)
-    answer = json.loads(run("fit", decay, *known, "--json").stdout)
-    assert answer["study"] == yaml.safe_load(study.read_text())
-    assert answer["specification"] == yaml.safe_load(written.read_text())
-    definition = read_study(str(study))
-    assert isinstance(definition, Study)
-    assert definition.coordinates["frequency_ratio"][[0, -1]] == pytest.approx([0.8, 1.25])
-    assert "is complete." in run("design", written, "--dry-run").stdout
 
 
 def test_a_report_is_printed_on_sheets(measured: Path, tmp_path: Path) -> None:

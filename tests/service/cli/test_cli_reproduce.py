@@ -167,9 +167,3 @@ def test_a_second_run_computes_nothing_and_says_the_same(made: tuple[Path, dict[
     again = json.loads(ended.stdout)
     assert again["sections"] == report["sections"]
     assert " points, " not in ended.stderr  # the progress of a study
-
-
-def test_a_file_is_no_folder(tmp_path: Path) -> None:
-    (tmp_path / "taken").write_text("")
-    refused = run("reproduce", "-o", tmp_path / "taken", status=2).stderr
-    assert f"{tmp_path / 'taken'} is a file. Name another folder with --output." in refused

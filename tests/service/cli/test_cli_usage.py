@@ -1,6 +1,5 @@
 import json
 import os
-import re
 import shlex
 import subprocess
 import sys
@@ -99,87 +98,10 @@ def test_help_names_every_command() -> None:
     assert [name for name in commands.split() if f" {name} " not in text] == []
 
 
-@pytest.mark.parametrize(
-    ("arguments", "part"),
-    [
-        (["frobnicate"], "frobnicate"),
-        (["show"], "ID"),
-        (["run", "figure-11", "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "--scheduler"),
-        (["run", "figure-11", "--workers", "0"], "--workers"),
-        (
-            ["run", "figure-11", "--scheduler", "foo"],
-            "`--scheduler` must be an address such as tcp://HOST:8786",
-        ),
-        (["run", "figure-11", "--scheduler", "tcp://host"], "Name the host and its port."),
-        (
-            ["serve", "--scheduler", "tcp://host:99999"],
-            "`--scheduler` must be an address such as tcp://HOST:8786",
-        ),
-        (["worker", "foo"], "`ADDRESS` must be an address such as tcp://HOST:8786 or tls://HOST:8786"),
-        (["run", "no-such-study"], "no-such-study"),
-        (["map", "x", "-o", "figure.docx"], ".png, .svg, .pdf, .csv"),
-        (["map", "x", "--at", "clearance_ratio"], "dimension=value"),
-        (["map", "x", "--at", "clearance_ratio=wide"], "finite number"),
-        (["map", "x", "--at", "clearance=1"], "clearance_ratio"),
-        (["optimum", "x", "--band", "1.1,0.9"], "lo not above hi"),
-        (["optimum", "x", "--band", "1"], "lo,hi"),
-        (["studies", "--state", "lost"], "queued, running, done, cancelled, failed"),
-        (["export", "x", "--format", "xlsx", "-o", "x"], "netcdf"),
-        (["simulate", "--restitution", "1.5"], "restitution"),
-        (["simulate", "--friction-ratio", "nan"], "--friction-ratio"),
-        (["simulate", "--method", "rk4"], "cycles"),
-        (["simulate", "--cycles", "0"], "cycles"),
-    ],
-)
-def test_bad_usage_exits_2_and_says_what_is_allowed(arguments: list[str], part: str) -> None:
-    ended = run(*arguments, status=2)
-    assert part in ended.stderr
-    assert ended.stdout == ""
-
-
-def test_every_fault_of_a_study_is_one_line_and_nothing_is_stored(tmp_path: Path) -> None:
-    study = tmp_path / "bad.json"
-    study.write_text(
-        '{"axes": {"clearance_ratio": -1, "friction_ratio": NaN, "speed": 3}, "steady": {"max_cycles": 0}}'
-    )
-    data_dir = tmp_path / "data"
-    ended = run("run", study, "--data-dir", data_dir, status=2)
-    fields = [line.split("`")[1] for line in ended.stderr.splitlines()]
-    expected = {
-        "axes.clearance_ratio",
-        "axes.friction_ratio",
-        "axes.speed",
-        "axes.frequency_ratio",
-        "steady.max_cycles",
-    }
-    assert set(fields) == expected
-    assert len(fields) == len(expected)
-    document = json.loads(run("run", study, "--data-dir", data_dir, "--json", status=2).stdout)
-    assert {error["field"] for error in document["errors"]} == expected
-    assert all(error["found"] and error["allowed"] and error["advice"] for error in document["errors"])
-    # every line is made of sentences, and what programs get is what people read
-    for line, error in zip(ended.stderr.splitlines(), document["errors"], strict=True):
-        assert line.startswith(f"damperlab: {error['message']} ")
-        assert re.fullmatch(r"damperlab: `[\w.]+` (is|must) .+\. [A-Z].*[.?]", line), line
-    assert not data_dir.exists()
-
-
 def test_wrong_usage_with_json_is_a_problem_document() -> None:
     document = json.loads(run("show", "x", "--json", "--frobnicate", status=2).stdout)
     assert document["exit_status"] == 2
     assert "--frobnicate" in document["detail"]
-
-
-def test_a_study_that_is_not_there_exits_2(tmp_path: Path) -> None:
-    document = json.loads(run("show", "nobody", "--data-dir", tmp_path, "--json", status=2).stdout)
-    assert document["type"].endswith(":study-not-found")
-    assert "nobody" in document["detail"]
-
-
-def test_a_data_folder_that_cannot_be_made_exits_1(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("in the way")
-    ended = run("studies", "--data-dir", tmp_path / "file" / "data", status=1)
-    assert str(tmp_path / "file" / "data") in ended.stderr
 
 
 def test_a_dry_run_says_the_size_and_stores_nothing(tmp_path: Path, linear_study: Path) -> None:
@@ -190,23 +112,6 @@ def test_a_dry_run_says_the_size_and_stores_nothing(tmp_path: Path, linear_study
     assert size["bytes"] > 22 * 8
     assert "22 points" in run("run", linear_study, "--dry-run", "--data-dir", data_dir).stdout
     assert not data_dir.exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "part"),
-    [
-        (["optimun", "x"], "Did you mean 'optimum'?"),
-        (["simulate", "--clerance-ratio", "3"], "--clearance-ratio"),
-        (["map", "x", "--at", "clearence_ratio=3"], "Did you mean clearance_ratio?"),
-        (["studies", "--state", "dne"], "Did you mean done?"),
-        (["optimum", "x", "--objective", "peek"], "Did you mean peak?"),
-        (["export", "x", "--format", "cvs", "-o", "x"], "Did you mean csv?"),
-        (["run", "figur-11"], "Did you mean figure-11?"),
-        (["earthquake", "--at", "clearanc_m=1"], "Did you mean clearance_m?"),
-    ],
-)
-def test_a_mistyped_name_is_answered_with_the_nearest_one(arguments: list[str], part: str) -> None:
-    assert part in run(*arguments, status=2).stderr
 
 
 def test_a_mistyped_study_is_answered_with_the_nearest_stored_name(
@@ -229,24 +134,6 @@ def test_a_design_is_named_in_two_ways_with_one_meaning(stored: tuple[Path, dict
     assert "--frequency-ratio" in json.loads(twice.stdout)["detail"]
 
 
-def test_a_contact_without_its_time_is_told_which_option_to_add() -> None:
-    for model in ("dwell", "compliant"):
-        assert "Add --contact-time" in run("simulate", "--contact", model, status=2).stderr
-
-
-@pytest.mark.parametrize(
-    ("suffix", "head"), [(".nc", b"\x89HDF"), (".csv", b"damping_ratio"), (".parquet", b"PAR1")]
-)
-def test_the_name_of_the_file_says_the_format(
-    stored: tuple[Path, dict[str, Any]], tmp_path: Path, suffix: str, head: bytes
-) -> None:
-    data_dir, record = stored
-    run("export", record["id"], "--data-dir", data_dir, "-o", tmp_path / f"f{suffix}")
-    assert (tmp_path / f"f{suffix}").read_bytes().startswith(head)
-    refused = run("export", record["id"], "--data-dir", data_dir, "-o", tmp_path / "f.dat", status=2)
-    assert "--format" in refused.stderr
-
-
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_every_shell_completes_commands(shell: str) -> None:
     asked = {
@@ -261,3 +148,18 @@ def test_every_shell_completes_commands(shell: str) -> None:
         text=True,
     )
     assert "optimum" in ended.stdout, ended.stderr
+
+
+def test_a_tag_that_no_study_has_is_not_answered_with_a_study_to_compute(tmp_path: Path) -> None:
+    assert "figure-11" in run("studies", "--data-dir", tmp_path).stderr
+    assert "figure-11" not in run("studies", "--tag", "mine", "--data-dir", tmp_path).stderr
+
+
+def test_a_variable_that_is_no_setting_is_named_with_the_one_that_is_meant(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("DAMPERLAB_CATALOG", "postgresql://nobody")
+    monkeypatch.setenv("DAMPERLAB_CACHE_DIR", str(tmp_path))
+    said = run("studies", "--data-dir", tmp_path).stderr
+    assert said.count("DAMPERLAB_CATALOGUE") == 1
+    assert "CACHE_DIR" not in said

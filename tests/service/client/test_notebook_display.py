@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from damperlab import Client, Study
-from damperlab.service.client import Refused, Unreachable
+from damperlab.service.client import Refused
 
 
 class _Balanced(HTMLParser):
@@ -90,11 +90,3 @@ def test_a_notebook_shows_the_users_own_lines_and_the_message(
     assert len(places) == 2
     assert all("ipython-input" in place for place in places)
     assert "mine()" in ended.stdout
-
-
-def test_an_address_without_a_service_does_so_too() -> None:
-    with Client("http://127.0.0.1:9", timeout=1) as client, pytest.raises(Unreachable) as refused:
-        client.study("x")
-    lines = traceback.format_exception(refused.value)
-    assert not [line for line in lines if "httpx" in line or "httpcore" in line or "stamina" in line]
-    assert "127.0.0.1:9" in lines[-1]

@@ -1,24 +1,39 @@
-"""The OpenAPI document as a contract: the copy that clients rely on, and what a change of it breaks."""
+"""What clients of the HTTP interface rely on: the promises of the OpenAPI document as last released, and what breaks them."""
 
 import json
 from pathlib import Path
 from typing import Any
 
-COPY = Path(__file__).with_name("openapi.json")
+COPY = Path(__file__).with_name("promised.json")
 NOTES = Path(__file__).with_name("breaks.md")
+SCHEMA_KEYS = (
+    "$ref", "type", "enum", "required",
+    "minimum", "exclusiveMinimum", "maximum", "exclusiveMaximum", "minLength", "maxLength", "minItems", "maxItems",
+)  # fmt: skip
+"""What `breaks` compares of a schema, beside the schemas within it."""
+WIDTH = 160
 
 
 def document_now() -> dict[str, Any]:
-    """Give the document that the service has now, without its version."""
+    """Give the document that the service has now."""
     from damperlab.service.app import create_app
     from damperlab.service.settings import Settings
 
     document: dict[str, Any] = json.loads(json.dumps(create_app(Settings()).openapi()))
-    del document["info"]["version"]
     return document
 
 
-def document_kept() -> dict[str, Any]:
+def promised(document: dict[str, Any]) -> dict[str, Any]:
+    """Leave of a document what programs rely on: no prose, examples or defaults, and no refusals."""
+    paths = {
+        path: {method: _operation(each) for method, each in operations.items()}
+        for path, operations in document["paths"].items()
+    }
+    schemas = {name: _schema(each) for name, each in document["components"]["schemas"].items()}
+    return {"paths": paths, "components": {"schemas": schemas}}
+
+
+def promised_before() -> dict[str, Any]:
     """Give the copy."""
     document: dict[str, Any] = json.loads(COPY.read_text())
     return document
@@ -26,4 +41,55 @@ def document_kept() -> dict[str, Any]:
 
 def keep(document: dict[str, Any]) -> None:
     """Write the copy."""
-    COPY.write_text(json.dumps(document, indent=1, ensure_ascii=False, sort_keys=True) + "\n")
+    COPY.write_text(_laid_out(promised(document)) + "\n")
+
+
+def _operation(operation: dict[str, Any]) -> dict[str, Any]:
+    parameters = [
+        {"in": each["in"], "name": each["name"], "schema": _schema(each["schema"])}
+        | ({"required": True} if each.get("required") else {})
+        for each in operation.get("parameters", ())
+    ]
+    responses = {
+        status: _given(_contents(each) | {"headers": {name: {} for name in each.get("headers", {})}})
+        for status, each in operation["responses"].items()
+        if status.startswith("2")
+    }
+    body = operation.get("requestBody", {})
+    sent = _contents(body) | ({"required": True} if body.get("required") else {})
+    return _given({"parameters": parameters, "requestBody": _given(sent)}) | {"responses": responses}
+
+
+def _given(parts: dict[str, Any]) -> dict[str, Any]:
+    return {name: part for name, part in parts.items() if part}
+
+
+def _contents(holder: dict[str, Any]) -> dict[str, Any]:
+    contents = holder.get("content", {}).items()
+    return {"content": {kind: {"schema": _schema(each.get("schema", {}))} for kind, each in contents}}
+
+
+def _schema(schema: dict[str, Any]) -> dict[str, Any]:
+    found = {key: schema[key] for key in SCHEMA_KEYS if key in schema}
+    if "properties" in schema:
+        found["properties"] = {name: _schema(each) for name, each in schema["properties"].items()}
+    if "anyOf" in schema:
+        found["anyOf"] = [_schema(each) for each in schema["anyOf"]]
+    for key in ("items", "additionalProperties"):
+        if key in schema:
+            found[key] = _schema(schema[key]) if isinstance(schema[key], dict) else schema[key]
+    return found
+
+
+def _laid_out(value: Any, indent: str = "") -> str:
+    """Write JSON a line for each parameter and field: what fits, and each list of words, is in one line."""
+    line = json.dumps(value, sort_keys=True, ensure_ascii=False)
+    words = isinstance(value, list) and not any(isinstance(each, dict) for each in value)
+    if len(indent + line) <= WIDTH or words or not isinstance(value, dict | list):
+        return line
+    inner = indent + " "
+    if isinstance(value, dict):
+        parts = [f"{json.dumps(key)}: {_laid_out(each, inner)}" for key, each in sorted(value.items())]
+    else:
+        parts = [_laid_out(each, inner) for each in value]
+    return f"{line[0]}\n{inner}" + f",\n{inner}".join(parts) + f"\n{indent}{line[-1]}"

@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from tests.service.contract import COPY, NOTES, document_kept, document_now, keep
+from tests.service.contract import COPY, NOTES, document_now, keep, promised, promised_before
 from tests.service.contract.breaks import breaks
 
 
@@ -13,7 +13,7 @@ def main() -> None:
     parser.add_argument("--break", dest="reason", help="why clients are broken, and what they do instead")
     reason = parser.parse_args().reason
     now = document_now()
-    broken = breaks(document_kept(), now) if COPY.exists() else []
+    broken = breaks(promised_before(), promised(now)) if COPY.exists() else []
     for line in broken:
         print(line)
     if broken and not reason:

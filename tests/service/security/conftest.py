@@ -12,6 +12,9 @@ import httpx
 import pytest
 
 PATIENCE_SECONDS = 300.0
+QUICK = {"frequency_ratio": 1.0, "clearance_ratio": 5, "friction_ratio": 0, "cycles": 3, "history": 0}
+ENDLESS = QUICK | {"clearance_ratio": 1e-6, "restitution": 0.9999, "mass_ratio": 0.5, "cycles": 100_000}
+"""Some 5·10⁹ impacts: many minutes on any machine."""
 
 
 def command(*arguments: str) -> subprocess.CompletedProcess[str]:

@@ -11,13 +11,11 @@ import anyio
 import httpx
 import psutil
 import pytest
+from tests.service.security.conftest import ENDLESS, QUICK
 
 from damperlab.service.work.turns import TooManyWaiting, Turns
 
 SIMULATE = "/api/v1/simulate"
-QUICK = {"frequency_ratio": 1.0, "clearance_ratio": 5, "friction_ratio": 0, "cycles": 1, "history": 0}
-ENDLESS = QUICK | {"clearance_ratio": 1e-6, "restitution": 0.9999, "mass_ratio": 0.5, "cycles": 100_000}
-"""Some 5·10⁹ impacts: many minutes on any machine."""
 LIMIT_SECONDS = 2
 
 

@@ -7,6 +7,7 @@ import httpx
 import psutil
 import pytest
 from starlette.datastructures import Headers
+from tests.service.security.conftest import ENDLESS, QUICK
 
 from damperlab.service.client.client import Client
 from damperlab.service.client.faults import Unreachable
@@ -14,9 +15,6 @@ from damperlab.service.work.later import LONGEST_WAIT_SECONDS, WAIT_SECONDS, wai
 
 SIMULATE = "/api/v1/simulate"
 AT_ONCE = {"Prefer": "respond-async, wait=0"}
-QUICK = {"frequency_ratio": 1.0, "clearance_ratio": 5, "friction_ratio": 0, "cycles": 3, "history": 0}
-ENDLESS = QUICK | {"clearance_ratio": 1e-6, "restitution": 0.9999, "mass_ratio": 0.5, "cycles": 100_000}
-"""Some 5·10⁹ impacts: many minutes on any machine."""
 
 
 @pytest.mark.parametrize(

@@ -28,18 +28,11 @@ def _kind(answer: httpx.Response) -> str:
 
 
 def test_without_a_key_nothing_is_told(guarded: Guarded) -> None:
+    """Each route asks for one in `test_every_route`; so does what is no route."""
     with guarded.client(None) as client:
-        for method, path in (
-            ("GET", STUDIES),
-            ("POST", STUDIES),
-            ("POST", "/api/v1/simulate"),
-            ("GET", "/metrics"),
-            ("GET", "/api/v1/nothing"),
-            ("DELETE", f"{STUDIES}/000000000000"),
-        ):
-            answer = client.request(method, path)
-            assert (answer.status_code, _kind(answer)) == (401, "no-key"), path
-            assert answer.headers["www-authenticate"].startswith("Bearer")
+        answer = client.get("/api/v1/nothing")
+        assert (answer.status_code, _kind(answer)) == (401, "no-key")
+        assert answer.headers["www-authenticate"].startswith("Bearer")
         for path in ("/", "/health/live", "/health/ready", "/api/v1/session"):
             assert client.get(path).status_code == 200, path
 
@@ -67,26 +60,6 @@ def test_another_secret_under_a_known_id_opens_nothing(guarded: Guarded) -> None
             base_url=guarded.url, headers={"Authorization": f"Bearer {wrong}"}, timeout=300
         ) as client:
             assert client.get(STUDIES).status_code == 401
-
-
-def test_a_key_that_reads_cannot_write(guarded: Guarded) -> None:
-    with guarded.client("reader") as client:
-        assert client.get(STUDIES).status_code == 200
-        assert client.get("/metrics").status_code == 200
-        for method, path, body in (
-            ("POST", STUDIES, _study("no", 1.3)),
-            ("POST", "/api/v1/simulate", {"frequency_ratio": 1.0, "particle": False}),
-            ("POST", "/api/v1/records", {"kanai_tajimi": {"seed": 1}}),
-            ("POST", "/api/v1/earthquake-comparisons", {}),
-            ("POST", "/api/v1/fits", {}),
-            ("POST", f"{STUDIES}/000000000000/cancel", None),
-            ("DELETE", f"{STUDIES}/000000000000", None),
-            ("POST", "/api/v1/designs", {}),
-            ("DELETE", "/api/v1/designs/000000000000", None),
-        ):
-            answer = client.request(method, path, json=body)
-            assert (answer.status_code, _kind(answer)) == (403, "scope-lacking"), path
-        assert client.get(STUDIES).json()["studies"] == []
 
 
 def test_a_place_before_the_studies_of_others_is_for_admins(guarded: Guarded) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, Plan, plan_with_chunk
-from damperlab.studies.store.cube.cube import stored_variables
+from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
@@ -66,3 +66,30 @@ def store(tmp_path: Path) -> Iterator[Store]:
     opened = Store.open(tmp_path / "data")
     yield opened
     opened.close()
+
+
+@pytest.fixture
+def entered(store: Store) -> Callable[..., tuple[Study, Plan, str]]:
+    """Submit a study; the study, its plan and its id."""
+
+    def enter(chunk: tuple[int, ...] = CHUNK, **changes: Any) -> tuple[Study, Plan, str]:
+        study = _study(**changes)
+        plan = _plan(study, chunk)
+        return study, plan, store.submit(study, plan, {})[0].id
+
+    return enter
+
+
+@pytest.fixture
+def put(store: Store) -> Callable[..., None]:
+    """Write blocks of a study and mark them as done."""
+
+    def write(study: Study, plan: Plan, *indices: int, generation: str = "") -> None:
+        study_id = study.digest[:12]
+        for block in map(plan.block, indices):
+            found = write_region(store.cube_path(study_id), block, _values(study, block), generation)
+            store.mark(
+                study_id, BlockOutcome(block.index, block.points, 0, 0.5, 0.4, None, generation, found)
+            )
+
+    return write

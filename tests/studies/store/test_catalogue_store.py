@@ -46,9 +46,8 @@ def test_a_document_of_a_record_is_json_and_says_what_the_contract_asks(store, m
     assert document["created"].endswith("+00:00")
 
 
-def test_marks_are_counted_once_and_leave_the_rest_pending(store, make_study, make_plan_of, outcome_of):
-    plan = make_plan_of(make_study())
-    study_id = store.submit(make_study(), plan, {})[0].id
+def test_marks_are_counted_once_and_leave_the_rest_pending(store, outcome_of, entered):
+    _, plan, study_id = entered()
     store.mark(study_id, outcome_of(plan.block(3)))
     store.mark(study_id, outcome_of(plan.block(3), failed=1, message="a late twin"))
     store.mark(study_id, outcome_of(plan.block(11), failed=1, message="lost"))
@@ -61,17 +60,17 @@ def test_marks_are_counted_once_and_leave_the_rest_pending(store, make_study, ma
     np.testing.assert_array_equal(store.pending(study_id), [0, 1, 2, 4, 5, 6, 7, 8, 9, 10])
 
 
-def test_a_block_beyond_the_plan_is_an_error_of_the_program(store, make_study, make_plan_of, outcome_of):
-    plan = make_plan_of(make_study())
-    study_id = store.submit(make_study(), plan, {})[0].id
+def test_a_block_beyond_the_plan_is_an_error_of_the_program(
+    store, make_study, make_plan_of, outcome_of, entered
+):
+    *_, study_id = entered()
     bigger = make_plan_of(make_study(), (1, 1, 1, 1, 1, 1))
     with pytest.raises(ValueError, match="block 59 of 12"):
         store.mark(study_id, outcome_of(bigger.block(59)))
 
 
-def test_states_keep_the_times_of_the_run(store, make_study, make_plan_of, outcome_of):
-    plan = make_plan_of(make_study())
-    study_id = store.submit(make_study(), plan, {})[0].id
+def test_states_keep_the_times_of_the_run(store, outcome_of, entered):
+    _, plan, study_id = entered()
     queued = store.find(study_id)
     assert queued.started is None
     assert queued.seconds_left is None
@@ -92,16 +91,16 @@ def test_states_keep_the_times_of_the_run(store, make_study, make_plan_of, outco
     assert done.seconds_left == 0
 
 
-def test_a_state_changes_only_from_the_states_that_were_named(store, make_study, make_plan_of):
-    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+def test_a_state_changes_only_from_the_states_that_were_named(store, entered):
+    *_, study_id = entered()
     store.set_state(study_id, "done")
     assert store.set_state(study_id, "cancelled", only_from=("queued", "running")).state == "done"
     with pytest.raises(ValueError, match="paused"):
         store.set_state(study_id, "paused")
 
 
-def test_one_owner_at_a_time_holds_a_claim(store, make_study, make_plan_of):
-    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+def test_one_owner_at_a_time_holds_a_claim(store, entered):
+    *_, study_id = entered()
     assert store.claim(study_id, "a")
     assert store.claim(study_id, "a")
     assert not store.claim(study_id, "b")
@@ -113,8 +112,8 @@ def test_one_owner_at_a_time_holds_a_claim(store, make_study, make_plan_of):
     assert store.claim(study_id, "b")
 
 
-def test_the_claim_of_a_dead_owner_expires(store, make_study, make_plan_of):
-    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+def test_the_claim_of_a_dead_owner_expires(store, entered):
+    *_, study_id = entered()
     assert store.claim(study_id, "dead", seconds=-1.0)
     assert store.find(study_id).owner is None
     assert store.claim(study_id, "alive")
@@ -195,11 +194,8 @@ def test_too_few_digits_stand_for_no_study(store, make_study, make_plan_of):
             store.find(record.id[:digits])
 
 
-def test_a_deleted_study_is_gone_with_its_files_and_can_come_back(
-    store, make_study, make_plan_of, outcome_of
-):
-    plan = make_plan_of(make_study())
-    study_id = store.submit(make_study(), plan, {})[0].id
+def test_a_deleted_study_is_gone_with_its_files_and_can_come_back(store, make_study, outcome_of, entered):
+    _, plan, study_id = entered()
     store.mark(study_id, outcome_of(plan.block(0)))
     folder = Path(store.cube_path(study_id))
     assert folder.exists()
@@ -217,8 +213,8 @@ def test_a_deleted_study_is_gone_with_its_files_and_can_come_back(
 
 
 @pytest.mark.parametrize("ended", ["cancelled", "done", "failed"])
-def test_a_study_that_is_worked_on_is_not_deleted_unless_it_has_ended(store, make_study, make_plan_of, ended):
-    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+def test_a_study_that_is_worked_on_is_not_deleted_unless_it_has_ended(store, ended, entered):
+    *_, study_id = entered()
     store.claim(study_id, "runner 7")
     store.set_state(study_id, "running")
     with pytest.raises(StudyBusy, match=r"runner 7.*cancel"):
@@ -230,8 +226,8 @@ def test_a_study_that_is_worked_on_is_not_deleted_unless_it_has_ended(store, mak
     store.release(study_id, "runner 7")
 
 
-def test_a_delete_that_was_cut_short_is_finished_later(store, make_study, make_plan_of):
-    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+def test_a_delete_that_was_cut_short_is_finished_later(store, entered):
+    *_, study_id = entered()
     folder = Path(store.cube_path(study_id))
     with sqlite3.connect(store.data_dir / "catalogue.sqlite") as connection:
         connection.execute("UPDATE studies SET deleted = 1.0, crc = NULL")

@@ -26,10 +26,8 @@ SHAPES = [(1, 1, 1, 5, 3, 4), (1, 3, 1, 4, 2, 7), (2, 1, 3, 1, 1, 1), (1, 1, 1, 
 
 
 @pytest.fixture
-def cube(store, make_study, make_plan_of, values_of, outcome_of):
-    study = make_study()
-    plan = make_plan_of(study)
-    study_id = store.submit(study, plan, {})[0].id
+def cube(store, values_of, outcome_of, entered):
+    study, plan, study_id = entered()
     rng = np.random.default_rng(3)
     for index in range(plan.count - 2):
         block = plan.block(index)

@@ -3,7 +3,6 @@
 import json
 import os
 import tracemalloc
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -41,10 +40,8 @@ def test_a_study_keeps_its_metrics_and_always_the_status(store, make_study, make
     assert list(store.cube(record.id).data_vars) == ["amplitude_ratio", "period", "status"]
 
 
-def test_every_block_comes_back_where_it_belongs(store, make_study, make_plan_of, values_of, outcome_of):
-    study = make_study()
-    plan = make_plan_of(study)
-    study_id = store.submit(study, plan, {})[0].id
+def test_every_block_comes_back_where_it_belongs(store, values_of, outcome_of, entered):
+    study, plan, study_id = entered()
     expected = np.full(study.shape, np.nan)
     for index in (0, 4, 7, 11):  # whole chunks and ones cut by each edge
         block = plan.block(index)
@@ -59,17 +56,10 @@ def test_every_block_comes_back_where_it_belongs(store, make_study, make_plan_of
     np.testing.assert_array_equal(cube["status"], np.where(np.isnan(expected), -1, 0))
 
 
-def test_xarray_opens_the_folder_of_a_complete_cube_and_reads_the_same(
-    store, make_study, make_plan_of, values_of, outcome_of
-):
-    study = make_study()
-    plan = make_plan_of(study)
-    study_id = store.submit(study, plan, {})[0].id
+def test_xarray_opens_the_folder_of_a_complete_cube_and_reads_the_same(store, values_of, entered, put):
+    study, plan, study_id = entered()
     path = store.cube_path(study_id)
-    for index in range(plan.count):
-        block = plan.block(index)
-        write_region(path, block, values_of(study, block))
-        store.mark(study_id, outcome_of(block))
+    put(study, plan, *range(plan.count))
     store.set_state(study_id, "done")
     # an attempt that no mark names
     block = plan.block(3)
@@ -91,28 +81,20 @@ def test_xarray_opens_the_folder_of_a_complete_cube_and_reads_the_same(
     )
 
 
-def test_xarray_sees_a_cube_under_way_as_incomplete(store, make_study, make_plan_of, values_of, outcome_of):
-    study = make_study()
-    plan = make_plan_of(study)
-    study_id = store.submit(study, plan, {})[0].id
+def test_xarray_sees_a_cube_under_way_as_incomplete(store, entered, put):
+    study, plan, study_id = entered()
     path = store.cube_path(study_id)
-    for index in (0, 4):
-        write_region(path, plan.block(index), values_of(study, plan.block(index)))
-        store.mark(study_id, outcome_of(plan.block(index)))
+    put(study, plan, 0, 4)
     seen = xr.open_zarr(path, chunks=None)
     assert seen.attrs["complete"] == "no"
     seen.attrs.pop("damperlab")
     xr.testing.assert_identical(seen.load(), store.cube(study_id).load())
 
 
-def test_xarray_tells_a_block_that_is_lost_or_damaged(store, make_study, make_plan_of, values_of, outcome_of):
-    study = make_study(metrics=["amplitude_ratio"])
-    plan = make_plan_of(study)
-    study_id = store.submit(study, plan, {})[0].id
+def test_xarray_tells_a_block_that_is_lost_or_damaged(store, entered, put):
+    study, plan, study_id = entered(metrics=["amplitude_ratio"])
     path = Path(store.cube_path(study_id))
-    for index in range(plan.count):
-        write_region(str(path), plan.block(index), values_of(study, plan.block(index)), "g")
-        store.mark(study_id, replace(outcome_of(plan.block(index)), generation="g"))
+    put(study, plan, *range(plan.count), generation="g")
     store.set_state(study_id, "done")
     file = path / "blocks" / "3~g"
     content = file.read_bytes()
@@ -124,10 +106,8 @@ def test_xarray_tells_a_block_that_is_lost_or_damaged(store, make_study, make_pl
         xr.open_zarr(path, chunks=None).load()
 
 
-def test_a_block_without_its_mark_is_hidden(store, make_study, make_plan_of, values_of, outcome_of):
-    study = make_study()
-    plan = make_plan_of(study)
-    study_id = store.submit(study, plan, {})[0].id
+def test_a_block_without_its_mark_is_hidden(store, values_of, outcome_of, entered):
+    study, plan, study_id = entered()
     path = store.cube_path(study_id)
     for index in (0, 5):
         write_region(path, plan.block(index), values_of(study, plan.block(index)))
@@ -137,17 +117,12 @@ def test_a_block_without_its_mark_is_hidden(store, make_study, make_plan_of, val
     assert np.isfinite(cube["amplitude_ratio"].values).sum() == plan.block(0).points
 
 
-def test_a_study_of_one_point_takes_a_handful_of_files(
-    store, make_study, make_plan_of, values_of, outcome_of
-):
+def test_a_study_of_one_point_takes_a_handful_of_files(store, entered, put):
     axes = dict.fromkeys(
         ("clearance_ratio", "friction_ratio", "restitution", "mass_ratio", "frequency_ratio"), 0.5
     )
-    study = make_study(axes=axes)
-    plan = make_plan_of(study, (1,) * 6)
-    study_id = store.submit(study, plan, {})[0].id
-    write_region(store.cube_path(study_id), plan.block(0), values_of(study, plan.block(0)))
-    store.mark(study_id, outcome_of(plan.block(0)))
+    study, plan, study_id = entered((1,) * 6, axes=axes)
+    put(study, plan, 0)
     store.set_state(study_id, "done")
     files = [file for file in Path(store.cube_path(study_id)).rglob("*") if file.is_file()]
     assert sorted(file.name for file in files) == ["0~", "marks.json", "zarr.json"]
@@ -155,10 +130,8 @@ def test_a_study_of_one_point_takes_a_handful_of_files(
     assert {name: seen[name].item() for name in axes} == axes
 
 
-def test_every_way_of_indexing_hides_the_same_points(store, make_study, make_plan_of, values_of, outcome_of):
-    study = make_study()
-    plan = make_plan_of(study)
-    study_id = store.submit(study, plan, {})[0].id
+def test_every_way_of_indexing_hides_the_same_points(store, values_of, outcome_of, entered):
+    study, plan, study_id = entered()
     for index in range(plan.count):
         block = plan.block(index)
         write_region(store.cube_path(study_id), block, values_of(study, block))
@@ -186,61 +159,47 @@ def test_every_way_of_indexing_hides_the_same_points(store, make_study, make_pla
     )
 
 
-def test_blocks_done_after_the_cube_was_opened_stay_hidden(
-    store, make_study, make_plan_of, values_of, outcome_of
-):
-    study = make_study()
-    plan = make_plan_of(study)
-    study_id = store.submit(study, plan, {})[0].id
+def test_blocks_done_after_the_cube_was_opened_stay_hidden(store, entered, put):
+    study, plan, study_id = entered()
     before = store.cube(study_id)
-    write_region(store.cube_path(study_id), plan.block(0), values_of(study, plan.block(0)))
-    store.mark(study_id, outcome_of(plan.block(0)))
+    put(study, plan, 0)
     assert (before["status"] == -1).all()
     assert (store.cube(study_id)["status"] == 0).sum() == plan.block(0).points
 
 
-def test_a_region_is_on_the_disk_before_it_is_reported(
-    store, make_study, make_plan_of, values_of, monkeypatch
-):
-    study = make_study()
-    plan = make_plan_of(study)
-    study_id = store.submit(study, plan, {})[0].id
-    path = Path(store.cube_path(study_id))
-    synced: set[int] = set()  # by number: a file is synced before it gets its name
+@pytest.fixture
+def synced(monkeypatch) -> set[int]:
+    """Files and folders that were synced, by number: a file is synced before it gets its name."""
+    found: set[int] = set()
     real = os.fsync
 
     def record(descriptor: int) -> None:
-        synced.add(os.fstat(descriptor).st_ino)
+        found.add(os.fstat(descriptor).st_ino)
         real(descriptor)
 
     monkeypatch.setattr(damperlab.studies.store.files.durable.os, "fsync", record)
+    return found
+
+
+def test_a_region_is_on_the_disk_before_it_is_reported(store, values_of, synced, entered):
+    study, plan, study_id = entered()
+    path = Path(store.cube_path(study_id))
+    synced.clear()
     before = set(path.rglob("*"))
     values = values_of(study, plan.block(2)) | {"floquet_multiplier": np.full(plan.block(2).shape, np.nan)}
     write_region(str(path), plan.block(2), values)
-    new = set(path.rglob("*")) - before
-    assert len(new) == 1
-    assert {file.stat().st_ino for file in new} <= synced
-    assert {chunk.parent.stat().st_ino for chunk in new} <= synced
+    (chunk,) = set(path.rglob("*")) - before
+    assert {chunk.stat().st_ino, chunk.parent.stat().st_ino} <= synced
 
 
-def test_a_new_cube_is_on_the_disk_before_its_record(store, make_study, make_plan_of, monkeypatch):
-    synced: set[int] = set()  # by number: a file is synced before it gets its name
-    real = os.fsync
-
-    def record(descriptor: int) -> None:
-        synced.add(os.fstat(descriptor).st_ino)
-        real(descriptor)
-
-    monkeypatch.setattr(damperlab.studies.store.files.durable.os, "fsync", record)
-    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+def test_a_new_cube_is_on_the_disk_before_its_record(store, synced, entered):
+    *_, study_id = entered()
     path = Path(store.cube_path(study_id))
     assert {made.stat().st_ino for made in (path, path.parent, *path.rglob("*"))} <= synced
 
 
-def test_a_writer_finds_out_that_the_cube_is_gone(store, make_study, make_plan_of, values_of):
-    study = make_study()
-    plan = make_plan_of(study)
-    study_id = store.submit(study, plan, {})[0].id
+def test_a_writer_finds_out_that_the_cube_is_gone(store, values_of, entered):
+    study, plan, study_id = entered()
     path = store.cube_path(study_id)
     store.delete(study_id)
     store.bury()
@@ -262,8 +221,8 @@ def test_values_that_do_not_fit_are_an_error_of_the_program(store, make_study, m
     assert list(Path(path, "blocks").iterdir()) == []
 
 
-def test_a_cube_whose_files_are_lost_is_told(store, make_study, make_plan_of):
-    study_id = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
+def test_a_cube_whose_files_are_lost_is_told(store, entered):
+    *_, study_id = entered()
     Path(store.cube_path(study_id)).rename(store.data_dir / "elsewhere")
     with pytest.raises(StoreFault, match="computed again"):
         store.cube(study_id)

@@ -77,38 +77,6 @@ def test_an_empty_or_foreign_catalogue_is_refused(tmp_path, filled):
     assert files(tmp_path / "mine" / "cubes") == before
 
 
-def test_an_older_copy_of_the_catalogue_is_refused(tmp_path, filled):
-    data = tmp_path / "data"
-    store = Store.open(data)
-    filled(store, 0.01)
-    store.close()
-    shutil.copy(data / "catalogue.sqlite", tmp_path / "older")
-    store = Store.open(data)
-    filled(store, 0.02)
-    store.close()
-    before = files(data / "cubes")
-    shutil.copy(tmp_path / "older", data / "catalogue.sqlite")
-    with pytest.raises(StoreFault, match="older copy"):
-        Store.open(data)
-    assert files(data / "cubes") == before
-
-
-def test_an_older_copy_costs_no_block_that_was_done_since(tmp_path, make_study, make_plan_of, values_of):
-    data = tmp_path / "data"
-    study = make_study(metrics=METRICS)
-    plan = make_plan_of(study)
-    store = Store.open(data)
-    record, _ = store.submit(study, plan, {})
-    store.close()
-    shutil.copy(data / "catalogue.sqlite", tmp_path / "older")
-    store = Store.open(data)
-    block = plan.block(2)
-    found = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
-    store.mark(record.id, BlockOutcome(2, block.points, 0, 1.0, 1.0, None, "g", found))
-    store.close()
-    nothing_is_swept_beside(tmp_path / "older", data)
-
-
 def test_a_disk_that_is_not_mounted_is_told(tmp_path, filled):
     store = Store.open(tmp_path)
     filled(store, 0.01)
@@ -177,9 +145,11 @@ def test_a_new_folder_that_another_opens_and_fills_meanwhile_is_no_foreign_one(
     store.close()
 
 
-def test_an_older_copy_costs_no_block_that_was_computed_anew_since(
-    tmp_path, make_study, make_plan_of, values_of
+@pytest.mark.parametrize("before", [False, True])
+def test_an_older_copy_costs_no_block_that_was_computed_since(
+    tmp_path, make_study, make_plan_of, values_of, before
 ):
+    """For the first time, or anew."""
     data = tmp_path / "data"
     study = make_study(metrics=METRICS)
     plan = make_plan_of(study)
@@ -191,11 +161,13 @@ def test_an_older_copy_costs_no_block_that_was_computed_anew_since(
         found = write_region(store.cube_path(record.id), block, values_of(study, block), generation)
         store.mark(record.id, BlockOutcome(2, block.points, 0, 1.0, 1.0, None, generation, found))
 
-    write("first")
+    if before:
+        write("first")
     store.close()
     shutil.copy(data / "catalogue.sqlite", tmp_path / "older")
     store = Store.open(data)
-    store.forget(record.id, [2], "damaged")
+    if before:
+        store.forget(record.id, [2], "damaged")
     write("second")
     collect_garbage(store, -1.0)
     store.close()

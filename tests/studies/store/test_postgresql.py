@@ -216,7 +216,7 @@ axes = dict(friction_ratio={"start": 0, "stop": 0.8, "num": 20}, frequency_ratio
 study = parse_study({"damping_ratio": 0.0038, "particle": False, "axes": axes})
 plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 1), lambda _, at: np.ones(len(at["mass_ratio"])))
 print("ready", flush=True); sys.stdin.readline()
-store = Store.open(Path(sys.argv[1]), sys.argv[2])   # the database is empty: they race for its tables too
+store = Store.open(Path(sys.argv[1]), sys.argv[2] or None)   # the database is empty: they race for its tables too
 record, created = store.submit(study, plan, {})
 won = store.claim(record.id, sys.argv[3])
 mark = lambda index: store.mark(record.id, BlockOutcome(index, 1, 0, 0.1, 0.1, generation=sys.argv[3]))
@@ -227,7 +227,9 @@ store.close()
 """
 
 
-def test_processes_race_and_each_block_is_marked_once(tmp_path, address):
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_processes_race_and_each_block_is_marked_once(tmp_path, request, kind):
+    address = request.getfixturevalue("address") if kind == "postgresql" else ""
     processes = [
         subprocess.Popen(
             [
@@ -258,8 +260,11 @@ def test_processes_race_and_each_block_is_marked_once(tmp_path, address):
             answers.append(out.split())
     assert sorted(created for _, created, _ in answers) == ["False", "False", "True"]
     assert sorted(won for _, _, won in answers) == ["False", "False", "True"]
-    store = Store.open(tmp_path, address)
-    record = store.find(answers[0][0])
+    store = Store.open(tmp_path, address or None)
+    (record,) = store.page().records
+    assert {study_id for study_id, _, _ in answers} == {record.id}
+    assert len(list((tmp_path / "cubes").glob("*.zarr"))) == 1
+    assert store.pending(record.id).size == 0
     assert record.blocks_done == record.points_done == record.blocks_total == 60
     assert record.seconds == pytest.approx(6.0)
     store.close()

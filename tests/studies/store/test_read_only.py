@@ -13,9 +13,7 @@ import pytest
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 from damperlab.studies.store.catalogue.quota import Quota
-from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
 
@@ -47,24 +45,19 @@ def frozen(tmp_path: Path) -> Iterator[Callable[[Path], Path]]:
             path.chmod(0o755)
 
 
-def test_a_folder_that_cannot_be_written_is_read(frozen, store, make_study, make_plan_of, values_of):
-    study = make_study(metrics=["amplitude_ratio"])
-    plan = make_plan_of(study)
-    record, _ = store.submit(study, plan, {})
-    for index in range(plan.count):
-        block = plan.block(index)
-        found = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
-        store.mark(record.id, BlockOutcome(index, block.points, 0, 1.0, 1.0, None, "g", found))
-    done = store.set_state(record.id, "done")
-    expected = store.cube(record.id).load()
+def test_a_folder_that_cannot_be_written_is_read(frozen, store, make_study, make_plan_of, entered, put):
+    study, plan, study_id = entered(metrics=["amplitude_ratio"])
+    put(study, plan, *range(plan.count), generation="g")
+    done = store.set_state(study_id, "done")
+    expected = store.cube(study_id).load()
     # copied while it is open: the last marks are in SQLite's log
     data = frozen(store.data_dir)
     copy = Store.open(data)
-    assert copy.find(record.id) == done
-    assert copy.cube(record.id).load().identical(expected)
+    assert copy.find(study_id) == done
+    assert copy.cube(study_id).load().identical(expected)
     assert list(verify(copy, done)) == []
     with pytest.raises(StoreFault, match="opened for reading only"):
-        copy.set_state(record.id, "queued")
+        copy.set_state(study_id, "queued")
     other = make_study(damping_ratio=0.3)
     with pytest.raises(StoreFault, match="opened for reading only"):
         copy.submit(other, make_plan_of(other), {})

@@ -19,8 +19,9 @@ from damperlab.studies.store.care.backup import copy_store
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
+from damperlab.studies.store.catalogue.quota import Taken
 from damperlab.studies.store.catalogue.tables import done_blocks
-from damperlab.studies.store.cube.cube import write_region
+from damperlab.studies.store.cube.cube import bytes_per_point, write_region
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
@@ -48,6 +49,9 @@ def test_a_store_of_the_first_release_is_read_as_it_is(first):
         )
         assert np.isnan(found[done:]).all()
         assert store.cube(record.id).attrs["complete"] == ("yes" if done == 7 else "no")
+    # counted by their definitions: that catalogue kept no sizes
+    studies = [parse_study(record.definition) for record in store.page().records]
+    assert store.taken() == Taken(14, sum(each.points * bytes_per_point(each) for each in studies))
     assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 0
     store.close()
     assert {file: file.read_bytes() for file in before} == before

@@ -6,7 +6,6 @@ import subprocess
 import sys
 import textwrap
 import time
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -55,74 +54,9 @@ def _start(code: str, *arguments: object) -> subprocess.Popen[str]:
     )
 
 
-def _together(processes: Sequence[subprocess.Popen[str]]) -> list[str]:
-    """Let the processes, which wait for a line, go at once; give what each printed."""
-    for process in processes:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "ready\n", process.communicate(timeout=SECONDS)[1]
-    for process in processes:
-        assert process.stdin is not None
-        process.stdin.write("go\n")
-        process.stdin.flush()
-    printed = []
-    for process in processes:
-        out, err = process.communicate(timeout=SECONDS)
-        assert process.returncode == 0, err
-        printed.append(out)
-    return printed
-
-
 @pytest.fixture
 def data_dir(tmp_path: Path) -> Path:
     return tmp_path / "data"
-
-
-def test_one_of_several_submitters_makes_the_study(data_dir):
-    code = """
-    print("ready", flush=True); sys.stdin.readline()
-    store = Store.open(Path(sys.argv[1]))   # the folder is new, so they also race for making the catalogue
-    record, created = store.submit(study, plan, {})
-    print(record.id, created)
-    """
-    answers = [line.split() for line in _together([_start(code, data_dir) for _ in range(4)])]
-    assert len({study_id for study_id, _ in answers}) == 1
-    assert sorted(created for _, created in answers) == ["False", "False", "False", "True"]
-    store = Store.open(data_dir)
-    assert len(store.page().records) == 1
-    assert len(list((data_dir / "cubes").glob("*.zarr"))) == 1
-    assert (store.cube(answers[0][0])["status"] == -1).all()
-    store.close()
-
-
-def test_one_of_several_runners_gets_the_claim(data_dir):
-    code = """
-    store = Store.open(Path(sys.argv[1]))
-    study_id = store.submit(study, plan, {})[0].id
-    print("ready", flush=True); sys.stdin.readline()
-    print(store.claim(study_id, sys.argv[2]))
-    """
-    won = _together([_start(code, data_dir, number) for number in range(4)])
-    assert sorted(won) == ["False\n", "False\n", "False\n", "True\n"]
-
-
-def test_marks_of_several_processes_and_threads_are_all_kept(data_dir):
-    code = """
-    from concurrent.futures import ThreadPoolExecutor
-    store = Store.open(Path(sys.argv[1]))
-    study_id = store.submit(study, plan, {})[0].id
-    print("ready", flush=True); sys.stdin.readline()
-    # every process marks every block: each counts once
-    with ThreadPoolExecutor(4) as threads:
-        list(threads.map(lambda i: store.mark(study_id, outcome(plan.block(i))), range(plan.count)))
-    print(study_id)
-    """
-    study_id = _together([_start(code, data_dir) for _ in range(3)])[0].strip()
-    store = Store.open(data_dir)
-    record = store.find(study_id)
-    assert record.blocks_done == record.blocks_total == BLOCKS
-    assert record.points_done == record.points_total
-    assert store.pending(study_id).size == 0
-    store.close()
 
 
 def test_a_reader_beside_a_writer_never_sees_a_torn_block(data_dir):

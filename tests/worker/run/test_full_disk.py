@@ -19,7 +19,6 @@ from damperlab.studies.store.catalogue.home import MARKER
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
@@ -47,12 +46,6 @@ def disk(tmp_path: Path) -> Iterator[Path]:
         pytest.skip("a small disk can be mounted by root alone: run the tests in a container with SYS_ADMIN")
     yield folder
     subprocess.run(["umount", "--lazy", str(folder)], check=True, timeout=20)
-
-
-@pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
-    with connect(workers=1) as client:
-        yield client
 
 
 def fill(disk: Path, leave: int) -> Path:

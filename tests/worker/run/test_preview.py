@@ -1,7 +1,6 @@
 """A large study begins with its coarse grid, a study of its own: the same bits, and nothing is computed twice."""
 
 import threading
-from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,6 @@ from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import SUBMITTED_BY, submitter
-from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run import runner
@@ -38,19 +36,10 @@ def large(damping_ratio: float) -> Study:
     )
 
 
-@pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
-    with connect(workers=1) as client:
-        yield client
-
-
-@pytest.fixture
-def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
-    # what takes a minute otherwise
+@pytest.fixture(autouse=True)
+def _previewed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Preview every study: what takes a minute otherwise."""
     monkeypatch.setattr(runner, "PREVIEWED_SECONDS", 0.0)
-    store = Store.open(tmp_path / "data")
-    yield store
-    store.close()
 
 
 def run(store: Store, client: Client, study: Study, reuse: bool = True, **options: Any) -> Record:

@@ -1,7 +1,6 @@
 """Points of earlier studies: taken bit for bit where solver and settings are the same, and never otherwise."""
 
 import threading
-from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,6 @@ from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.reuse.reuse import Overlaps
 from damperlab.studies.store.store import Store
-from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.runner import run_study
@@ -36,19 +34,6 @@ def study_of(frequencies: int = 7, start: float = 0.75, stop: float = 1.25, **ch
 FIRST = study_of()
 REFINED = study_of(13)
 LONGER = study_of(13, stop=1.75)
-
-
-@pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
-    with connect(workers=1) as client:
-        yield client
-
-
-@pytest.fixture
-def store(tmp_path: Path) -> Iterator[Store]:
-    store = Store.open(tmp_path / "data")
-    yield store
-    store.close()
 
 
 def submit(store: Store, study: Study, chunk: int, reuse: bool = True, **provenances: str) -> Record:

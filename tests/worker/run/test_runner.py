@@ -52,13 +52,6 @@ def friction_study() -> Study:
     )
 
 
-@pytest.fixture
-def store(tmp_path: Path) -> Iterator[Store]:
-    store = Store.open(tmp_path / "data")
-    yield store
-    store.close()
-
-
 @pytest.fixture(scope="module")
 def client() -> Iterator[Client]:
     with connect(workers=2) as client:

@@ -4,7 +4,6 @@ import json
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -21,7 +20,6 @@ from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.reuse.differences import differences_of
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
-from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import computing, provenance
 from damperlab.worker.run.runner import run_study
@@ -38,21 +36,8 @@ STUDY = parse_study(
 
 
 @pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
-    with connect(workers=1) as client:
-        yield client
-
-
-@pytest.fixture(scope="module")
 def other(tmp_path_factory: pytest.TempPathFactory) -> OtherSolver:
     return OtherSolver(tmp_path_factory.mktemp("other"))
-
-
-@pytest.fixture
-def store(tmp_path: Path) -> Iterator[Store]:
-    store = Store.open(tmp_path / "data")
-    yield store
-    store.close()
 
 
 def submit(store: Store, study: Study = STUDY, chunk: int = 4) -> tuple[Record, bool]:

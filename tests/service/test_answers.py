@@ -1,0 +1,490 @@
+"""A question has one answer: HTTP, the client and the command give what `damperlab.studies.answers` makes of the same cube."""
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import httpx
+import numpy as np
+import pytest
+import xarray as xr
+
+from damperlab.service.cli.main import _run
+from damperlab.service.client import Client, Study
+from damperlab.service.documents import plain
+from damperlab.service.simulation import compute, read_simulation
+from damperlab.studies.answers.compared_response import compared_response
+from damperlab.studies.answers.fragility import fragility
+from damperlab.studies.answers.frequency_response import frequency_response
+from damperlab.studies.answers.importance import importance
+from damperlab.studies.answers.map_difference import map_difference
+from damperlab.studies.answers.merged import merged_designs
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.pareto import pareto_front
+from damperlab.studies.answers.ranking import ranked_designs
+from damperlab.studies.answers.refine import refine_optimum
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.robust import robust_designs
+from damperlab.studies.answers.tmd_comparison import tmd_comparison
+from damperlab.studies.answers.work_precision import work_precision
+from damperlab.studies.definition import parse_study
+from damperlab.studies.questions import (
+    EVERY_AXIS,
+    Fragile,
+    Judging,
+    Ranking,
+    Search,
+    Selection,
+    Tuning,
+    Varied,
+)
+from damperlab.studies.store.export.export import without_names
+from damperlab.studies.store.store import Store
+
+HYBRID: dict[str, Any] = {
+    "name": "hybrid, three by three",
+    "axes": {
+        "clearance_ratio": [5, 10, 20],
+        "friction_ratio": [0.1, 0.2, 0.4],
+        "frequency_ratio": [0.95, 1, 1.05],
+    },
+}
+FRICTION: dict[str, Any] = {
+    "name": "friction over frequency",
+    "particle": False,
+    "axes": {
+        "friction_ratio": [0.1, 0.2, 0.4, 0.8, 1.6],
+        "frequency_ratio": {"start": 0.8, "stop": 1.2, "num": 5},
+    },
+}
+AT = {"clearance_ratio": 9.0, "friction_ratio": 0.15}
+ASKED_AT = {name: f"{value:g}" for name, value in AT.items()}
+PLANE = ("clearance_ratio", "friction_ratio")
+DAMPERS = ("clearance_m", "friction_force_n")
+
+
+class Asked(NamedTuple):
+    """A question as each door takes it; the client and the function give a Dataset."""
+
+    route: str
+    command: str
+    query: dict[str, str]
+    ask: Callable[[Study], xr.Dataset]
+    answer: Callable[[xr.Dataset], xr.Dataset]
+
+
+def of_map(ask: Any, answer: Any, **query: str) -> Asked:
+    x, y = query.pop("x", PLANE[0]), query.pop("y", PLANE[1])
+    return Asked("resonance-map", "map", {"x": x, "y": y, **query}, ask, answer)
+
+
+def of_response(ask: Any, answer: Any, **query: str) -> Asked:
+    return Asked("frequency-response", "response", ASKED_AT | query, ask, answer)
+
+
+def of_ranking(ask: Any, answer: Any, **query: str) -> Asked:
+    return Asked("optimal-designs", "optimum", query, ask, answer)
+
+
+def of_two(answer: xr.Dataset, cube: xr.Dataset) -> xr.Dataset:
+    return answer.assign_attrs(studies=[cube.attrs["digest"][:12]] * 2)
+
+
+HYBRIDS: dict[str, Asked] = {
+    "map, worst over the band": of_map(
+        lambda study: study.resonance_map(), lambda cube: resonance_map(cube, *PLANE)
+    ),
+    "map at a frequency": of_map(
+        lambda study: study.resonance_map("friction_ratio", "clearance_ratio", frequency_ratio=1.0),
+        lambda cube: resonance_map(cube, *PLANE[::-1], Selection(at={"frequency_ratio": 1.0})),
+        x="friction_ratio", y="clearance_ratio", frequency_ratio="1",
+    ),
+    "map of codes": of_map(
+        lambda study: study.resonance_map(metric="response_class"),
+        lambda cube: resonance_map(cube, *PLANE, Selection("response_class")),
+        metric="response_class",
+    ),
+    "map of counts, which are floats": of_map(
+        lambda study: study.resonance_map(metric="period", frequency_ratio=1.0),
+        lambda cube: resonance_map(cube, *PLANE, Selection("period", at={"frequency_ratio": 1})),
+        metric="period", frequency_ratio="1",
+    ),
+    "map, mean over a dimension": of_map(
+        lambda study: study.resonance_map("clearance_ratio", "frequency_ratio", over="friction_ratio", reduce="mean"),
+        lambda cube: resonance_map(cube, "clearance_ratio", "frequency_ratio", over="friction_ratio", reduce="mean"),
+        y="frequency_ratio", over="friction_ratio", reduce="mean",
+    ),
+    "map less that of another": of_map(
+        lambda study: study.resonance_map(minus=study),
+        lambda cube: of_two(map_difference(cube, cube, *PLANE), cube),
+        minus=HYBRID["name"],
+    ),
+    "response": of_response(
+        lambda study: study.frequency_response(**AT), lambda cube: frequency_response(cube, Selection(at=AT))
+    ),
+    "response with gaps": of_response(
+        lambda study: study.frequency_response("floquet_multiplier", **AT),
+        lambda cube: frequency_response(cube, Selection("floquet_multiplier", at=AT)),
+        metric="floquet_multiplier",
+    ),
+    "response between grid points": of_response(
+        lambda study: study.frequency_response(interpolate=True, **AT),
+        lambda cube: frequency_response(cube, Selection(at=AT, interpolate=True)),
+        interpolate="true",
+    ),
+    "response beside another": of_response(
+        lambda study: study.frequency_response(with_=study, **AT),
+        lambda cube: of_two(compared_response(cube, cube, Selection(at=AT)), cube),
+        **{"with": HYBRID["name"]},
+    ),
+    "ranking": of_ranking(
+        lambda study: study.optimal_designs(
+            "band_rms", band=(0.95, 1.0), top=4, exclude_locked=True, clearance_ratio=(5, 10)
+        ),
+        lambda cube: optimal_designs(
+            cube,
+            Judging("band_rms", band=(0.95, 1.0), exclude_locked=True, ranges={"clearance_ratio": (5, 10)}),
+            top=4,
+        ),
+        objective="band_rms", band="0.95,1.0", top="4", exclude_locked="true", clearance_ratio="5,10",
+    ),
+    "ranking within a range of a result": of_ranking(
+        lambda study: study.optimal_designs(top=10, stick_fraction=(0, 0.5)),
+        lambda cube: optimal_designs(cube, Judging(ranges={"stick_fraction": (0, 0.5)})),
+        stick_fraction="0,0.5",
+    ),
+    "ranking of nothing": of_ranking(
+        lambda study: study.optimal_designs(max_impact_speed=0.0, friction_ratio=(0.1, 0.1), top=10),
+        lambda cube: optimal_designs(cube, Judging(max_impact_speed=0.0, ranges={"friction_ratio": (0.1, 0.1)})),
+        max_impact_speed="0", friction_ratio="0.1,0.1",
+    ),
+    "front": of_ranking(
+        lambda study: study.optimal_designs(pareto=["amplitude", "-dissipation_impact"]),
+        lambda cube: pareto_front(cube, ["amplitude", "-dissipation_impact"]),
+        pareto="amplitude,-dissipation_impact", top="500",
+    ),
+    "robust": Asked(
+        "robust-designs", "robust", {"amplitudes": "1,2", "top": "3"},
+        lambda study: study.robust_designs((1, 2), top=3),
+        lambda cube: robust_designs(cube, (1, 2), top=3),
+    ),
+    "tuned mass damper": Asked(
+        "tmd-comparison", "tmd", ASKED_AT | {"criterion": "den_hartog", "detuning": "0.05"},
+        lambda study: study.tmd_comparison("den_hartog", detuning=0.05, **AT),
+        lambda cube: tmd_comparison(cube, Tuning("den_hartog", detuning=0.05), at=AT),
+    ),
+    "tuned mass damper under a force": Asked(
+        "tmd-comparison", "tmd", ASKED_AT | {"criterion": "hinf", "excitation": "force"},
+        lambda study: study.tmd_comparison("hinf", excitation="force", **AT),
+        lambda cube: tmd_comparison(cube, Tuning("hinf", excitation="force"), at=AT),
+    ),
+    "importance": Asked(
+        "importance", "importance", {"frequency_ratio": "0.95,1"},
+        lambda study: study.importance(frequency_ratio=(0.95, 1)),
+        lambda cube: importance(cube, Varied(ranges={"frequency_ratio": (0.95, 1)})),
+    ),
+    "work and precision": Asked(
+        "work-precision", "precision", {}, lambda study: study.work_precision(), work_precision
+    ),
+}  # fmt: skip
+SUITES: dict[str, Asked] = {
+    "map under a record": of_map(
+        lambda study: study.resonance_map(record="northridge", scale=3),
+        lambda cube: resonance_map(cube, *DAMPERS, Selection(at={"record": "northridge", "scale": 3})),
+        x=DAMPERS[0], y=DAMPERS[1], record="northridge", scale="3",
+    ),
+    "map over the records": of_map(
+        lambda study: study.resonance_map(scale=3),
+        lambda cube: resonance_map(cube, *DAMPERS, Selection(at={"scale": 3})),
+        x=DAMPERS[0], y=DAMPERS[1], scale="3",
+    ),
+    "dampers by their worst case": of_ranking(
+        lambda study: study.optimal_designs(top=2, records=["northridge-360"], clearance_m=(0.002, 1)),
+        lambda cube: ranked_designs(
+            cube, Judging(ranges={"clearance_m": (0.002, 1)}), Ranking(top=2, records=("northridge-360",)), dict
+        ),
+        top="2", record="northridge-360", clearance_m="0.002,1",
+    ),
+    "importance in a suite": Asked(
+        "importance", "importance", {}, lambda study: study.importance(), lambda cube: importance(cube, Varied())
+    ),
+    "fragility": Asked(
+        "fragility", "fragility", {"threshold": "0.02"},
+        lambda study: study.fragility(0.02), lambda cube: fragility(cube, Fragile(0.02)),
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def remote(service: Any) -> Iterator[Client]:
+    with Client(service.url) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def store(service: Any) -> Iterator[Store]:
+    store = Store.open(service.log.parent / "data")
+    yield store
+    store.close()
+
+
+@pytest.fixture(scope="module")
+def friction(remote: Client) -> Study:
+    return remote.submit(FRICTION).wait(progress=False)
+
+
+@pytest.fixture(scope="module")
+def hybrid(remote: Client) -> Study:
+    return remote.submit(HYBRID).wait(progress=False)
+
+
+@pytest.fixture
+def printed(store: Store, capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
+    """Run a command in this process, and read the document that it prints."""
+
+    def ask(*arguments: str) -> Any:
+        capsys.readouterr()
+        status = _run([*arguments, "--data-dir", str(store.data_dir), "--json"])
+        told = capsys.readouterr()
+        assert status == 0, told.err
+        return json.loads(told.out)
+
+    return ask
+
+
+def options(query: dict[str, str]) -> list[str]:
+    """Spell the parameters of a query as the options of a command."""
+    found: list[str] = []
+    for name, value in query.items():
+        if name in EVERY_AXIS or name == "stick_fraction":
+            ranged = "," in value
+            found += ["--within" if ranged else "--record" if name == "record" else "--at"]
+            found += [value if found[-1] == "--record" else f"{name}={value}"]
+        else:
+            found += [f"--{name.replace('_', '-')}", *([] if value == "true" else [value])]
+    return found
+
+
+def assert_same(found: xr.Dataset, local: xr.Dataset) -> None:
+    """Equal values, names, units, attributes and types; an answer can draw itself, which a bare Dataset cannot."""
+    assert isinstance(found, xr.Dataset)
+    for name in [name for name in found.coords if str(name).endswith("response_class_words")]:
+        codes = found[str(name).removesuffix("_words")]
+        meanings = dict(zip(codes.attrs["flag_values"], codes.attrs["flag_meanings"].split(), strict=True))
+        assert [meanings[code] for code in codes.values.ravel()] == found[name].values.ravel().tolist()
+        found = found.drop_vars(name)
+    bare = xr.Dataset(dict(found.data_vars), dict(found.coords), _sent(found.attrs))
+    xr.testing.assert_identical(bare, local.drop_attrs(deep=False).assign_attrs(_sent(local.attrs)))
+    kinds = [{name: array.dtype.kind for name, array in each.variables.items()} for each in (found, local)]
+    assert kinds[0] == kinds[1]
+
+
+def _sent(attributes: dict[Any, Any]) -> dict[str, Any]:
+    """Give attributes as JSON has them; the metric is that of the question, and stands in the document's head."""
+    return {name: plain(value) for name, value in attributes.items() if name != "metric"}
+
+
+@pytest.mark.parametrize("question", [*HYBRIDS, *SUITES])
+def test_every_door_gives_the_answer_of_the_function(
+    client: httpx.Client,
+    remote: Client,
+    store: Store,
+    hybrid: Study,
+    suite: dict[str, Any],
+    printed: Callable[..., Any],
+    question: str,
+) -> None:
+    asked = (HYBRIDS | SUITES)[question]
+    study = hybrid if question in HYBRIDS else remote.study(suite["id"])
+    assert_same(asked.ask(study), asked.answer(store.cube(study.id)))
+    document = client.get(f"/api/v1/studies/{study.id}/{asked.route}", params=asked.query).json()
+    assert "values" in document or "columns" in document, document
+    assert printed(asked.command, study.id, *options(asked.query)) == document
+
+
+@pytest.mark.parametrize(
+    ("route", "command", "query"),
+    [
+        ("refine", ("refine",), {}),
+        ("refine-boundary", ("refine", "--boundary", "friction_ratio"), {"along": "friction_ratio", "frequency_ratio": "1"}),
+        ("race", ("race",), {}),
+    ],
+)  # fmt: skip
+def test_a_search_is_planned_alike(
+    client: httpx.Client,
+    friction: Study,
+    printed: Callable[..., Any],
+    route: str,
+    command: tuple[str, ...],
+    query: dict[str, str],
+) -> None:
+    planned = client.post(
+        f"/api/v1/studies/{friction.id}/{route}", params={**query, "dry_run": "true"}
+    ).json()
+    told = printed(
+        command[0],
+        friction.id,
+        *command[1:],
+        *options({k: v for k, v in query.items() if k != "along"}),
+        "--dry-run",
+    )
+    assert planned["note"]
+    assert {name: told.get(name) for name in planned} == planned
+    if route == "refine-boundary":
+        # locked where the friction bears the largest inertia force, r² = 1
+        assert planned["found"]["low"] < 1.0 < planned["found"]["high"]
+        found = friction.refine_boundary("friction_ratio", dry_run=True, frequency_ratio=1.0)
+        assert (found.found, found.note) == (planned["found"], planned["note"])
+    elif route == "race":
+        # periodic responses are known to rounding, so the first look decides
+        assert (planned["known"], planned["as_good"], planned["chance_of_another"]) == (True, 0, 0)
+
+
+def test_scene_without_a_particle_has_the_same_answers(friction: Study, store: Store) -> None:
+    cube = store.cube(friction.id)
+    assert_same(friction.resonance_map(), resonance_map(cube, "friction_ratio", "frequency_ratio"))
+    designs = friction.optimal_designs(exclude_locked=True)
+    assert_same(designs, optimal_designs(cube, Judging(exclude_locked=True)))
+    assert designs.attrs["locked"] > 0
+
+
+def test_refinement_leads_to_a_ranking_of_both_studies(
+    client: httpx.Client, hybrid: Study, store: Store, printed: Callable[..., Any]
+) -> None:
+    definition = parse_study(hybrid.record.definition)
+    local = refine_optimum(definition, {hybrid.id: store.cube(hybrid.id)}, Search(1.0))
+    planned = hybrid.refine(1.0, dry_run=True)
+    assert (planned.known, planned.follow_up) == (False, None)
+    assert (planned.points, planned.fine_points, planned.note, planned.found, planned.steps) == (
+        local.points, local.fine_points, local.note, local.found, local.steps,
+    )  # fmt: skip
+    step = hybrid.refine(1.0)
+    assert step.follow_up is not None
+    step.follow_up.wait(progress=False)
+    # asked again it is the same study
+    address = f"/api/v1/studies/{hybrid.id}"
+    again = client.post(f"{address}/refine", params={"tolerance": "1"})
+    assert (again.status_code, again.json()["follow_up"]["id"]) == (200, step.follow_up.id)
+    together = hybrid.optimal_designs(with_=[step.follow_up])
+    cubes = {study.id: store.cube(study.id) for study in (hybrid, step.follow_up)}
+    assert_same(together, merged_designs(cubes))
+    assert together["value"][0] <= hybrid.optimal_designs()["value"][0]
+    document = client.get(f"{address}/optimal-designs", params={"with": step.follow_up.id}).json()
+    assert printed("optimum", hybrid.id, "--with", step.follow_up.id) == document
+
+
+def test_cube_is_lazy_and_bit_for_bit_the_stored_one(hybrid: Study, store: Store) -> None:
+    cube = hybrid.cube()
+    assert cube["amplitude_ratio"].chunks is not None
+    stored = without_names(store.cube(hybrid.id))
+    xr.testing.assert_identical(cube.compute(), stored.compute())
+    without_dask = hybrid.cube(chunks=None)
+    assert without_dask["amplitude_ratio"].chunks is None
+    corner = {"clearance_ratio": 10, "friction_ratio": 0.2, "frequency_ratio": 1.0}
+    values = [each["amplitude_ratio"].sel(corner).values for each in (without_dask, stored)]
+    np.testing.assert_array_equal(*values)
+
+
+@pytest.mark.parametrize("form", ["netcdf", "csv", "parquet"])
+@pytest.mark.parametrize("kind", ["hybrid", "suite"])
+def test_an_export_is_one_file_behind_every_door(
+    client: httpx.Client, remote: Client, hybrid: Study, suite: dict[str, Any], store: Store, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str], kind: str, form: str,
+) -> None:  # fmt: skip
+    study = hybrid if kind == "hybrid" else remote.study(suite["id"])
+    answer = client.get(f"/api/v1/studies/{study.id}/export", params={"format": form}).raise_for_status()
+    assert "attachment" in answer.headers["content-disposition"]
+    suffix = "nc" if form == "netcdf" else form
+    assert study.export(tmp_path / f"a.{suffix}").read_bytes() == answer.content
+    file = tmp_path / f"b.{suffix}"
+    assert _run(["export", study.id, "-o", str(file), "--data-dir", str(store.data_dir)]) == 0
+    assert file.read_bytes() == answer.content
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"a.{suffix}", f"b.{suffix}"]
+
+
+DRAWN: list[tuple[str, Callable[[Study], Any], str]] = [
+    ("map", lambda study: study.resonance_map(), "Clearance ratio"),
+    ("map --minus SAME", lambda study: study.resonance_map(minus=study), "Difference in amplitude ratio"),
+    ("response --at friction_ratio=0.15", lambda study: study.frequency_response(**AT), "Frequency ratio"),
+    ("response --with SAME", lambda study: study.frequency_response(with_=study, **AT), "Frequency ratio"),
+    ("optimum", lambda study: study.optimal_designs(), "argest amplitude ratio in the band"),
+    ("", lambda study: study.robust_designs((1, 2)), "argest over the base amplitudes"),
+    ("tmd", lambda study: study.tmd_comparison(**AT), "tuned mass damper"),
+    ("importance", lambda study: study.importance(), "hare of the variance"),
+    ("", lambda study: study.work_precision(), "Run time of a point"),
+]
+
+
+@pytest.mark.parametrize(("command", "ask", "words"), DRAWN)
+def test_an_answer_is_drawn_from_python_and_by_its_command(
+    hybrid: Study, store: Store, tmp_path: Path, command: str, ask: Callable[[Study], Any], words: str
+) -> None:
+    ask(hybrid).plot(tmp_path / "figure.svg")
+    assert words in (tmp_path / "figure.svg").read_text()
+    if command:
+        name, *more = command.replace("SAME", hybrid.id).split()
+        for suffix, start in (("png", b"\x89PNG\r\n\x1a\n"), ("svg", b"<?xml")):
+            file = tmp_path / "new folder" / f"drawn.{suffix}"
+            assert _run([name, hybrid.id, *more, "-o", str(file), "--data-dir", str(store.data_dir)]) == 0
+            assert file.read_bytes().startswith(start)
+
+
+def test_plot_keeps_the_plots_of_xarray(hybrid: Study) -> None:
+    designs = hybrid.optimal_designs()
+    assert callable(designs.plot.scatter)
+    # a Dataset in every other respect, and still drawn after it was cut
+    assert isinstance(designs.isel(rank=slice(3)), type(designs))
+
+
+def test_a_simulation_is_the_same_from_every_door(
+    client: httpx.Client, remote: Client, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    point = {"frequency_ratio": 0.9, "clearance_ratio": 8.0, "friction_ratio": 0.3, "cycles": 5}
+    local = compute(read_simulation({**point, "history": 0}, 10_000, 1000), 10_000)
+    over_http = client.post("/api/v1/simulate", json=point).raise_for_status().json()
+    flags = [part for name, value in point.items() for part in (f"--{name.replace('_', '-')}", str(value))]
+    capsys.readouterr()
+    assert _run(["simulate", *flags, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    found = remote.simulate(**point, history=2)  # type: ignore[arg-type]
+    for state, events in (
+        (over_http["state"], over_http["events"]), (told["state"], told["events"]), (found.state, found.events),
+    ):  # fmt: skip
+        assert (state, events) == (local["state"], local["events"])
+    one, other = ({**each["metrics"], "run_time": 0.0} for each in (over_http, told))
+    assert one == other
+    assert set(local["events"]) == {"impacts", "turns", "attachments"}
+    # the last two cycles, each of 2π/r, drawn and as a table
+    assert float(np.ptp(found.history["time"].values)) == pytest.approx(4 * np.pi / 0.9)
+    assert found.history["u"].attrs["units"] == "Z"
+    found.plot(tmp_path / "history.svg")
+    assert "Time in excitation cycles" in (tmp_path / "history.svg").read_text()
+    assert _run(["simulate", *flags, "-o", str(tmp_path / "history.csv")]) == 0
+    rows = np.genfromtxt(tmp_path / "history.csv", delimiter=",", names=True)
+    assert (rows["time"][0], rows["time"][-1]) == (0.0, pytest.approx(10 * np.pi / 0.9, rel=1e-12))
+    assert rows["u"][-1] == pytest.approx(local["state"]["u"], rel=1e-9)
+
+
+def test_a_simulation_under_a_force_and_without_a_particle_is_the_closed_form(remote: Client) -> None:
+    found = remote.simulate(1.1, damping_ratio=0.05, particle=False, excitation="force", history=1)
+    assert found.metrics["amplitude_ratio"] == pytest.approx(1.0 / np.hypot(1.0 - 1.21, 0.11), rel=1e-12)
+    assert (found.state["p"], found.state["p_rate"], found.events["impacts"]) == (None, None, 0)
+
+
+def test_dampers_are_compared_alike_under_an_earthquake(
+    client: httpx.Client, remote: Client, printed: Callable[..., Any], tmp_path: Path
+) -> None:
+    asked = {"record": "northridge", "cases": ["none", "tmd"], "starts": 0}
+    document = client.post("/api/v1/earthquake-comparisons", json=asked).raise_for_status().json()
+    assert printed("earthquake", "northridge", "--case", "none", "--case", "tmd", "--starts", "0") == document
+    found = remote.earthquake_comparison("northridge", ["none", "tmd"], starts=0)
+    assert found["case"].values.tolist() == list(document["cases"]) == ["none", "tmd"]
+    units = {"peak_relative_displacement_m": "m", "peak_absolute_acceleration_m_s2": "m/s2"}
+    for name, unit in units.items():
+        values = [document["cases"][case][name] for case in ("none", "tmd")]
+        np.testing.assert_array_equal(found[name], values)
+        assert found[name].attrs["units"] == unit
+    assert found.attrs["record"]["id"] == document["record"]["id"] == "northridge-090"
+    found.plot(tmp_path / "dampers.svg")
+    assert "Peak of" in (tmp_path / "dampers.svg").read_text()
