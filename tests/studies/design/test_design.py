@@ -122,9 +122,6 @@ def test_the_recommended_damper_is_the_best_of_brute_force_within_its_error(damp
     # no damper of the grid is better as drawn than what is recommended as drawn, but for its error and the
     # tolerances, which are what it is chosen for: their worst case is above every nominal one
     assert found.compared.value <= 1.05 * worst_with_corners(found, truth)
-    # and what another may do better is said
-    assert found.shortfall is not None
-    assert worst_with_corners(found, truth) >= found.compared.most - found.shortfall.between
     # what is stated of the recommended damper is what a fine grid of frequencies finds
     build = found.build
     fine = brute(DAMPED, np.array([build.clearance_m]), np.array([build.friction_force_n])).item()
@@ -338,7 +335,7 @@ def test_a_budget_is_kept_and_the_answer_says_what_it_left_out() -> None:
     first = 81 * 11  # dampers of the first look by its frequencies, and the ends of the band, or more
     found, _ = pursued(DAMPED, 2 * first + 1500)
     assert found.book.spent <= 2 * first + 1500
-    assert found.stopped == found.ended.criterion == "budget"
+    assert found.stopped == found.ended == "budget"
     assert found.left_out
     sentences = answer_document(found)["words"]
     assert any(sentence.startswith("The budget did not allow: ") for sentence in sentences)
