@@ -164,25 +164,26 @@ def rise(r: NDArray[np.float64], values: NDArray[np.float64]) -> float:
     """
     place = int(values.argmax())
     return max(
-        _rise_towards(r[place::side], values[place::side], r[place::-side], values[place::-side])
+        _rise_ahead(r[place::side], values[place::side], r[place::-side], values[place::-side])
         for side in (1, -1)
     )
 
 
-def _rise_towards(
+def _rise_ahead(
     r: NDArray[np.float64],
     values: NDArray[np.float64],
     back: NDArray[np.float64],
-    before: NDArray[np.float64],
+    behind: NDArray[np.float64],
 ) -> float:
-    """Give the rise on the first interval of `r`, of what comes along `back` in reverse."""
-    if r.size < 2 or not np.isfinite(values[:3]).all() or not np.isfinite(before[:2]).all():
+    """Give the rise on the first interval of a response, which came along the same first place from behind."""
+    if r.size < 2 or back.size < 2 or not np.isfinite(np.r_[values[:3], behind[:3]]).all():
         return 0.0
-    width = abs(r[1] - r[0])
-    up = (before[0] - before[1]) / abs(back[0] - back[1]) if back.size > 1 else np.inf
+    width, slopes = abs(r[1] - r[0]), np.diff(behind[:3]) / -np.abs(np.diff(back[:3]))
+    up = float(min(slopes[0], *2.0 * np.abs(slopes[1:])))  # much steeper than before is a jump, and no slope
     if r.size > 2:
         down = (values[1] - values[2]) / abs(r[2] - r[1])
-        above = values[1] + down * width - values[0]
+        above = float(values[1] + down * width - values[0])
         if above >= 0.0:
-            return float(above if np.isinf(up) else up * above / max(up + down, 1e-300))
-    return 0.0 if np.isinf(up) else float(up * width)
+            return up * above / (up + down) if up + down > 0.0 else 0.0
+        return min(up * float(width), -above)  # a jump falls by more than the response rose before it
+    return up * float(width)

@@ -96,7 +96,12 @@ class Search:
         self.cap = self.most - math.ceil(self.effort.reserve * (self.most - self.book.spent))
         try:
             for candidates in sought(self.space, self.values, self.effort):
-                self._tell(f"{counted(len(self.values), 'damper')} looked at")
+                known = len(self.values)
+                self._tell(
+                    f"others beside {counted(known, 'damper')}"
+                    if known
+                    else f"a first look at {counted(len(candidates), 'damper')}"
+                )
                 yield from self._look(candidates)
         except BudgetSpent:
             self.stopped = "budget"

@@ -71,7 +71,7 @@ def test_the_peak_of_a_structure_is_found_whether_its_particle_rides_or_not(
 
 def test_a_peak_on_a_flank_is_looked_for_between_the_samples() -> None:
     def response(r: np.ndarray) -> np.ndarray:
-        return r + 0.1 * np.exp(-(((r - 0.9193) / 0.0015) ** 2))
+        return r + 0.1 * np.exp(-(((r - 0.9243) / 0.0015) ** 2))
 
     r = np.arange(0.8, 1.0, 0.008)
     values = response(r)
