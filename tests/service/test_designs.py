@@ -257,8 +257,11 @@ def test_a_study_that_is_cancelled_while_its_design_computes_it_stays_cancelled(
 ) -> None:
     """The first look at this band takes several blocks of the process that searches."""
     band = {"base_amplitude_m": 0.001, "frequency_hz": {"start": 6.0, "stop": 10.0}}
-    wide = helpers.SPECIFICATION | {"excitation": band, "budget_points": 4000}
-    wide["choose"] = wide["choose"] | {"clearance_m": {"start": 0.002, "stop": 0.012}}
+    wide = helpers.SPECIFICATION | {"excitation": band, "budget_points": 8000}
+    wide["choose"] = {
+        "clearance_m": [0.001 * k for k in range(2, 12)],
+        "friction_force_n": [5.0 * k for k in range(10)],
+    }
     del wide["clearance_m"]
     running = own_service()
     with httpx.Client(base_url=running.url, timeout=300) as client:
