@@ -94,7 +94,8 @@ def test_every_fault_of_a_specification_is_told(client: httpx.Client, helpers: A
 
 
 def test_a_budget_that_ends_before_the_first_look_is_refused(client: httpx.Client, helpers: Any) -> None:
-    refused = client.post(DESIGNS, json=helpers.SPECIFICATION | {"budget_points": 100})
+    wide = {"base_amplitude_m": 0.001, "frequency_hz": {"start": 4.0, "stop": 16.0}}
+    refused = client.post(DESIGNS, json=helpers.SPECIFICATION | {"excitation": wide, "budget_points": 100})
     assert refused.status_code == 422
     assert refused.json()["errors"][0]["field"] == "budget_points"
 
