@@ -142,6 +142,8 @@ class Search:
         yield from self.known(map(self.space.build, candidates), 0)
         if not self.robust and len(candidates) > 1:  # there is no best yet to hold them against
             candidates = sorted(candidates, key=lambda each: (self.value(each), each))
+            if self.told:
+                self.book.ahead = self.space.build(candidates[0])
             yield from self._look(candidates[:1])
             candidates = candidates[1:]
         left = candidates
