@@ -89,7 +89,7 @@ def _divided(space: Space, values: Values, count: int) -> Wants:
     wanted: dict[Candidate, None] = {}
 
     def value(at: NDArray[np.float64]) -> float:
-        candidate = space.candidate(0.5 + STRETCH * (at - 0.5))
+        candidate = space.candidate((0.5 + STRETCH * (at - 0.5)).tolist())
         if candidate in values:
             known.add(candidate)
             return values[candidate]

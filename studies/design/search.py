@@ -96,12 +96,8 @@ class Search:
         self.cap = self.most - math.ceil(self.effort.reserve * (self.most - self.book.spent))
         try:
             for candidates in sought(self.space, self.values, self.effort):
-                known = len(self.values)
-                self._tell(
-                    f"others beside {counted(known, 'damper')}"
-                    if known
-                    else f"a first look at {counted(len(candidates), 'damper')}"
-                )
+                here = counted(len(candidates) + len(self.values), "damper")
+                self._tell(f"{here} looked at" if self.values else f"a first look at {here}")
                 yield from self._look(candidates)
         except BudgetSpent:
             self.stopped = "budget"
