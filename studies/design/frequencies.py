@@ -179,7 +179,8 @@ def _rise_ahead(
     if r.size < 2 or back.size < 2 or not np.isfinite(np.r_[values[:3], behind[:3]]).all():
         return 0.0
     width, slopes = abs(r[1] - r[0]), np.diff(behind[:3]) / -np.abs(np.diff(back[:3]))
-    up = float(min(slopes[0], *2.0 * np.abs(slopes[1:])))  # much steeper than before is a jump, and no slope
+    # much steeper than before is a jump, and no slope
+    up = float(np.minimum(slopes[0], 2.0 * abs(slopes[1])) if slopes.size > 1 else slopes[0])
     if r.size > 2:
         down = (values[1] - values[2]) / abs(r[2] - r[1])
         above = float(values[1] + down * width - values[0])

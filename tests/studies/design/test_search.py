@@ -144,6 +144,12 @@ def test_no_curve_is_laid_across_a_jump(side: float) -> None:
     assert rise(r, between_two_jumps) == pytest.approx(0.01, rel=1e-9)
 
 
+def test_the_rise_is_told_of_few_samples_too() -> None:
+    r = np.arange(4.0)
+    assert rise(r, np.array([1.0, 2.0, 0.0, 0.0])) == 1.0
+    assert rise(r[:2], np.array([1.0, 2.0])) == rise(r[:1], np.array([1.0])) == 0.0
+
+
 def test_what_exceeds_a_limit_comes_after_all_that_keep_it() -> None:
     search = Search(parse_specification(DAMPED), Book(parse_specification(DAMPED), 10))
     ranked = [
