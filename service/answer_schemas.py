@@ -454,7 +454,7 @@ _DESIGN_ANSWER = _object(
             particle_alone=NUMBER,
         )
     ),
-    ended=_object(criterion=TEXT, step=NUMBER, open=COUNT),
+    ended=_object(("looked_at",), criterion=TEXT, looked_at=COUNT),
     cases=_list(_object(("record_name",), record=TEXT, record_name=TEXT, scale=NUMBER, value=NUMBER)),
     specification={"type": "object"},
 )

@@ -4,16 +4,13 @@ from dataclasses import dataclass, replace
 
 from damperlab.studies.design.book import Book, BudgetSpent
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.effort import Effort
+from damperlab.studies.design.optimisers import Effort
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import Search
 from damperlab.studies.design.steps import Step
 from damperlab.studies.specification.specification import Choice, Specification
 
-SMALL = {
-    "friction_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.4, finest=1 / 32),
-    "particle_alone": Effort(kept=4, finalists=3, rounds=1, reserve=0.4, finest=1 / 32),
-}
+SMALL = Effort(divided=10, starts=1, sizes=1, reserve=0.4)
 """Of the searches for what the answer is compared with."""
 OF_DAMPER = {
     "friction_alone": ("clearance_m", "particle_mass_kg", "restitution"),
@@ -57,8 +54,8 @@ def alternative(name: str, asked: Specification, book: Book, most: int) -> Step[
     BudgetSpent
         If none could be looked at with its tolerances: a number without them is not beside the others.
     """
-    search = Search(without(asked, OF_DAMPER[name]), book, SMALL[name], told=False)
+    search = Search(without(asked, OF_DAMPER[name]), book, SMALL, told=False)
     best = yield from search.run(most)
     if not all(map(search.looked_at, search.with_corners(best))):
         raise BudgetSpent
-    return Alternative(search.lattice.build(best), search.robust[best], not search.stopped)
+    return Alternative(search.space.build(best), search.robust[best], not search.stopped)

@@ -53,10 +53,8 @@ def answer_document(found: Found) -> dict[str, Any]:
             for each in undominated(found.front)
         ],
         "masses": [_of_mass(found, each) for each in found.front],
-        "as_good": found.as_good,
-        "shortfall": None if found.shortfall is None else asdict(found.shortfall),
         "stopped": found.stopped,
-        "ended": asdict(found.ended),
+        "ended": {"criterion": found.ended, "looked_at": found.looked_at},
         "left_out": list(found.left_out),
         "confidence": asked.confidence,
         "points": found.book.spent,

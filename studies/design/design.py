@@ -9,17 +9,13 @@ import xarray as xr
 from damperlab.studies.definition import Study
 from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.alternatives import OF_DAMPER
-from damperlab.studies.design.between import look_between
 from damperlab.studies.design.book import Book, BudgetSpent
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import counted_builds, drawn
-from damperlab.studies.design.contenders import contend
 from damperlab.studies.design.corners import amplitudes_of
-from damperlab.studies.design.ended import ended_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score, binding, over_bands, score, worst
 from damperlab.studies.design.search import CLOSE, FEW, Search
-from damperlab.studies.design.shortfall import shortfall_of
 from damperlab.studies.design.starts import STARTS, started, starts_of
 from damperlab.studies.design.steps import Step, within
 from damperlab.studies.design.surroundings import Surroundings
@@ -134,15 +130,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     search = Search(asked, book)
     _require(search)
     best = yield from search.run()
-    if search.lattice.names:
-        book.stage = "between the dampers that were looked at"
-        yield from look_between(search)
-        best = search.best()
-    if search.corners:
-        book.stage = "others that may be better, with their tolerances"
-        yield from contend(search)
-        best = search.best()
-    build = book.ahead = search.lattice.build(best)
+    build = book.ahead = search.space.build(best)
     compared = search.robust[best]
     judged = [compared]
     left: list[str] = []
@@ -154,11 +142,6 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
     yield from within(search.known([build], CLOSE + 1, scan), left, "further amplitudes of the range")
     nominal = score(book, build, (*scan, *search.amplitudes))
     judged.append(nominal)
-    as_good = sum(
-        other.value - other.error < compared.most and other.violation <= compared.violation
-        for candidate, other in search.robust.items()
-        if candidate != best
-    )
     over: Score | None = None
     shown: tuple[Amplitude, ...] = ()
     if amplitudes:
@@ -196,10 +179,9 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         front=beside.front,
         shown=tuple(each for each in shown if book.curve(build, each).r.size),
         starts=starts_of(asked, book, build, binding(asked, over).largest, stated.most) if over else None,
-        as_good=as_good,
-        shortfall=shortfall_of(search, best),
         stopped=search.stopped or "complete",
-        ended=ended_of(search),
+        ended=search.ended,
+        looked_at=len(search.values),
         left_out=tuple(left),
     )
 
@@ -214,7 +196,7 @@ def _require(search: Search) -> None:
     first = search.book.lacking(search.first_look())
     if first <= search.book.budget / 2:
         return
-    found, dampers = f"{search.book.budget:,} points", counted(len(search.lattice.first()), "damper")
+    found, dampers = f"{search.book.budget:,} points", counted(len(search.first()), "damper")
     told = f"{{field}} allows {found}; the first look at {dampers} takes {first:,}, and as many are kept for what follows."
     key = "budget_minutes" if search.asked.budget_points is None else "budget_points"
     more = key.removeprefix("budget_")

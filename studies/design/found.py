@@ -7,11 +7,9 @@ from damperlab.studies.design.alternatives import Alternative
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import Builds
-from damperlab.studies.design.ended import Ended
 from damperlab.studies.design.front import OfMass
 from damperlab.studies.design.margins import Margin, Together
 from damperlab.studies.design.score import Score, binding, score
-from damperlab.studies.design.shortfall import Shortfall
 from damperlab.studies.design.starts import Starts
 from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import Specification
@@ -51,14 +49,13 @@ class Found:
         frequency of the survey.
     starts : Starts or None
         What other starts than rest lead to; None where the budget did not allow it.
-    as_good : int
-        Further dampers judged that may be as good within the errors.
-    shortfall : Shortfall or None
-        By how much another damper may be better; None where limits are exceeded.
     stopped : str
         "complete" or "budget".
-    ended : Ended
-        Which criterion ended it, and what that left open.
+    ended : str
+        What ended the search: "converged", "lists" (every combination of the values listed was looked at), "budget", or
+        "nothing" (there was nothing to choose).
+    looked_at : int
+        Dampers that the search looked at.
     left_out : tuple of str
         What the budget did not allow.
     """
@@ -79,10 +76,9 @@ class Found:
     under: tuple[Score, ...]
     shown: tuple[Amplitude, ...]
     starts: Starts | None
-    as_good: int
-    shortfall: Shortfall | None
     stopped: str
-    ended: Ended
+    ended: str
+    looked_at: int
     left_out: tuple[str, ...]
 
     @property

@@ -27,9 +27,9 @@ SHOWN = 0.85
 """Share of the largest value from which a maximum is bracketed."""
 BRACKETS = 3
 """Most maxima that are bracketed at once."""
-CLOSER = 0.002
+CLOSER = 0.001
 """Step at which a response is looked at where a rise between two samples would decide."""
-INNER = 3
+INNER = 7
 """Samples put into either side of a bracket."""
 NARROW = 1e-5
 """Width of an interval [1] up to which no sample is put into it: a hundredth of the least step between resonances."""
@@ -101,24 +101,26 @@ def _towards(edge: float, end: float) -> list[float]:
     return [round(float(r), DIGITS) for r in np.geomspace(edge, max(end, 1e-4), OUTSIDE + 2)[1:-1]]
 
 
-def brackets(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
+def brackets(r: NDArray[np.float64], values: NDArray[np.float64], shown: float = SHOWN) -> tuple[float, ...]:
     """Give further frequencies around the largest maxima of a sampled response.
 
     Parameters
     ----------
     r, values : ndarray, (n,)
         Ascending frequencies and the response there.
+    shown : float
+        Share of the largest value that a maximum reaches.
 
     Returns
     -------
     tuple of float
-        Inside the neighbouring intervals of every maximum that reaches `SHOWN` of the largest value, the highest first
+        Inside the neighbouring intervals of every maximum that reaches `shown` of the largest value, the highest first
         chosen; empty where none of those intervals is wider than `NARROW`.
     """
     if r.size < 2:
         return ()
     padded = np.concatenate(([-np.inf], values, [-np.inf]))
-    top = (padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]) & (values >= SHOWN * values.max())
+    top = (padded[1:-1] >= padded[:-2]) & (padded[1:-1] >= padded[2:]) & (values >= shown * values.max())
     places = np.flatnonzero(top)
     places = places[np.argsort(-values[places], kind="stable")][:BRACKETS]
     found: set[float] = set()
@@ -153,20 +155,36 @@ def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float,
     return tuple(found)
 
 
-def overshoot(r: NDArray[np.float64], values: NDArray[np.float64]) -> float:
-    """Estimate by how much the peak between samples exceeds the largest of them.
+def rise(r: NDArray[np.float64], values: NDArray[np.float64]) -> float:
+    """Estimate by how much the peak beside the largest sample exceeds it.
 
-    It is the vertex of the parabola through three of them, at most an eighth of what they differ by: that is the most
-    between equal steps, and a larger number comes of noise on unequal ones.
+    On an interval beside it the response is taken to rise no more steeply than it did towards the interval from either end, up
+    to where both meet. Where what is beyond lies too low for that the response jumps: it is taken to rise up to the jump, as
+    steeply as before it.
     """
     place = int(values.argmax())
-    if not 0 < place < r.size - 1:
+    return max(
+        _rise_ahead(r[place::side], values[place::side], r[place::-side], values[place::-side])
+        for side in (1, -1)
+    )
+
+
+def _rise_ahead(
+    r: NDArray[np.float64],
+    values: NDArray[np.float64],
+    back: NDArray[np.float64],
+    behind: NDArray[np.float64],
+) -> float:
+    """Give the rise on the first interval of a response, which came along the same first place from behind."""
+    if r.size < 2 or back.size < 2 or not np.isfinite(np.r_[values[:3], behind[:3]]).all():
         return 0.0
-    x = r[place - 1 : place + 2] - r[place]
-    y = values[place - 1 : place + 2] - values[place]
-    slopes = y[[0, 2]] / x[[0, 2]]
-    curvature = (slopes[1] - slopes[0]) / (x[2] - x[0])
-    if not curvature < 0.0:
-        return 0.0
-    slope = slopes[1] - curvature * x[2]
-    return float(min(-slope * slope / (4.0 * curvature), -y.min() / 8.0))
+    width, slopes = abs(r[1] - r[0]), np.diff(behind[:3]) / -np.abs(np.diff(back[:3]))
+    # much steeper than before is a jump, and no slope
+    up = float(np.minimum(slopes[0], 2.0 * abs(slopes[1])) if slopes.size > 1 else slopes[0])
+    if r.size > 2:
+        down = (values[1] - values[2]) / abs(r[2] - r[1])
+        above = float(values[1] + down * width - values[0])
+        if above >= 0.0:
+            return up * above / (up + down) if up + down > 0.0 else 0.0
+        return min(up * float(width), -above)  # a jump falls by more than the response rose before it
+    return up * float(width)

@@ -6,14 +6,15 @@ is tuned for just that.
 """
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.alternatives import Alternative
 from damperlab.studies.design.book import BudgetSpent
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.lattice import Candidate, Lattice
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, CLOSEST, Asks, Search
+from damperlab.studies.design.space import Candidate, Space
 from damperlab.studies.design.steps import Step
 from damperlab.studies.specification.specification import Choice, Specification
 
@@ -26,6 +27,10 @@ SHARES = (0.25, 0.5, 1.0, 1.5, 2.0)
 """Of a mass that is given."""
 WIDEST, FINEST = 1 / 8, 1 / 16
 """Steps of what else is chosen, as shares of its range."""
+FULL = 2
+"""Quantities up to which every neighbour is looked at."""
+POOL = 4
+"""Dampers of the search at which a mass begins that it knows."""
 SAME = 1e-9
 """Share within which two masses are one."""
 
@@ -93,7 +98,7 @@ def front_of(search: Search, best: Candidate, most: int) -> Step[tuple[OfMass, .
     tuple of OfMass
         In the order of their masses, as many as the points allow.
     """
-    recommended = search.lattice.build(best)
+    recommended = search.space.build(best)
     masses = masses_of(search.asked, recommended)
     place = masses.index(recommended.particle_mass_kg)
     found: dict[float, OfMass] = {}
@@ -134,17 +139,17 @@ class _Looking:
     """The dampers of one mass that are looked at."""
 
     search: Search
-    lattice: Lattice
+    space: Space
     known: set[Candidate]
 
     def best(self) -> Candidate:
-        return min(self.known, key=lambda each: (*self.search.score(self.lattice.build(each)).rank, each))
+        return min(self.known, key=lambda each: (*self.search.score(self.space.build(each)).rank, each))
 
     def closer(self, level: int) -> Asks:
         """Look at the best more closely until the best is known so closely."""
         while True:
             best = self.best()
-            yield from self.search.known([self.lattice.build(best)], level)
+            yield from self.search.known([self.space.build(best)], level)
             if self.best() == best:
                 return
 
@@ -152,24 +157,24 @@ class _Looking:
 def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tuple[OfMass, Candidate]]:
     """Look for the best damper of a mass, beginning at that of a neighbour and at what the search knows of this mass."""
     asked = _with_mass(search.asked, mass)
-    looking = _Looking(_looker(search, asked), Lattice(asked), set())
+    looking = _Looking(_looker(search, asked), Space(asked), set())
     looking.search.cap = cap
     try:
-        yield from looking.search.known([looking.lattice.build(start)], CLOSE)
+        yield from looking.search.known([looking.space.build(start)], CLOSE)
         looking.known = {start, *_pool(search, mass)}
         yield from looking.closer(CLOSE)
         step = WIDEST
-        while step >= FINEST and looking.lattice.names:
+        while step >= FINEST and looking.space.names:
             best = looking.best()
-            around = set(looking.lattice.around([best], step))
-            yield from looking.search.known(map(looking.lattice.build, sorted(around)), 0)
+            around = set(_around(looking.space, best, step))
+            yield from looking.search.known(map(looking.space.build, sorted(around)), 0)
             looking.known |= around
             yield from looking.closer(CLOSE)
             step = step / 2 if looking.best() == best else step
         yield from looking.closer(CLOSEST)
     finally:
         looking.search.cap = search.book.budget
-    build = looking.lattice.build(looking.best())
+    build = looking.space.build(looking.best())
     as_drawn = replace(search.asked, tolerances={})
     tuned = tuned_beside(as_drawn, mass / search.asked.structure.mass_kg)
     nominal = None if tuned is None else tuned.nominal
@@ -184,13 +189,25 @@ def _looker(search: Search, asked: Specification) -> Search:
 
 def _others(search: Search, candidate: Candidate) -> Candidate:
     """Give the shares of what is chosen beside the mass."""
-    return tuple(share for name, share in zip(search.lattice.names, candidate, strict=True) if name != MASS)
+    return tuple(share for name, share in zip(search.space.names, candidate, strict=True) if name != MASS)
+
+
+def _around(space: Space, centre: Candidate, step: float) -> set[Candidate]:
+    """Give the neighbours of a candidate, a step away along every quantity of up to two, else along one of them."""
+    steps = [max(step, 1.0 / (count - 1)) if count else step for count in space.counts]
+    moves = product((-1.0, 0.0, 1.0), repeat=len(steps))
+    kept = (move for move in moves if len(steps) <= FULL or sum(map(abs, move)) <= 1.0)
+    return {
+        space.candidate([x + size * m for x, size, m in zip(centre, steps, move, strict=True)])
+        for move in kept
+    }
 
 
 def _pool(search: Search, mass: float) -> set[Candidate]:
-    """Give what the search knows of a mass."""
-    same = (each for each in search.pool if search.lattice.build(each).particle_mass_kg == mass)
-    return {_others(search, each) for each in same}
+    """Give the best as drawn of what the search knows of a mass."""
+    same = (each for each in search.values if search.space.build(each).particle_mass_kg == mass)
+    ranked = sorted(same, key=lambda each: (*search.score(search.space.build(each)).rank, each))
+    return {_others(search, each) for each in ranked[:POOL]}
 
 
 def _with_mass(asked: Specification, mass: float) -> Specification:

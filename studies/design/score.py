@@ -13,7 +13,7 @@ from damperlab.studies.design.band_mean import band_mean
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.curve import Curve
-from damperlab.studies.design.frequencies import overshoot
+from damperlab.studies.design.frequencies import rise
 from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS, Limit
 from damperlab.studies.specification.records import Case, Under
@@ -176,7 +176,7 @@ def _at_most(curve: Curve, values: NDArray[np.float64], errors: NDArray[np.float
     place = int(values.argmax())
     if errors is None or not np.isfinite(values).all():
         return float(values[place])
-    beside = float(values[place] + errors[place] + overshoot(curve.r, values))
+    beside = float(values[place] + errors[place] + rise(curve.r, values))
     return max(float((values + errors).max()), beside)
 
 

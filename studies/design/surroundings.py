@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 from damperlab.studies.design.alternatives import CALLED, OF_DAMPER, Alternative, alternative
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.front import OfMass, beside_particle_alone, front_of, masses_of
-from damperlab.studies.design.lattice import Candidate
 from damperlab.studies.design.margins import Margin, Together, margins_of, together_of
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.shares import Part, share_out
+from damperlab.studies.design.space import Candidate
 from damperlab.studies.design.steps import Step
 from damperlab.studies.specification.excitation import Amplitude
 
@@ -46,7 +46,7 @@ class Surroundings:
     @property
     def build(self) -> Build:
         """The recommended damper."""
-        return self.search.lattice.build(self.best)
+        return self.search.space.build(self.best)
 
     def look(self) -> Step[list[str]]:
         """Look at all of it as far as the budget allows; give what it did not."""

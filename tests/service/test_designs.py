@@ -85,6 +85,24 @@ def test_a_dry_run_keeps_nothing(client: httpx.Client, helpers: Any) -> None:
     assert client.get(DESIGNS).json() == before
 
 
+<<<<<<< HEAD
+=======
+def test_every_fault_of_a_specification_is_told(client: httpx.Client, helpers: Any) -> None:
+    bad = helpers.SPECIFICATION | {"restitution": 2, "measure": "noise", "budget_points": 3, "nonsense": 1}
+    refused = client.post(DESIGNS, json=bad)
+    assert refused.status_code == 422
+    fields = {fault["field"] for fault in refused.json()["errors"]}
+    assert fields == {"restitution", "measure", "budget_points", "nonsense"}
+
+
+def test_a_budget_that_ends_before_the_first_look_is_refused(client: httpx.Client, helpers: Any) -> None:
+    wide = {"base_amplitude_m": 0.001, "frequency_hz": {"start": 4.0, "stop": 16.0}}
+    refused = client.post(DESIGNS, json=helpers.SPECIFICATION | {"excitation": wide, "budget_points": 100})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["field"] == "budget_points"
+
+
+>>>>>>> help-A
 def test_a_specification_may_be_yaml(client: httpx.Client) -> None:
     text = "structure: {damping_ratio: 0.02}\nexcitation: {}\n"
     refused = client.post(DESIGNS, content=text, headers={"Content-Type": "application/yaml"})
@@ -246,8 +264,11 @@ def test_a_study_that_is_cancelled_while_its_design_computes_it_stays_cancelled(
 ) -> None:
     """The first look at this band takes several blocks of the process that searches."""
     band = {"base_amplitude_m": 0.001, "frequency_hz": {"start": 6.0, "stop": 10.0}}
-    wide = helpers.SPECIFICATION | {"excitation": band, "budget_points": 4000}
-    wide["choose"] = wide["choose"] | {"clearance_m": {"start": 0.002, "stop": 0.012}}
+    wide = helpers.SPECIFICATION | {"excitation": band, "budget_points": 8000}
+    wide["choose"] = {
+        "clearance_m": [0.001 * k for k in range(2, 12)],
+        "friction_force_n": [5.0 * k for k in range(10)],
+    }
     del wide["clearance_m"]
     running = own_service()
     with httpx.Client(base_url=running.url, timeout=300) as client:

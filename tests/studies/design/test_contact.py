@@ -13,7 +13,7 @@ from tests.studies.design.test_records import SHAKEN
 from damperlab.studies.choices import DwellContact
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.lattice import Lattice
+from damperlab.studies.design.space import Space
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.worker.ground.design import Damper, Structure
 from damperlab.worker.ground.response import ground_response
@@ -78,7 +78,7 @@ def test_a_response_over_the_band_is_that_of_single_points_with_this_contact(
     damped, material: tuple[float], restitution: float, time_s: float
 ) -> None:
     found, _ = damped
-    build = Lattice(found.asked).build(material)
+    build = Space(found.asked).build(material)
     (excitation,) = found.asked.excitations
     curve = found.book.curve(build, Amplitude(excitation, 0.001))
     assert curve.r.size
@@ -95,7 +95,7 @@ def test_a_response_under_a_record_is_that_of_this_contact(
     material: tuple[float], restitution: float, time_s: float
 ) -> None:
     found, _ = pursued(materials(SHAKEN, clearance_m=0.01, friction_force_n=10.0))
-    build = Lattice(found.asked).build(material)
+    build = Space(found.asked).build(material)
     structure, (records,) = Structure(40.0, 2.5, 0.02), found.asked.records
     contact = (
         {"contact": DwellContact(model="dwell", contact_time=time_s * structure.omega)} if time_s else {}

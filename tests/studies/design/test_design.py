@@ -123,14 +123,13 @@ def test_the_recommended_damper_is_the_best_of_brute_force_within_its_error(damp
     # no damper of the grid is better as drawn than what is recommended as drawn, but for its error and the
     # tolerances, which are what it is chosen for: their worst case is above every nominal one
     assert found.compared.value <= 1.05 * worst_with_corners(found, truth)
-    # and what another may do better is said
-    assert found.shortfall is not None
-    assert worst_with_corners(found, truth) >= found.compared.most - found.shortfall.between
-    # what is stated of the recommended damper is what a fine grid of frequencies finds
-    build = found.build
-    fine = brute(DAMPED, np.array([build.clearance_m]), np.array([build.friction_force_n])).item()
-    assert fine <= 1.02 * (found.nominal.value + found.nominal.error)
-    assert fine >= 0.98 * found.nominal.value - found.nominal.error
+    # what is stated of the recommended damper holds at 801 frequencies, as drawn and at the corners of its tolerances
+    clearances = found.build.clearance_m * np.array([0.95, 1.0, 1.05])
+    forces = found.build.friction_force_n * np.array([0.9, 1.0, 1.1])
+    fine = brute(DAMPED, clearances, forces, (0.875, 1.125, 801)).max().item()
+    assert fine <= found.stated.most
+    # an independent search over the same ranges found a clearance of 3.38 mm with 60 N, and 3.548 mm
+    assert fine <= 3.56e-3
 
 
 def worst_with_corners(found: Found, truth: xr.DataArray) -> float:
@@ -339,14 +338,13 @@ def test_what_limits_are_about_is_what_single_points_do() -> None:
 
 def test_a_budget_that_ends_before_the_first_look_is_refused() -> None:
     with pytest.raises(StudyFaults, match="first look"):
-        next_round(parse_specification(DAMPED), 500, {})
+        next_round(parse_specification(DAMPED), 100, {})
 
 
 def test_a_budget_is_kept_and_the_answer_says_what_it_left_out() -> None:
-    first = 81 * 11  # dampers of the first look by its frequencies, and the ends of the band, or more
-    found, _ = pursued(DAMPED, 2 * first + 1500)
-    assert found.book.spent <= 2 * first + 1500
-    assert found.stopped == found.ended.criterion == "budget"
+    found, _ = pursued(DAMPED, 3000)
+    assert found.book.spent <= 3000
+    assert found.stopped == found.ended == "budget"
     assert found.left_out
     sentences = answer_document(found)["words"]
     assert any(sentence.startswith("The budget did not allow: ") for sentence in sentences)

@@ -1,0 +1,167 @@
+"""scipy's optimisers, which ask for values in place of computing them.
+
+Each is a generator: it yields candidates whose values it must know next, and goes on once they are known. scipy calls a
+function and waits for it, so an optimiser is begun anew with what is known and followed as far as that goes. What it asks for
+depends on the values alone, and following it costs little beside computing them.
+"""
+
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.design.space import Candidate, Space
+
+Wants = Generator[list[Candidate], None, None]
+Values = Mapping[Candidate, float]
+
+STRETCH = 1.5
+"""How much wider than the ranges the box is that DIRECT divides: it looks at middles alone, and some so lie on the ends."""
+SIZES = (1 / 12, 1 / 48)
+"""Of simplices, as shares of the ranges: each begins at the best of those before."""
+FAR = 1 / 8
+"""Share of the ranges by which the starts of the first simplices lie apart."""
+SHRUNK = 1 / 8
+"""Share of its first size at which a simplex has ended: where the response jumps, values at its corners never agree."""
+MOST_STEPS = 30
+"""Most values that a simplex takes, for each quantity."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How much a search takes.
+
+    Parameters
+    ----------
+    divided : int
+        Candidates that the ranges are divided into, for each quantity that is chosen.
+    starts : int
+        Simplices of the first size.
+    sizes : int
+        How many of `SIZES` are taken.
+    reserve : float
+        Share of its points that it explores without: for judging the best closely, and of the first search for what follows.
+    """
+
+    divided: int = 25
+    starts: int = 2
+    sizes: int = 2
+    reserve: float = 0.5
+
+
+class _Ended(Exception):
+    """Nothing more is to be done before further values are known, or enough candidates are."""
+
+
+def sought(space: Space, values: Values, effort: Effort) -> Wants:
+    """Seek the candidate of the least value: all of a few, else over the ranges, and then down from the best of those.
+
+    Parameters
+    ----------
+    space : Space
+        The candidates.
+    values : mapping
+        Of candidates that are known; whoever is asked for more adds them.
+    effort : Effort
+        How much it takes.
+    """
+    every = space.every()
+    if every:
+        yield every
+        return
+    yield from _divided(space, values, effort.divided * len(space.names))
+    for size in SIZES[: effort.sizes]:
+        yield from _descended(space, values, _starts(values, effort.starts if size == SIZES[0] else 1), size)
+
+
+def _divided(space: Space, values: Values, count: int) -> Wants:
+    """Divide the ranges where the least value may be, until so many candidates are known.
+
+    D. R. Jones, C. D. Perttunen, B. E. Stuckman, J. Optim. Theory Appl. 79 (1993) 157, in the locally biased form of
+    J. M. Gablonsky, C. T. Kelley, J. Glob. Optim. 21 (2001) 27. All candidates of an iteration are asked for together.
+    """
+    from scipy.optimize import direct  # the light client imports this module, and has no scipy
+
+    known: set[Candidate] = set()
+    wanted: dict[Candidate, None] = {}
+
+    def value(at: NDArray[np.float64]) -> float:
+        candidate = space.candidate((0.5 + STRETCH * (at - 0.5)).tolist())
+        if candidate in values:
+            known.add(candidate)
+            return values[candidate]
+        wanted[candidate] = None
+        return 0.0  # of no consequence: it goes no further than this iteration
+
+    def ended(_: object) -> None:
+        if wanted or len(known) >= count:
+            raise _Ended
+
+    box = [(0.0, 1.0)] * len(space.names)
+    most = {"maxfun": 100 * count, "maxiter": 10 * count, "vol_tol": 0.0, "len_tol": 0.0}
+    while True:
+        known.clear()
+        wanted.clear()
+        with suppress(_Ended):
+            direct(value, box, callback=ended, **most)
+        if not wanted:
+            return
+        yield list(wanted)
+
+
+def _starts(values: Values, count: int) -> list[Candidate]:
+    """Choose the best that are not the same damper within `FAR`."""
+    chosen: list[Candidate] = []
+    for each in sorted(values, key=lambda each: (values[each], each)):
+        if all(max(abs(a - b) for a, b in zip(each, other, strict=True)) > FAR for other in chosen):
+            chosen.append(each)
+        if len(chosen) == count:
+            break
+    return chosen
+
+
+def _descended(space: Space, values: Values, starts: Sequence[Candidate], size: float) -> Wants:
+    """Follow simplices down from several candidates, side by side; listed values stay as they are there."""
+    moved = [place for place, count in enumerate(space.counts) if not count]
+    while moved:
+        wanted = dict.fromkeys(
+            each for start in starts for each in _next_of(space, values, start, moved, size)
+        )
+        if not wanted:
+            return
+        yield list(wanted)
+
+
+def _next_of(
+    space: Space, values: Values, start: Candidate, moved: list[int], size: float
+) -> list[Candidate]:
+    """Give what a simplex must know next; empty where it has ended (J. A. Nelder, R. Mead, Comput. J. 7 (1965) 308)."""
+    from scipy.optimize import minimize
+
+    wanted: list[Candidate] = []
+
+    def candidate(at: NDArray[np.float64]) -> Candidate:
+        shares = np.array(start)
+        shares[moved] = at
+        return space.candidate(shares.tolist())
+
+    def value(at: NDArray[np.float64]) -> float:
+        here = candidate(at)
+        if here not in values:
+            wanted.append(here)
+            raise _Ended
+        return values[here]
+
+    corner = np.array(start)[moved]
+    simplex = np.vstack([corner, corner + size * np.diag(np.where(corner + size > 1.0, -1.0, 1.0))])
+    first = [each for each in map(candidate, simplex) if each not in values]
+    if first:
+        return first
+    options: dict[str, Any] = {"initial_simplex": simplex, "xatol": SHRUNK * size, "fatol": np.inf}
+    options |= {"maxfev": MOST_STEPS * len(moved), "adaptive": len(moved) > 2}
+    with suppress(_Ended):
+        minimize(value, corner, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(moved), options=options)
+    return wanted

@@ -1,0 +1,62 @@
+"""The dampers that may be chosen, as shares of the ranges."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+from damperlab.studies.design.build import Build
+from damperlab.studies.specification.specification import CHOSEN, Specification
+
+Candidate = tuple[float, ...]
+"""Shares of the ranges of what is chosen, from 0 to 1, in the order of `CHOSEN`."""
+
+GRAIN = 2048
+"""Parts of a range that candidates are rounded to: two processors that differ in the last digit look at the same dampers."""
+MOST_LISTED = 100
+"""Most combinations of listed values that are all looked at."""
+
+
+@dataclass(frozen=True)
+class Space:
+    """The candidates of a specification.
+
+    Parameters
+    ----------
+    asked : Specification
+        What may be chosen.
+    """
+
+    asked: Specification
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is chosen."""
+        return self.asked.free
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """How many values each quantity has; 0 of a range."""
+        return tuple(len(self.asked.choices[name].values) for name in self.names)
+
+    def build(self, candidate: Candidate) -> Build:
+        """Give the damper of a candidate, without what its choice does not matter for."""
+        chosen = dict(zip(self.names, candidate, strict=True))
+        values = {name: self.asked.choices[name].at(chosen.get(name, 0.0)) for name in CHOSEN}
+        share = chosen.get("restitution", 0.0)
+        contact_time_s = self.asked.choices["restitution"].contact_time_s(share)
+        return Build(**values, contact_time_s=contact_time_s)
+
+    def candidate(self, shares: Sequence[float]) -> Candidate:
+        """Put shares into their ranges, on the values of a list or on a fixed fraction of a range."""
+        parts = (count - 1 if count else GRAIN for count in self.counts)
+        return tuple(
+            round(min(max(float(share), 0.0), 1.0) * part) / part
+            for share, part in zip(shares, parts, strict=True)
+        )
+
+    def every(self) -> list[Candidate]:
+        """Give all candidates where there are few: each value of every list; none where there are more."""
+        if not all(self.counts) or math.prod(self.counts) > MOST_LISTED:
+            return []
+        return list(product(*([k / (count - 1) for k in range(count)] for count in self.counts)))
