@@ -9,6 +9,8 @@ from damperlab.studies.faults import counted
 
 HARDLY = 0.05
 """Per cent below which a damper is not called better."""
+TELLS = 50.0
+"""Per cent from which on an estimate says nothing."""
 
 
 def words_of_known(found: Found) -> Iterator[str]:
@@ -29,7 +31,7 @@ def words_of_known(found: Found) -> Iterator[str]:
             f"{_computed(found.book.spent)}{ended}."
         )
     if found.shortfall is not None and found.compared.most > 0.0:
-        yield words_of_shortfall(found.shortfall, found.compared.most, found.asked.confidence)
+        yield words_of_shortfall(found.shortfall, found.compared.most)
     if found.left_out:
         yield f"The budget did not allow: {'; '.join(found.left_out)}."
     better = (
@@ -69,22 +71,12 @@ def _digits(per_cent: float) -> str:
     return f"{per_cent:.2g}" if per_cent < 10.0 else f"{per_cent:.0f}"
 
 
-def words_of_shortfall(shortfall: Shortfall, most: float, confidence: float) -> str:
-    """Say by how much another damper may be better, with what confidence, and what that rests on."""
+def words_of_shortfall(shortfall: Shortfall, most: float) -> str:
+    """Say by how much another damper may be better; an estimate of the steepest fall between what was computed says nothing."""
     computed, between = (100.0 * each / most for each in (shortfall.computed, shortfall.between))
-    none = "none is better" if computed < HARDLY else f"none is better by more than {_digits(computed)} %"
-    taken = (
-        ". Those not judged with their tolerances are taken to lose the least by them, which is assumed"
-        if shortfall.assumed
-        else ""
-    )
-    may = (
-        "no better one is expected"
-        if between < HARDLY
-        else f"one may be better by up to {_digits(between)} %"
-    )
-    return (
-        f"Of the dampers that were looked at {none}, the error of each response counted with a confidence of "
-        f"{confidence:.3g}{taken}. Between them {may}: an estimate by how steeply the response falls towards what was not "
-        "computed, which has no confidence."
-    )
+    told = "No damper that was looked at is better"
+    if computed >= HARDLY:
+        told += f" by more than {_digits(computed)} %"
+    if HARDLY <= between < TELLS:
+        told += f"; one between them may be, by up to {_digits(between)} % (an estimate)"
+    return f"{told}."
