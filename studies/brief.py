@@ -1,6 +1,6 @@
 """The short answer to a question: what to do, what comes second, and one next step. Everything else is detail."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
@@ -9,6 +9,8 @@ Damper = Literal["hybrid", "friction_alone", "particle_alone", "tuned_mass_dampe
 Severity = Literal["danger", "caution", "hint"]
 """Of a note: it changes what is built; it changes the number; it says where to look further."""
 MOST_SENTENCES, MOST_ROWS = 3, 6
+PLACES = ("best", "second", "third", "fourth")
+"""What rows of a ranking are called."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,12 @@ class Brief:
         """Give it as plain data."""
         found = asdict(self)
         return found | {"sentences": list(self.sentences), "rows": [list(row) for row in self.rows]}
+
+
+def listed(words: Iterable[str]) -> str:
+    """Write a list: a, b and c."""
+    *most, last = words
+    return f"{', '.join(most)} and {last}" if most else last
 
 
 def notes_document(notes: list[Note]) -> list[dict[str, Any]]:

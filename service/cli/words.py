@@ -4,8 +4,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from damperlab.service.cli.output import number
-from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.kinds import EVERY_DIMENSION, kind_of
+from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.rounding import ROUNDING_WORD, is_rounding, value_of_error
 from damperlab.studies.variables import VARIABLES, Status
 
@@ -178,29 +177,6 @@ def completeness_sentence(answer: "xr.Dataset") -> str:
         why = f": {' '.join(kind.sentence for kind in sorted(kinds))}" if kinds else "."
         phrases.append(f"{failed} of {points} points failed{why}")
     return " ".join(phrases)
-
-
-def ranking_sentences(answer: "xr.Dataset", phrases: "Phrases") -> tuple[str, ...]:
-    """Say what a ranking means: its verdict, or the best damper and its worst case."""
-    if "metric" in answer.attrs:
-        return tuple(filter(None, (worst_sentence(answer, phrases),)))
-    return tuple(words_of(answer).get("verdict", ()))
-
-
-def worst_sentence(answer: "xr.Dataset", phrases: "Phrases") -> str:
-    """Say which damper is best, and where its worst case is; nothing where none is left."""
-    if answer.sizes["rank"] == 0:
-        return ""
-    best = answer.isel(rank=0)
-    told = {str(name): best[name].item() for name in best.coords if name != "rank"}
-    damper = ", ".join(_equal(name, told.pop(name), phrases) for name in kind_of(told).designs)
-    record = told.pop(RECORD, None)
-    case = ", ".join(_equal(name, value, phrases) for name, value in told.items())
-    where = f"at {case}" if record is None else f"under {record} at {case}"
-    metric = str(answer.attrs["metric"])
-    units = "" if phrases.unit(metric) else best["value"].attrs["units"]
-    value = phrases.value(metric, float(best["value"])) + ("" if units in ("", "1") else f" {units}")
-    return f"Best damper: {damper}. Its worst case, {value}, is {where}."
 
 
 def _equal(name: str, value: float, phrases: "Phrases") -> str:

@@ -185,13 +185,14 @@ class Phrases:
             return self.equal(name, low, form)
         return f"{self.symbol(name)} = {self.number(name, low, form)} to {self.value(name, high, form)}"
 
-    def measured(self, value: float, error: float) -> str:
+    def measured(self, value: float, error: float, form: str = ".6g") -> str:
         """Spell an amplitude with its error, and without where that is rounding."""
-        if is_rounding(value, error):
-            return self.value(AMPLITUDE, value)
+        shown = self.number(AMPLITUDE, value, form)
+        if is_rounding(value, error) or self.number(AMPLITUDE, value + error, form) == shown:
+            return self.value(AMPLITUDE, value, form)
         if math.isnan(error):
-            return f"{self.value(AMPLITUDE, value)} (error not known)"
-        return f"{self.number(AMPLITUDE, value)} ± {self.value(AMPLITUDE, error, '.2g')}"
+            return f"{self.value(AMPLITUDE, value, form)} (error not known)"
+        return f"{shown} ± {self.value(AMPLITUDE, error, '.2g')}"
 
     def shown(self, name: str, array: xr.DataArray) -> str:
         """Name a result that a table shows, with its unit or what it is over: ``amplitude X in mm``."""

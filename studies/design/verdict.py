@@ -16,6 +16,7 @@ from damperlab.studies.design.found import Found
 from damperlab.studies.design.responses import NO_DAMPER, SAMPLES
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.spelling import (
+    OVER,
     UNITS,
     frequency,
     level,
@@ -152,7 +153,7 @@ def _locked(found: Found, reach: str) -> str:
     force = quantity(found.asked, "friction_force_n", found.build.friction_force_n, 3)
     if all(each.motion.force for each in found.asked.excitations) and not found.asked.cases:
         return f"A friction force of {force} withstands the force at every frequency: the structure does not move."
-    return f"A friction force of {force} clamps the structure to its base: it moves as its base does, {reach}, and nothing is damped."
+    return f"A friction force of {force} clamps the structure to its base: it moves as that does, {reach}; nothing is damped."
 
 
 def _notes(found: Found, damper: Damper) -> Iterator[Note]:
@@ -359,7 +360,9 @@ def _reach(asked: Specification, value: float, most: float) -> str:
 
 
 def _value(asked: Specification, value: float) -> str:
-    return "grows without bound" if isinf(value) else response(asked, value, 3)
+    if isinf(value):
+        return "grows without bound"
+    return response(asked, value, 3) if asked.in_units else f"{value:.3g}{OVER[asked.measure.unit]}"
 
 
 def _damper(asked: Specification, build: Build) -> str:
@@ -387,7 +390,7 @@ def _tuned(asked: Specification, beside: Beside) -> str:
 
 
 def _detuned(asked: Specification, beside: Beside) -> str:
-    return f"{response(asked, beside.detuned, 3)} if {100 * DETUNED:.0f} % out of tune"
+    return f"{_value(asked, beside.detuned)} if {100 * DETUNED:.0f} % out of tune"
 
 
 def _exceeds(score: Score) -> str:
