@@ -180,6 +180,7 @@ def fragility(
     fragile: Fragile,
     output: Output = None,
     data_dir: DataDir = None,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Say how likely a damper of a ground-motion suite exceeds a limit, as its records are scaled up."""
@@ -198,9 +199,10 @@ def fragility(
         return draw_fragility(answer)
 
     def tell() -> None:
-        say(answer.attrs["note"])
+        print_brief(answer.attrs["brief"], [answer.attrs["note"]], details)
         of_metric = dict.fromkeys(("lowest", "median", "highest"), str(answer.attrs["metric"]))
-        print_table(*rows_table(answer, Phrases.of(cube), of_metric))
+        if details:
+            print_table(*rows_table(answer, Phrases.of(cube), of_metric))
 
     hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)
 
