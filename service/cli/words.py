@@ -3,7 +3,10 @@
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from damperlab.service.cli.output import number
+from damperlab.studies.brief import Brief
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.rounding import ROUNDING_WORD, is_rounding, value_of_error
 from damperlab.studies.variables import VARIABLES, Status
@@ -57,6 +60,47 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: s
         for at, row in zip(shown[y].values.tolist(), shown[variable or metric].values.tolist(), strict=True)
     ]
     return head, rows[::-1]
+
+
+def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted: bool) -> Brief:
+    """Say where a map is least and largest, or where two differ most; of a class how often each occurs."""
+    y, x = (str(name) for name in answer[metric].dims)
+    values = answer["difference" if subtracted else metric].values
+    known = values[np.isfinite(values)] if values.dtype.kind == "f" else values.ravel()
+    if not known.size:
+        return Brief(None, ("Nothing of this map is known yet.",), (), "damperlab run the study to its end.")
+    what = phrases.shown(metric, answer[metric]).partition(" in ")[0]
+    if metric in VARIABLES and VARIABLES[metric].flags is not None:
+        codes, counts = np.unique(known, return_counts=True)
+        rows = tuple(
+            (cell(metric, code), f"{count / known.size:.0%}", "of the places")
+            for code, count in sorted(
+                zip(codes.tolist(), counts.tolist(), strict=True), key=lambda each: -each[1]
+            )
+        )
+        return Brief(None, (f"{what[:1].upper()}{what[1:]} over {known.size:,} places.",), rows, "-o map.png")
+
+    def spelled(place: int) -> tuple[str, str]:
+        j, i = np.unravel_index(place, values.shape)
+        at = ((x, answer[x].values[i]), (y, answer[y].values[j]))
+        where = (
+            f"{phrases.symbol(name)} = {value}"
+            if isinstance(value, str)
+            else phrases.equal(name, float(value), ".3g")
+            for name, value in at
+        )
+        return phrases.value(metric, float(values[j, i]), ".3g"), ", ".join(where)
+
+    least, largest = spelled(int(np.nanargmin(values))), spelled(int(np.nanargmax(values)))
+    told = f"{'Change of the ' if subtracted else ''}{what}: least {least[0]} at {least[1]}; largest {largest[0]} at {largest[1]}."
+    unknown = values.size - known.size
+    missing = f"{unknown:,} of {values.size:,} places have no value." if unknown else ""
+    return Brief(
+        None,
+        (f"{told[:1].upper()}{told[1:]}", missing),
+        (),
+        "-o map.png, or `damperlab optimum` for one damper.",
+    )
 
 
 def _corner(name: str, phrases: "Phrases") -> str:
