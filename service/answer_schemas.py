@@ -376,7 +376,7 @@ _FITTED_HISTORY = _object(
 )
 _DESIGN_ANSWER = _object(
     # of answers that were kept before there were such
-    ("starts", "amplitudes", "masses", "ended", "no_damper"),
+    ("starts", "amplitudes", "masses", "ended", "no_damper", "verdict", "notes"),
     name=TEXT,
     digest=TEXT,
     design=_BUILT,
@@ -625,6 +625,7 @@ def answer_schemas() -> dict[str, Schema]:
                 _object(criterion=_enum(CRITERIA), mass_ratio=NUMBER, tuning=NUMBER, damping_ratio=NUMBER)
             ),
             cases=_by_name(_object(("spread",), label=TEXT, **case, spread=TABLE), CASES),
+            brief=_BRIEF,
             paper_table_a1=_by_name(_by_name(NUMBER), CASES),
             units=_by_name(TEXT),
             note=TEXT,

@@ -3,8 +3,6 @@
 import math
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from damperlab.service.cli.output import number
 from damperlab.studies.brief import Brief
 from damperlab.studies.kinds import EVERY_DIMENSION
@@ -64,6 +62,8 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: s
 
 def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted: bool) -> Brief:
     """Say where a map is least and largest, or where two differ most; of a class how often each occurs."""
+    import numpy as np
+
     y, x = (str(name) for name in answer[metric].dims)
     values = answer["difference" if subtracted else metric].values
     known = values[np.isfinite(values)] if values.dtype.kind == "f" else values.ravel()
@@ -92,7 +92,8 @@ def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted:
         return phrases.value(metric, float(values[j, i]), ".3g"), ", ".join(where)
 
     least, largest = spelled(int(np.nanargmin(values))), spelled(int(np.nanargmax(values)))
-    told = f"{'Change of the ' if subtracted else ''}{what}: least {least[0]} at {least[1]}; largest {largest[0]} at {largest[1]}."
+    what = f"Change of the {what}" if subtracted else what
+    told = f"{what}: least {least[0]} at {least[1]}; largest {largest[0]} at {largest[1]}."
     unknown = values.size - known.size
     missing = f"{unknown:,} of {values.size:,} places have no value." if unknown else ""
     return Brief(

@@ -149,17 +149,20 @@ def _brief(
         which = "each" if len(ends) == len(steps) > 1 else listed(map(phrases.symbol, ends))
         inside = f": {which} at the end of its range, so no optimum inside it."
     value = phrases.measured(found["value"], found["error"], ".3g")
-    known = ", ".join(phrases.value(name, step, ".2g") for name, step in steps.items())
+    known = ", ".join(
+        f"{phrases.symbol(name)} ± {phrases.value(name, step, '.2g')}" for name, step in steps.items()
+    )
     beyond = [
         f"{phrases.label(name)} {'above' if end == 'upper' else 'below'} {phrases.value(name, found[name], '.3g')}"
         for name, end in ends.items()
     ]
-    sentences = (
-        f"{value} at {design}{inside}",
-        "There friction clamps the structure to its base." if clamped else "",
-        f"Known to {known} after {points:,} points.",
-    )
+    danger = "Friction clamps the structure to its base at this optimum." if clamped else ""
+    if cube.sizes[FREQUENCY] == 1:
+        danger = f"Only {phrases.equal(FREQUENCY, found[FREQUENCY], '.10g')} was computed: beside it this damper may resonate."
+    sentences = (danger, f"{value} at {design}{inside}", f"Known to {known} after {points:,} points.")
     following = f"{', '.join(beyond)}." if beyond else f"damperlab tmd {study.name or 'STUDY'}"
+    if clamped:
+        following = f"damperlab refine {study.name or 'STUDY'} --exclude-locked"
     return Brief(None, sentences, (), following)
 
 

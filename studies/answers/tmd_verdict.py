@@ -77,7 +77,7 @@ def brief_of(cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], 
         following = "compute more frequencies."
     else:
         lower = abs(1 - found["ratio"]) if found["ratio"] < 1 else 1 - 1 / found["ratio"]
-        apart = f"{100 * lower:.3g} % lower"
+        apart = f"{100 * lower:.2g} % lower"
         acts = (answer["response_class"].values >= 0).any() and float(answer["mass_ratio"]) > 0
         own: Damper = (
             "hybrid"
@@ -88,9 +88,10 @@ def brief_of(cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], 
         )
         damper = own if found["ratio"] < 1 else "tuned_mass_damper"
         better, other = (ours, theirs) if found["ratio"] < 1 else (theirs, ours)
-        which = "The study's damper" if found["ratio"] < 1 else "A tuned mass damper"
         least = "at least " if missing else ""
-        told = f"{which} does better: {better} against {least}{other}, {apart}."
+        told = f"The study's damper does better than a tuned one: {better} against {other}, {apart}."
+        if damper == "tuned_mass_damper":
+            told = f"Use a tuned mass damper, {_tuned(found, phrases)}: {better} against {least}{other}, {apart}."
     hides = ""
     if where.any():
         bandwidth = 2.0 * float(answer["damping_ratio"])
@@ -104,19 +105,15 @@ def _rows(
 ) -> tuple[tuple[str, str, str], ...]:
     found: dict[str, Any] = answer.attrs
     design = ", ".join(phrases.equal(name, value, ".3g") for name, value in varied.items())
-    tuned = (
-        f"{phrases.equal('mass_ratio', found['tmd_mass_ratio'], '.3g')}, "
-        f"{phrases.equal(FREQUENCY, found['tmd_tuning'], '.4g')}, ζ = {found['tmd_damping_ratio']:.2g}"
-    )
     bare = phrases.value(AMPLITUDE, float(answer["no_damper"].max()), ".3g")
     rows = [
         ("study's damper", peaks[0], design),
-        ("tuned mass damper", peaks[1], tuned),
+        ("tuned mass damper", peaks[1], _tuned(found, phrases)),
         ("without damper", bare, ""),
     ]
     better = ", ".join(phrases.span(FREQUENCY, low, high, ".4g") for low, high in found["hybrid_better"])
     if found["judged"]:
-        rows.insert(2, ("study's is better at", better or "no frequency", ""))
+        rows.insert(2, ("study's is better", "", f"at {better}" if better else "nowhere"))
     if found["tmd_peak_everywhere"] > found["tmd_peak"] * (1 + 1e-9):
         beyond = phrases.value(AMPLITUDE, found["tmd_peak_everywhere"], ".3g")
         rows.append(("tuned mass damper", beyond, "outside the band"))
@@ -129,6 +126,12 @@ def _rows(
             )
         )
     return tuple(rows)
+
+
+def _tuned(found: Mapping[str, Any], phrases: Phrases) -> str:
+    mass = phrases.equal("mass_ratio", found["tmd_mass_ratio"], ".3g")
+    tuned = phrases.equal(FREQUENCY, found["tmd_tuning"], ".4g")
+    return f"{mass}, {tuned}, ζ = {found['tmd_damping_ratio']:.2g}"
 
 
 def _hidden(answer: xr.Dataset) -> NDArray[np.bool_]:
