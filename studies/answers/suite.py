@@ -278,7 +278,7 @@ def _brief(
         row = {str(name): answer[name].values[rank].item() for name in (*varied, *met, "value")}
         value = phrases.value(metric, row["value"], ".3g")
         if not phrases.unit(metric):
-            value += f" {answer['value'].attrs['units']}".removesuffix(" 1")
+            value += f" {answer['value'].attrs.get('units', '1')}".removesuffix(" 1")
         where = [row[name] if name == RECORD else phrases.equal(name, row[name], ".3g") for name in met]
         return value, ", ".join(phrases.equal(name, row[name], ".3g") for name in varied), ", ".join(where)
 

@@ -13,7 +13,7 @@ from damperlab.studies.answers.hidden_peak import advised_axis, hidden, may_hide
 from damperlab.studies.answers.phrases import AMPLITUDE, Phrases
 from damperlab.studies.answers.verdict import say_next
 from damperlab.studies.brief import Brief, Damper
-from damperlab.studies.variables import Status
+from damperlab.studies.variables import ResponseClass, Status
 
 
 def is_judged(answer: xr.Dataset) -> bool:
@@ -78,13 +78,20 @@ def brief_of(cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], 
     else:
         lower = abs(1 - found["ratio"]) if found["ratio"] < 1 else 1 - 1 / found["ratio"]
         apart = f"{100 * lower:.2g} % lower"
-        acts = (answer["response_class"].values >= 0).any() and float(answer["mass_ratio"]) > 0
+        strikes = (
+            (answer["response_class"].values >= ResponseClass.SYMMETRIC).any()
+            if "response_class" in answer
+            else True
+        )
+        acts, rubs = strikes and float(answer["mass_ratio"]) > 0, float(answer["friction_ratio"]) > 0
         own: Damper = (
             "hybrid"
-            if acts and float(answer["friction_ratio"])
+            if acts and rubs
             else "particle_alone"
             if acts
             else "friction_alone"
+            if rubs
+            else "no_damper"
         )
         damper = own if found["ratio"] < 1 else "tuned_mass_damper"
         better, other = (ours, theirs) if found["ratio"] < 1 else (theirs, ours)

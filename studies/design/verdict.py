@@ -192,6 +192,8 @@ def _notes(found: Found, damper: Damper) -> Iterator[Note]:
     if builds is not None and builds.passed < builds.drawn and damper == kind_of(build):
         yield Note("builds", "caution", {"passed": builds.passed, "drawn": builds.drawn})
     ends = at_ends(found)
+    if locked(found):  # more friction changes nothing
+        ends.pop("friction_force_n", None)
     if ends:
         yield Note("end_of_range", "hint", {name: [end, getattr(build, name)] for name, end in ends.items()})
     if found.stopped == "budget":

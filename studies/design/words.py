@@ -6,7 +6,7 @@ from math import isinf
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.elsewhere import words_of_amplitudes, words_of_starts
-from damperlab.studies.design.ends import at_ends
+from damperlab.studies.design.ends import at_ends, locked
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.known import words_of_known
 from damperlab.studies.design.limit_words import limits_in_words
@@ -162,7 +162,10 @@ def _builds(found: Found) -> Iterator[str]:
 
 def _ends(found: Found) -> Iterator[str]:
     asked = found.asked
+    held = locked(found)
     for name, end in at_ends(found).items():
+        if held and name == "friction_force_n":
+            continue  # more of it changes nothing
         limit = asked.bounds.get(name) if end == "upper" else None
         if limit:
             yield f"The {CALLED[name]} is as large as `{limit}` allows: a larger one may do better."
