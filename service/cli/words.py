@@ -66,7 +66,7 @@ def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted:
 
     y, x = (str(name) for name in answer[metric].dims)
     values = answer["difference" if subtracted else metric].values
-    known = values[np.isfinite(values)] if values.dtype.kind == "f" else values.ravel()
+    known = values[np.isfinite(values)]
     if not known.size:
         return Brief(None, ("Nothing of this map is known yet.",), (), "damperlab run the study to its end.")
     what = phrases.shown(metric, answer[metric]).partition(" in ")[0]
@@ -91,7 +91,8 @@ def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted:
         )
         return phrases.value(metric, float(values[j, i]), ".3g"), ", ".join(where)
 
-    least, largest = spelled(int(np.nanargmin(values))), spelled(int(np.nanargmax(values)))
+    finite = np.where(np.isfinite(values), values, np.nan)
+    least, largest = spelled(int(np.nanargmin(finite))), spelled(int(np.nanargmax(finite)))
     what = f"Change of the {what}" if subtracted else what
     told = f"{what}: least {least[0]} at {least[1]}; largest {largest[0]} at {largest[1]}."
     unknown = values.size - known.size

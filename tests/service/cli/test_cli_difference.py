@@ -37,7 +37,7 @@ def test_a_study_less_another_is_the_difference_of_what_is_known_of_both(
     assert document["studies"][0] == first["id"]
     assert "structural damping ratio ζ (0.0038 and 0.05)" in document["note"]
     most = max(range(len(r)), key=lambda place: free[place])
-    told = run("map", first["id"], "--minus", "damped", *plane).stdout
+    told = run("map", first["id"], "--minus", "damped", "--details", *plane).stdout
     assert f"by at most {free[most]:.4g} at r = {r[most]:.6g}" in " ".join(told.split())
     figure = tmp_path / "difference.svg"
     run("map", first["id"], "--minus", "damped", *plane, "-o", figure)

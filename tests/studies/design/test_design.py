@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 from tests.oracles import forced_friction
 
-from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.brief import lines_of
+from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.design import Ask, designing, next_round
