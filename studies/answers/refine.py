@@ -121,9 +121,9 @@ def refine_optimum(
     more = spent["points"] - parent["status"].size + points
     if more > budget:
         note = f"{words} The budget of {budget:,} points is spent, so nothing further is computed. {say_spent(spent)}"
-        told = (*short.sentences[:2], f"Not settled: the budget of {budget:,} points is spent.")
+        left = (*short.sentences[:2], f"Not settled: the budget of {budget:,} points is spent.")
         short = replace(
-            short, sentences=told, next=f"damperlab refine {study.name or 'STUDY'} --budget {4 * budget}"
+            short, sentences=left, next=f"damperlab refine {study.name or 'STUDY'} --budget {4 * budget}"
         )
         return replace(answer, note=f"Not known: {note[0].lower()}{note[1:]}", brief=short)
     note = (

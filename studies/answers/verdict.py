@@ -92,8 +92,8 @@ def verdict(
     """
     if ranked.sizes["rank"] == 0:
         none = _none_left(cube, question, ranked.attrs)
-        words = {"verdict": list(none.sentences), "brief": none.document(), "doubts": []}
-        return said(cube, lambda _: words)
+        nothing = {"verdict": list(none.sentences), "brief": none.document(), "doubts": []}
+        return said(cube, lambda _: nothing)
     values, errors = ranked["value"].values, ranked["error"].values
     may_be = contend(ranked["lowest"].values, ranked["highest"].values)
     # the first is the best, and may be it: its lower limit is below every value
@@ -164,7 +164,7 @@ class _Known:
         """Look at the best designs of a ranking."""
         names = [name for name in ranked.variables if ranked[name].dims == ("rank",) and name != "rank"]
         count = min(ranked.sizes["rank"], OTHERS + 2)
-        rows = [{str(name): ranked[name].values[n].item() for name in names} for n in range(count)]
+        rows: list[Row] = [{str(name): ranked[name].values[n].item() for name in names} for n in range(count)]
         best, lead, lead_flat = rows[0], rows[0], flat
         if active is not None and best["impact_share"] == 0:
             lead, lead_flat = active, []

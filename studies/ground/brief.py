@@ -34,7 +34,7 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     told = f"Under {under} {cases[best]['label']} moves least against the base: {_mm(cases[best][PEAK])}"
     bare = cases.get("none")
     if bare is not None and best != "none":
-        told += f", {1 - float(cases[best][PEAK]) / float(bare[PEAK]):.0%} less than without damper"
+        told += f", {100 * (1 - float(cases[best][PEAK]) / float(bare[PEAK])):.0f} % less than without damper"
     spread = cases[best].get("spread")
     doubt = ""
     if spread and spread["sensitive"]:
