@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import FREQUENCY, WHY, runs
-from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
@@ -20,6 +19,7 @@ from damperlab.studies.answers.tmd_verdict import brief_of, is_judged
 from damperlab.studies.answers.verdict import NEXT_BAND
 from damperlab.studies.faults import Fault, describe, listing, write_nearest
 from damperlab.studies.field import At
+from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
 from damperlab.studies.tmd.curves import exact_curves
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
@@ -164,7 +164,9 @@ def tmd_comparison(
     }
     answer.attrs["judged"] = is_judged(answer)
     design = {
-        name: float(answer[name]) for name in DESIGN if name in answer.coords and cube.sizes.get(name, 1) > 1
+        name: float(answer[name])
+        for name in kind_of(cube.sizes).designs
+        if name in answer.coords and cube.sizes.get(name, 1) > 1
     }
 
     def words(phrases: Phrases) -> dict[str, Any]:

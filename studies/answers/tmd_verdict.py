@@ -83,7 +83,8 @@ def brief_of(cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], 
             if "response_class" in answer
             else True
         )
-        acts, rubs = strikes and float(answer["mass_ratio"]) > 0, float(answer["friction_ratio"]) > 0
+        friction = answer["friction_ratio" if "friction_ratio" in answer.coords else "friction_force_n"]
+        acts, rubs = strikes and float(answer["mass_ratio"]) > 0, float(friction) > 0
         own: Damper = (
             "hybrid"
             if acts and rubs
