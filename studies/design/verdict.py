@@ -135,8 +135,8 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
     if isinf(score.value):
         return f"Nothing bounds the {judged}: it grows without bound with every damper that was looked at."
     reach = _reach(asked, score.value, score.most)
-    if best is None and locked(found):
-        return _locked(found, reach)
+    if build.friction_force_n and locked(found, build):
+        return _locked(found, build, reach)
     if not asked.free:
         word = "The given damper" if score.violation == 0.0 else "The given damper exceeds a limit: it"
         return f"{word} ({_damper(asked, build)}) {stays} {reach}."
@@ -149,8 +149,8 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
     return f"Build {what}: {_damper(asked, build)}. That {stays} {reach}."
 
 
-def _locked(found: Found, reach: str) -> str:
-    force = quantity(found.asked, "friction_force_n", found.build.friction_force_n, 3)
+def _locked(found: Found, build: Build, reach: str) -> str:
+    force = quantity(found.asked, "friction_force_n", build.friction_force_n, 3)
     if all(each.motion.force for each in found.asked.excitations) and not found.asked.cases:
         return f"A friction force of {force} withstands the force at every frequency: the structure does not move."
     return f"A friction force of {force} clamps the structure to its base: it moves as that does, {reach}; nothing is damped."
@@ -172,8 +172,8 @@ def _notes(found: Found, damper: Damper) -> Iterator[Note]:
                 "at_most": stated.at_most[name],
             }
             yield Note("limit_exceeded", "danger", values)
-    if damper == kind_of(build) and locked(found):
-        yield Note("locked", "danger")
+    if rubs and judged.friction_force_n and locked(found, judged):
+        yield Note("locked", "danger", {"friction_force_n": judged.friction_force_n})
     elif rubs and _nearly_clamped(found, judged):
         yield Note("nearly_clamped", "danger", {"friction_force_n": judged.friction_force_n})
     grown = _grown(found, judged) if rubs or damper == "particle_alone" else None
@@ -192,7 +192,8 @@ def _notes(found: Found, damper: Damper) -> Iterator[Note]:
     if builds is not None and builds.passed < builds.drawn and damper == kind_of(build):
         yield Note("builds", "caution", {"passed": builds.passed, "drawn": builds.drawn})
     ends = at_ends(found)
-    if locked(found):  # more friction changes nothing
+    if locked(found):
+        # more friction changes nothing
         ends.pop("friction_force_n", None)
     if ends:
         yield Note("end_of_range", "hint", {name: [end, getattr(build, name)] for name, end in ends.items()})
