@@ -279,7 +279,7 @@ def _holds(found: Found, damper: Damper) -> Iterator[str]:
     ]
     if parts:
         holds = "Limits hold" if asked.limits_measure else "At most a tenth is lost"
-        yield f"{holds} for {', '.join(parts)}, each alone."
+        yield f"{holds} for {', '.join(parts)}{', each alone' if len(parts) > 1 else ''}."
 
 
 def _span(asked: Specification, name: str, low: float, high: float) -> str:
@@ -359,7 +359,7 @@ def _reach(asked: Specification, value: float, most: float) -> str:
     """Write a worst case with what it may come to, where that is more than rounding."""
     if most <= value * (1.0 + SAME):
         return response(asked, rounded_up(most, 3), 3)
-    return f"{response(asked, value, 3)} (at most {response(asked, rounded_up(most, 3), 3)})"
+    return f"{response(asked, rounded_up(most, 3), 3)} ({response(asked, value, 3)} computed)"
 
 
 def _value(asked: Specification, value: float) -> str:
