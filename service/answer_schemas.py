@@ -6,11 +6,12 @@ an answer is sent, since most of an answer is arrays. A number that is not finit
 
 from collections.abc import Iterable
 from dataclasses import fields
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import TypeAdapter
 
 from damperlab.studies.answers.verdict import DOUBTS
+from damperlab.studies.brief import Damper, Severity
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.store.record import PREPARATIONS, Record
 from damperlab.studies.store.reuse.differences import Differences
@@ -132,6 +133,13 @@ def _of_cube(optional: Iterable[str] = (), **properties: Schema) -> Schema:
     return found
 
 
+_BRIEF = _object(damper=_or_null(_enum(get_args(Damper))), sentences=TEXTS, rows=_list(TEXTS), next=TEXT) | {
+    "description": "What to do in short: the decision, what comes second, and one next step."
+}
+_NOTES = _list(_object(kind=TEXT, severity=_enum(get_args(Severity)), values=TABLE)) | {
+    "description": "What is known beside it, as data: the gravest first; values in the units of this document."
+}
+
 _DESIGN = _object(
     (*EVERY_DIMENSION, "error", "response_class"),
     rank={"type": "integer", "minimum": 1},
@@ -152,6 +160,8 @@ _DESIGNS = _of_cube(
         "verdict",
         "doubts",
         "pareto",
+        "brief",
+        "notes",
     ),
     units=TEXT,
     long_name=TEXT,
@@ -162,6 +172,8 @@ _DESIGNS = _of_cube(
     frequencies=COUNT,
     verdict=TEXTS,
     doubts=_list(_object(kind=_enum(DOUBTS), sentence=TEXT)),
+    brief=_BRIEF,
+    notes=_NOTES,
     pareto=_list(_enum(RESPECTS)),
 )
 _MAP = _of_cube(
@@ -206,6 +218,7 @@ _TMD = _of_cube(
     criterion=_enum(CRITERIA),
     band=RANGE,
     verdict=TEXTS,
+    brief=_BRIEF,
     hybrid_better=_list(RANGE),
     exact=_object(frequency_ratio=NUMBERS, tmd=NUMBERS, no_damper=NUMBERS),
     judged=FLAG,
@@ -236,6 +249,7 @@ _FRAGILITY = _of_cube(
     threshold=NUMBER,
     metric=TEXT,
     records=COUNT,
+    brief=_BRIEF,
     never=COUNT,
     median_scale=NUMBER,
     median_scale_interval=NUMBERS,
@@ -265,6 +279,7 @@ _REFINEMENT_FIELDS: Schema = {
     "definition": {"type": ["object", "null"]},
     "definitions": _list({"type": "object"}),
     "note": TEXT,
+    "brief": _or_null(_BRIEF),
 }
 _GROUND_MOTION: Schema = {
     "id": TEXT,
@@ -361,7 +376,7 @@ _FITTED_HISTORY = _object(
 )
 _DESIGN_ANSWER = _object(
     # of answers that were kept before there were such
-    ("starts", "amplitudes", "masses", "ended", "no_damper"),
+    ("starts", "amplitudes", "masses", "ended", "no_damper", "verdict", "notes"),
     name=TEXT,
     digest=TEXT,
     design=_BUILT,
@@ -413,6 +428,8 @@ _DESIGN_ANSWER = _object(
     confidence=NUMBER,
     points=COUNT,
     budget_points=COUNT,
+    verdict=_BRIEF,
+    notes=_NOTES,
     words=TEXTS,
     response=_by_name(NUMBERS),
     no_damper=_object(response=_by_name(NUMBERS)),
@@ -608,6 +625,7 @@ def answer_schemas() -> dict[str, Schema]:
                 _object(criterion=_enum(CRITERIA), mass_ratio=NUMBER, tuning=NUMBER, damping_ratio=NUMBER)
             ),
             cases=_by_name(_object(("spread",), label=TEXT, **case, spread=TABLE), CASES),
+            brief=_BRIEF,
             paper_table_a1=_by_name(_by_name(NUMBER), CASES),
             units=_by_name(TEXT),
             note=TEXT,

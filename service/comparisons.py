@@ -52,4 +52,5 @@ def refinement_document(refinement: Refinement) -> dict[str, Any]:
         "definitions": definitions,
         **refinement.said,
         "note": refinement.note,
+        "brief": refinement.brief and refinement.brief.document(),
     }

@@ -9,7 +9,7 @@ from damperlab.service.figures.design import draw_alternatives, draw_amplitudes,
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.design.absorber import DETUNED
 from damperlab.studies.design.alternatives import CALLED
-from damperlab.studies.design.answer import answer_document, cases_of
+from damperlab.studies.design.answer import cases_of, limits_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.spelling import (
@@ -24,6 +24,7 @@ from damperlab.studies.design.spelling import (
     under_records,
 )
 from damperlab.studies.design.starts import Reached
+from damperlab.studies.design.verdict import verdict_of
 from damperlab.studies.design.words import CALLED as QUANTITIES
 from damperlab.studies.design.words import words_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
@@ -43,7 +44,7 @@ def design_report(found: Found) -> str:
     title = asked.name or "design"
     parts = [
         f"<h1>{escape(title)}</h1>",
-        *(said(sentence) for sentence in words_of(found)),
+        *(said(sentence) for sentence in verdict_of(found)[0].sentences),
         "<h2>What was asked</h2>",
         table("What was asked", ("what", "value", "tolerance"), _asked(found)),
         "<h2>The damper</h2>",
@@ -80,6 +81,8 @@ def design_report(found: Found) -> str:
             table("Limits", ("limit", "allowed", "reached", "kept", "binds"), _limits(found)),
         ]
     parts += [
+        "<h2>Details</h2>",
+        *(said(sentence) for sentence in words_of(found)),
         "<h2>Signatures</h2>",
         '<div class="signature">',
         table("Signatures", ("drawn up", "checked", "date"), [("", "", "")]),
@@ -269,7 +272,7 @@ def _damper(found: Found, name: str, build: Build, value: str) -> tuple[str, ...
 
 
 def _limits(found: Found) -> Iterable[tuple[str, ...]]:
-    asked, rows = found.asked, answer_document(found)["limits"]
+    asked, rows = found.asked, limits_of(found)
     for name, row in zip((*asked.limits, *asked.damper_limits), rows, strict=True):
         shown = [limited(asked, name, row[key]) for key in ("allowed", "reached")]
         about = LIMITS.get(name) or DAMPER_LIMITS[name]

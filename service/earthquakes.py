@@ -3,6 +3,7 @@
 from typing import Any
 
 from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.ground.brief import brief_of
 from damperlab.studies.ground.paper import SOURCE_NOTE, TABLE_A1
 from damperlab.studies.ground.question import Earthquake
 
@@ -61,4 +62,5 @@ def answer_comparison(asked: Earthquake, samples: int = 0) -> dict[str, Any]:
         from damperlab.service.histories import sampled
 
         answer["histories"] = sampled(asked, samples)
-    return {**answer, "paper_table_a1": paper, "note": SOURCE_NOTE, "units": UNITS}
+    brief = brief_of(answer).document()
+    return {**answer, "brief": brief, "paper_table_a1": paper, "note": SOURCE_NOTE, "units": UNITS}

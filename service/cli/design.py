@@ -8,8 +8,8 @@ import typer
 from damperlab.service.cli.computing import Computer, Means, computes
 from damperlab.service.cli.documents import check_document, write_document
 from damperlab.service.cli.failures import FAILED
-from damperlab.service.cli.options import AsJson, DataDir
-from damperlab.service.cli.output import note, print_json, say, working
+from damperlab.service.cli.options import AsJson, DataDir, Details
+from damperlab.service.cli.output import note, print_brief, print_json, say, working
 from damperlab.service.cli.places import file_option
 from damperlab.service.cli.run import find_or_submit
 from damperlab.service.cli.store import data_folder, open_store
@@ -46,6 +46,7 @@ def design(
         bool,
         typer.Option("--dry-run", help="Check the specification, and print its budget; compute nothing."),
     ] = False,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Find a damper for a specification: what to build, how far it may be off, and what the alternatives are."""
@@ -83,8 +84,7 @@ def design(
     if as_json:
         print_json(document)
     else:
-        for sentence in document["words"]:
-            say(sentence)
+        print_brief(document["verdict"], document["words"], details)
 
 
 class _Evaluation:

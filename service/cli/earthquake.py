@@ -14,6 +14,7 @@ from damperlab.service.cli.options import (
     Contact,
     ContactTime,
     DataDir,
+    Details,
     check_alone,
     check_file,
     contact_document,
@@ -22,6 +23,7 @@ from damperlab.service.cli.output import (
     make_parent,
     note,
     number,
+    print_brief,
     print_json,
     print_table,
     say,
@@ -162,6 +164,7 @@ def earthquake(
         ),
     ] = None,
     data_dir: DataDir = None,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Compare dampers under a ground-motion record as in the paper's Table A1: none, tuned mass, particle, friction, hybrid.
@@ -211,7 +214,9 @@ def earthquake(
     if as_json:
         print_json(answer)
     elif output is None:
-        _print(answer)
+        print_brief(answer["brief"], (), details)
+        if details:
+            _print(answer)
 
 
 def read_file(file: Path, units: str | None, name: str) -> Any:

@@ -3,11 +3,17 @@
 from typing import TYPE_CHECKING
 
 from damperlab.service.cli.asked import asks
-from damperlab.service.cli.options import AsJson, DataDir, Output, StudyId, check_file
-from damperlab.service.cli.output import print_table, say, working
+from damperlab.service.cli.options import AsJson, DataDir, Details, Output, StudyId, check_file
+from damperlab.service.cli.output import print_brief, print_table, say, working
 from damperlab.service.cli.queries import ask, hand_out, say_if
 from damperlab.service.cli.store import label
-from damperlab.service.cli.words import columns_left_out, completeness_sentence, map_table, slice_sentence
+from damperlab.service.cli.words import (
+    columns_left_out,
+    completeness_sentence,
+    map_brief,
+    map_table,
+    slice_sentence,
+)
 from damperlab.studies.questions import Plane, Selection, Subtracted
 
 if TYPE_CHECKING:
@@ -22,6 +28,7 @@ def map_(
     second: Subtracted,
     output: Output = None,
     data_dir: DataDir = None,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Show a result over two dimensions, such as the amplitude at resonance over clearance and friction.
@@ -60,6 +67,9 @@ def map_(
 
     def tell() -> None:
         phrases = Phrases.of(cube).as_named(selection.metric)
+        print_brief(map_brief(answer, metric, phrases, second.minus is not None).document(), (), details)
+        if not details:
+            return
         whose = names[0] if second.minus is None else f"{names[0]} less {names[1]}"
         say(slice_sentence(answer, metric, whose, phrases))
         print_table(*map_table(answer, metric, phrases, None if second.minus is None else "difference"))

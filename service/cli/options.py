@@ -62,6 +62,9 @@ StudyId = Annotated[
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print one JSON document on standard output, and nothing else there.")
 ]
+Details = Annotated[
+    bool, typer.Option("--details", help="Print everything that is known beside the short answer.")
+]
 Workers = Annotated[
     int | None,
     typer.Option(

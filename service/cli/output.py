@@ -5,9 +5,10 @@ import math
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -34,6 +35,20 @@ def note(text: str) -> None:
 def say(text: str) -> None:
     """Print an answer in words on standard output."""
     ANSWERS.print(text, markup=False, soft_wrap=True)
+
+
+def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool) -> None:
+    """Print a short answer, and its details in sentences where they are wanted."""
+    from damperlab.studies.brief import lines_of
+
+    for line in lines_of(brief):
+        say(line)
+    if not wanted:
+        say("Details: --details.")
+        return
+    say("")
+    for sentence in details:
+        say(sentence)
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:

@@ -6,17 +6,26 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from damperlab.service.cli.asked import asks
-from damperlab.service.cli.options import AsJson, DataDir, Output, StudyId, check_file
-from damperlab.service.cli.output import make_parent, note, number, print_json, print_table, say, working
+from damperlab.service.cli.options import AsJson, DataDir, Details, Output, StudyId, check_file
+from damperlab.service.cli.output import (
+    make_parent,
+    note,
+    number,
+    print_brief,
+    print_json,
+    print_table,
+    say,
+    working,
+)
 from damperlab.service.cli.store import label, open_store
 from damperlab.service.cli.words import (
     axes_of,
     completeness_sentence,
-    ranking_sentences,
     rows_table,
     slice_sentence,
     words_of,
 )
+from damperlab.studies.brief import MOST_ROWS
 from damperlab.studies.questions import Followed, Fragile, Judging, Ranking, Second, Varied
 
 RANKED = {
@@ -93,6 +102,7 @@ def optimum(
     ranking: Ranking,
     output: Output = None,
     data_dir: DataDir = None,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Rank the designs of a study, the best first; dampers of a suite or over base amplitudes by their worst case."""
@@ -115,11 +125,13 @@ def optimum(
         return draw_ranking(answer)
 
     def tell() -> None:
-        phrases = Phrases.of(cube)
-        for sentence in (*ranking_sentences(answer, phrases), words_of(answer)["note"]):
-            say(sentence)
-        if answer.sizes["rank"] > 1:
+        phrases, words = Phrases.of(cube), words_of(answer)
+        told = [*(doubt["sentence"] for doubt in words.get("doubts", ())), words["note"]]
+        print_brief(words["brief"], told, details)
+        # a front is its designs
+        if answer.sizes["rank"] > 1 and (details or "pareto" in answer.attrs):
             shown = answer.drop_vars(["lowest", "highest"], errors="ignore")
+            shown = shown if details else shown.isel(rank=slice(MOST_ROWS))
             print_table(*rows_table(shown, phrases, RANKED | _worst_of(answer, phrases), axes_of(cube)))
 
     hand_out(record, answer, output, as_json, draw, lambda: ranking_document(answer), tell)
@@ -168,6 +180,7 @@ def fragility(
     fragile: Fragile,
     output: Output = None,
     data_dir: DataDir = None,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Say how likely a damper of a ground-motion suite exceeds a limit, as its records are scaled up."""
@@ -186,9 +199,10 @@ def fragility(
         return draw_fragility(answer)
 
     def tell() -> None:
-        say(answer.attrs["note"])
+        print_brief(answer.attrs["brief"], [answer.attrs["note"]], details)
         of_metric = dict.fromkeys(("lowest", "median", "highest"), str(answer.attrs["metric"]))
-        print_table(*rows_table(answer, Phrases.of(cube), of_metric))
+        if details:
+            print_table(*rows_table(answer, Phrases.of(cube), of_metric))
 
     hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)
 

@@ -12,14 +12,16 @@ from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import (
     AsJson,
     DataDir,
+    Details,
     StudyId,
     check_alone,
     check_name,
 )
-from damperlab.service.cli.output import note, print_json, say, working
+from damperlab.service.cli.output import note, print_brief, print_json, working
 from damperlab.service.cli.queries import answered
 from damperlab.service.cli.store import open_store
 from damperlab.service.cli.words import found_sentence
+from damperlab.studies.brief import Brief
 from damperlab.studies.field import fields_of, given
 from damperlab.studies.questions import Boundary, FollowUps, Judging, Race, Search
 from damperlab.studies.variables import DIMENSIONS
@@ -46,6 +48,7 @@ def refine(
     data_dir: DataDir = None,
     *,
     means: Means,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Compute finer follow-up studies where better designs may lie, or at a class boundary, down to the tolerance."""
@@ -75,7 +78,7 @@ def refine(
         return refine_optimum(asked, cubes, search, judging)
 
     with Computer(open_store(data_dir), means) as computer:
-        Pursuit(computer).follow(study, "refine", judge, follow_ups.dry_run, as_json)
+        Pursuit(computer).follow(study, "refine", judge, follow_ups.dry_run, as_json, details)
 
 
 @asks
@@ -88,6 +91,7 @@ def race(
     data_dir: DataDir = None,
     *,
     means: Means,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Compute the designs that may be the best for more and more cycles, until the best is known with the given confidence."""
@@ -97,7 +101,7 @@ def race(
         return race_designs(asked, cubes, rules, judging)
 
     with Computer(open_store(data_dir), means) as computer:
-        Pursuit(computer).follow(study, "race", judge, follow_ups.dry_run, as_json)
+        Pursuit(computer).follow(study, "race", judge, follow_ups.dry_run, as_json, details)
 
 
 @dataclass(frozen=True)
@@ -112,7 +116,9 @@ class Pursuit:
 
     computer: Computer
 
-    def follow(self, study: str, question: str, judge: "Judge", dry_run: bool, as_json: bool) -> None:
+    def follow(
+        self, study: str, question: str, judge: "Judge", dry_run: bool, as_json: bool, details: bool
+    ) -> None:
         """Judge, compute the follow-ups, and judge again, until nothing is left to compute."""
         from damperlab.studies.answers.suite import require_harmonic
         from damperlab.studies.definition import parse_harmonic
@@ -141,10 +147,10 @@ class Pursuit:
             return
         from damperlab.studies.answers.phrases import Phrases
 
-        say(found.note)
-        say(found_sentence(found.found, Phrases.of(cubes[record.id])))
-        if ids[1:]:
-            say(f"Follow-up studies: {', '.join(ids[1:])}.")
+        told = [found.note, found_sentence(found.found, Phrases.of(cubes[record.id]))]
+        brief = found.brief or Brief(None, (told[1][:1].upper() + told[1][1:] + ".",))
+        told += [f"Follow-up studies: {', '.join(ids[1:])}."] if ids[1:] else []
+        print_brief(brief.document(), told, details)
 
     def _compute(self, asked: "Study", parent: "Record") -> "Record":
         """Run a follow-up to its end; what is done of it is kept if it stops."""

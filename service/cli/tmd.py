@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 from damperlab.service.cli.asked import asks
-from damperlab.service.cli.options import AsJson, DataDir, Output, StudyId, check_file
-from damperlab.service.cli.output import print_table, say, working
+from damperlab.service.cli.options import AsJson, DataDir, Details, Output, StudyId, check_file
+from damperlab.service.cli.output import print_brief, print_table, say, working
 from damperlab.service.cli.queries import ask, hand_out, say_if
 from damperlab.service.cli.words import axes_of, completeness_sentence, rows_table, words_of
 from damperlab.studies.questions import Amplitudes, Design, Judging, Tuning
@@ -30,6 +30,7 @@ def tmd(
     design: Design,
     output: Output = None,
     data_dir: DataDir = None,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Compare one design of a study with a tuned mass damper of the same mass, over frequency."""
@@ -38,7 +39,7 @@ def tmd(
     from damperlab.service.comparisons import columns_document
     from damperlab.studies.answers.excited import excitation_of
     from damperlab.studies.answers.one_amplitude import at_one_amplitude, said_of_it
-    from damperlab.studies.answers.phrases import FREQUENCY, Phrases
+    from damperlab.studies.answers.phrases import Phrases
     from damperlab.studies.answers.tmd_comparison import tmd_comparison
 
     with working("Tuning"):
@@ -51,20 +52,15 @@ def tmd(
         return draw_comparison(answer)
 
     def tell() -> None:
-        told = words_of(answer)
-        say(" ".join(told["verdict"]))
-        say(told["note"])
+        words = words_of(answer)
+        print_brief(words["brief"], [words["note"]], details)
+        if not details:
+            return
         # a force beside a shaken base has no base amplitude that its static displacement could be over
         of_force = answer.attrs["excitation"] != excitation_of(cube)
         phrases = Phrases.of(cube.drop_vars(list(cube.data_vars)) if of_force else cube)
-        better_at = ", ".join(
-            phrases.span(FREQUENCY, low, high) for low, high in answer.attrs["hybrid_better"]
-        )
-        if answer.attrs["judged"]:
-            say(f"The study's damper is better at {better_at or 'no frequency that was computed'}.")
-        print_table(
-            *rows_table(answer, phrases, dict.fromkeys(("hybrid", "tmd", "no_damper"), "amplitude_ratio"))
-        )
+        columns = dict.fromkeys(("hybrid", "tmd", "no_damper"), "amplitude_ratio")
+        print_table(*rows_table(answer, phrases, columns))
         say_if(completeness_sentence(answer))
 
     hand_out(record, answer, output, as_json, draw, lambda: columns_document(answer), tell)

@@ -4,8 +4,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from damperlab.service.cli.output import number
-from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.kinds import EVERY_DIMENSION, kind_of
+from damperlab.studies.brief import Brief
+from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.rounding import ROUNDING_WORD, is_rounding, value_of_error
 from damperlab.studies.variables import VARIABLES, Status
 
@@ -58,6 +58,51 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: s
         for at, row in zip(shown[y].values.tolist(), shown[variable or metric].values.tolist(), strict=True)
     ]
     return head, rows[::-1]
+
+
+def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted: bool) -> Brief:
+    """Say where a map is least and largest, or where two differ most; of a class how often each occurs."""
+    import numpy as np
+
+    y, x = (str(name) for name in answer[metric].dims)
+    values = answer["difference" if subtracted else metric].values
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return Brief(None, ("Nothing of this map is known yet.",), (), "damperlab run the study to its end.")
+    what = phrases.shown(metric, answer[metric]).partition(" in ")[0]
+    if metric in VARIABLES and VARIABLES[metric].flags is not None:
+        codes, counts = np.unique(known, return_counts=True)
+        rows = tuple(
+            (cell(metric, code), f"{count / known.size:.0%}", "of the places")
+            for code, count in sorted(
+                zip(codes.tolist(), counts.tolist(), strict=True), key=lambda each: -each[1]
+            )
+        )
+        return Brief(None, (f"{what[:1].upper()}{what[1:]} over {known.size:,} places.",), rows, "-o map.png")
+
+    def spelled(place: int) -> tuple[str, str]:
+        j, i = np.unravel_index(place, values.shape)
+        at = ((x, answer[x].values[i]), (y, answer[y].values[j]))
+        where = (
+            f"{phrases.symbol(name)} = {value}"
+            if isinstance(value, str)
+            else phrases.equal(name, float(value), ".3g")
+            for name, value in at
+        )
+        return phrases.value(metric, float(values[j, i]), ".3g"), ", ".join(where)
+
+    finite = np.where(np.isfinite(values), values, np.nan)
+    least, largest = spelled(int(np.nanargmin(finite))), spelled(int(np.nanargmax(finite)))
+    what = f"Change of the {what}" if subtracted else what
+    told = f"{what}: least {least[0]} at {least[1]}; largest {largest[0]} at {largest[1]}."
+    unknown = values.size - known.size
+    missing = f"{unknown:,} of {values.size:,} places have no value." if unknown else ""
+    return Brief(
+        None,
+        (f"{told[:1].upper()}{told[1:]}", missing),
+        (),
+        "-o map.png, or `damperlab optimum` for one damper.",
+    )
 
 
 def _corner(name: str, phrases: "Phrases") -> str:
@@ -178,29 +223,6 @@ def completeness_sentence(answer: "xr.Dataset") -> str:
         why = f": {' '.join(kind.sentence for kind in sorted(kinds))}" if kinds else "."
         phrases.append(f"{failed} of {points} points failed{why}")
     return " ".join(phrases)
-
-
-def ranking_sentences(answer: "xr.Dataset", phrases: "Phrases") -> tuple[str, ...]:
-    """Say what a ranking means: its verdict, or the best damper and its worst case."""
-    if "metric" in answer.attrs:
-        return tuple(filter(None, (worst_sentence(answer, phrases),)))
-    return tuple(words_of(answer).get("verdict", ()))
-
-
-def worst_sentence(answer: "xr.Dataset", phrases: "Phrases") -> str:
-    """Say which damper is best, and where its worst case is; nothing where none is left."""
-    if answer.sizes["rank"] == 0:
-        return ""
-    best = answer.isel(rank=0)
-    told = {str(name): best[name].item() for name in best.coords if name != "rank"}
-    damper = ", ".join(_equal(name, told.pop(name), phrases) for name in kind_of(told).designs)
-    record = told.pop(RECORD, None)
-    case = ", ".join(_equal(name, value, phrases) for name, value in told.items())
-    where = f"at {case}" if record is None else f"under {record} at {case}"
-    metric = str(answer.attrs["metric"])
-    units = "" if phrases.unit(metric) else best["value"].attrs["units"]
-    value = phrases.value(metric, float(best["value"])) + ("" if units in ("", "1") else f" {units}")
-    return f"Best damper: {damper}. Its worst case, {value}, is {where}."
 
 
 def _equal(name: str, value: float, phrases: "Phrases") -> str:

@@ -56,7 +56,9 @@ class Design:
             return card(f"Design {self.name}", [("id", self.id)])
         answer = now["answer"] or {}
         rows: list[tuple[str, object]] = [("id", self.id), ("state", now["state"])]
-        rows += [("", sentence) for sentence in answer.get("words", ())]
+        # an answer that was kept before there was a verdict has its sentences alone
+        told = answer["verdict"]["sentences"] if "verdict" in answer else answer.get("words", ())
+        rows += [("", sentence) for sentence in told]
         if not answer:
             rows += [("points", _points(now)), ("stage", now["stage"]), ("message", now["message"])]
             rows += [("best so far", best)] if (best := _best(now)) else []

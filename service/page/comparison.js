@@ -121,9 +121,7 @@ function share(label, now, onChange) {
 
 /** Which is better, in a sentence and a number. @param {any} answer @param {import("./shown.js").Shown} shown */
 function verdict(answer, shown) {
-  // what to compute next is a button
-  const told = shown.words(answer).verdict.filter((sentence) => !(answer.next_frequencies && sentence.startsWith("Compute ")));
-  const sentences = told.map((sentence) => el("p", {}, prose(sentence)));
+  const sentences = shown.words(answer).verdict.map((sentence) => el("p", {}, prose(sentence)));
   // of too few frequencies a ratio would say more than is known
   if (answer.ratio === null || !answer.judged) return sentences;
   return [

@@ -12,9 +12,6 @@ from damperlab.studies.answers.phrases import RATIOS, Phrases
 LOSS = 0.1
 """A design is as good as the optimum for practical purposes while it loses no more than this share."""
 
-NO_VALUE = "was not computed, failed, or is left out"
-"""Why a design is not known to be as good, or worse."""
-
 
 def flatness(
     cube: xr.Dataset, question: DesignQuestion, design: dict[str, int], value: float
@@ -83,17 +80,7 @@ def say_flatness(found: list[dict[str, Any]], phrases: Phrases = RATIOS) -> str:
     if not found:
         return ""
     spans = "; ".join(_span(entry, phrases) for entry in found)
-    said = f"Within {LOSS:.0%} of the best, one parameter at a time: {spans}."
-    coarse = [phrases.label(entry["dimension"]) for entry in found if entry["worse"]]
-    unknown = [phrases.label(entry["dimension"]) for entry in found if entry["unknown"]]
-    if unknown:
-        said += f" Whether the next design is as good is not known in {', '.join(unknown)}: it {NO_VALUE}."
-    if coarse:
-        said += (
-            f" The grid does not resolve the optimum in {', '.join(coarse)}: the next design is more than {LOSS:.0%} worse, "
-            "so a better one may lie between; refine looks there."
-        )
-    return said
+    return f"Within {LOSS:.0%} of the best, one parameter at a time: {spans}."
 
 
 def _span(entry: dict[str, Any], phrases: Phrases) -> str:

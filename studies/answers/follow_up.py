@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.design_question import DESIGN
+from damperlab.studies.brief import Brief
 from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
 from damperlab.studies.units import STRUCTURE
 from damperlab.studies.variables import DIMENSIONS
@@ -41,6 +42,8 @@ class Refinement:
         What has been computed: `points`, `cycles` and `seconds` of run time where the studies store them.
     note : str
         The same in words.
+    brief : Brief or None
+        The short answer, in the units of the study; None where the search has none.
     said : dict
         What else the search says: of a race `confidence`, `as_good`, `chance_of_another`.
     """
@@ -53,6 +56,7 @@ class Refinement:
     fine_points: int = 0
     spent: dict[str, float] = field(default_factory=dict)
     note: str = ""
+    brief: Brief | None = None
     said: dict[str, Any] = field(default_factory=dict)
 
 

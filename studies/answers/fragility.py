@@ -22,6 +22,7 @@ from damperlab.studies.answers.selection import (
     say,
     scalars,
 )
+from damperlab.studies.brief import Brief
 from damperlab.studies.faults import Fault, counted, describe
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import SUITE, kind_of
@@ -37,6 +38,8 @@ WIDEST = 4.0
 """Largest dispersion that is looked at; buildings and dampers have 0.1 to 1."""
 NARROWEST = 1e-3
 CELLS, ZOOMS = 24, 14
+SETTLED, MANY = 3.0, 10
+"""A median is settled whose interval is no wider than this factor; from this many records on more of them help little."""
 FAILED_RUNS = (Status.TOO_MANY_EVENTS, Status.UNBOUNDED, Status.NO_PROGRESS)
 """A run that ends so at a scale above all that are known of its record, or still to be computed, counts as one that exceeds the
 limit, as in incremental dynamic analysis: left out, a record that fails as it is scaled up would make the damper look better
@@ -139,6 +142,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
         }
     where = say(cube, index, asked.at, Phrases.of(cube))
     attributes["note"] = _note(cube, metric, attributes, where, may_be_one(low, high), int(beyond.sum()))
+    attributes["brief"] = _brief(cube, index, attributes).document()
     nothing = np.full(scales.size, np.nan)
     by, not_by = (high[:, None] <= scales).sum(axis=0), (low[:, None] >= scales).sum(axis=0)
     variables: Mapping[str, tuple[Floats, str]] = {
@@ -320,8 +324,45 @@ def _note(
     return " ".join(filter(None, sentences))
 
 
+def _brief(cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any]) -> Brief:
+    """Say how many records exceed the limit, from which scale on, and whether that is settled."""
+    units = cube[found["metric"]].attrs.get("units", "1")
+    limit = (
+        f"{1e3 * found['threshold']:g} mm"
+        if units == "m"
+        else f"{found['threshold']:g} {units}".removesuffix(" 1")
+    )
+    phrases, scales = Phrases.of(cube), cube[SCALE].values
+    damper = ", ".join(
+        phrases.equal(name, float(cube[name].values[index[name]]), ".3g")
+        for name in SUITE.designs
+        if cube.sizes[name] > 1
+    )
+    over, top = found["records"] - found["never"], f"{scales.max():g}"
+    told = f"The damper {f'({damper}) ' if damper else ''}exceeds {limit} under {over} of {counted(found['records'], 'record')}"
+    sentences = [f"{told}, at scales up to {top}."]
+    settled = False
+    if "median_scale" in found:
+        low, high = found["median_scale_interval"]
+        settled = low > 0 and math.isfinite(high) and high <= SETTLED * low
+        sentences.append(
+            f"Median scale {found['median_scale']:.3g} ({_interval(low, high)}){'' if settled else ': not settled'}."
+        )
+    else:
+        sentences.append("No curve can be fitted to these records.")
+    following = "damperlab optimum to rank the dampers."
+    if found["complete"] < 1:
+        following = "damperlab run the suite to its end."
+    elif not settled:
+        wider = f", scales up to {2 * scales.max():g}" if found["never"] else ""
+        following = (
+            f"{'ten records or more' if found['records'] < MANY else 'scales closer together'}{wider}."
+        )
+    return Brief(None, tuple(sentences), (), following)
+
+
 def _interval(low: float, high: float) -> str:
     """Say between which scales the median lies; so few records may settle nothing."""
     if low > 0 and high < np.inf:
         return f"95 % from {low:.3g} to {high:.3g}"
-    return "these records do not settle it: its 95 % interval has no end"
+    return "its 95 % interval has no end"

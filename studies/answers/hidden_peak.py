@@ -197,23 +197,18 @@ def say_hidden(
     steps = np.diff(r)
     apart = float(steps[where.any(axis=0)].max())
     bandwidth = 2.0 * float(damping_ratio[where.any(axis=1)].min())
-    times = "2ζ·f_n" if phrases.unit(FREQUENCY) else "2ζ"
-    wide = f"its half-power bandwidth {times} is {phrases.value(FREQUENCY, bandwidth, '.3g')}"
-    if bandwidth == 0.0:
-        wide = "without damping it has no width"
-    few = ""
-    if r.size == 2:
-        low, high = phrases.number(FREQUENCY, r[0], ".10g"), phrases.value(FREQUENCY, r[1], ".10g")
-        few = f"The band is two frequencies, {low} and {high}, with nothing between them. "
     higher = "far higher" if apart > FAR * bandwidth else "more than a tenth higher"
+    return (
+        f"{whose} may be {higher} between two frequencies, which are up to {phrases.value(FREQUENCY, apart, '.3g')} apart. "
+        f"Compute {advised_axis(r, bandwidth, phrases)}."
+    )
+
+
+def advised_axis(r: NDArray[np.float64], bandwidth: float, phrases: Phrases) -> str:
+    """Write the axis of frequencies that sees a resonance of this half-power bandwidth, as a study has it."""
     name = "excitation_frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
     start, stop = (phrases.number(FREQUENCY, end, ".10g") for end in (r[0], r[-1]))
-    return (
-        f"{few}{whose} may be {higher} between two frequencies: near the resonance these are up to "
-        f"{phrases.value(FREQUENCY, apart, '.3g')} apart, and {wide}. Errors are those of the "
-        "computed points; they say nothing of a peak between them. "
-        f"Compute `{name}: {{start: {start}, stop: {stop}, num: {_number(r, bandwidth)}}}`."
-    )
+    return f"`{name}: {{start: {start}, stop: {stop}, num: {_number(r, bandwidth)}}}`"
 
 
 def _number(r: NDArray[np.float64], bandwidth: float) -> int:

@@ -91,7 +91,8 @@ def optimal_designs(
 
     answer.attrs = {**attributes_of(question, tally), "flatness": flat}
     active = best_with_impacts(_described(cube, question, best.active)) if best.active else None
-    answer.attrs |= together(said(cube, note), verdict(cube, question, answer, active, flat))
+    judgement = verdict(cube, question, answer, active, flat)
+    answer.attrs |= together(said(cube, note), judgement)
     return answer.isel(rank=slice(top))
 
 

@@ -19,6 +19,7 @@ from damperlab.studies.answers.judging import (
 )
 from damperlab.studies.answers.phrases import FREQUENCY, Phrases, said
 from damperlab.studies.answers.selection import require_stored
+from damperlab.studies.brief import Brief
 from damperlab.studies.faults import Fault, counted, describe, listing, nearest
 from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.store.export.slabs import BUDGET
@@ -95,13 +96,14 @@ def pareto_front(
     def note(phrases: Phrases) -> dict[str, Any]:
         wanted = ", ".join(_wanted(name, question, phrases) for name in respects)
         listed = f" The {question.top} best in the first are listed." if length > question.top else ""
+        head = f"{counted(length, 'design')} that no other design beats in all of: {wanted}."
         sentences = [
-            f"{counted(length, 'design')} that no other design beats in all of: {wanted}.{listed}",
+            f"{head}{listed}",
             say_judged(question, cube.sizes[FREQUENCY], phrases),
             say_limits(question, phrases),
             *_remarks(tally, doubt),
         ]
-        return {"note": " ".join(filter(None, sentences))}
+        return {"note": " ".join(filter(None, sentences)), "brief": Brief(None, (head,)).document()}
 
     answer.attrs |= said(cube, note)
     return answer

@@ -185,13 +185,15 @@ class Phrases:
             return self.equal(name, low, form)
         return f"{self.symbol(name)} = {self.number(name, low, form)} to {self.value(name, high, form)}"
 
-    def measured(self, value: float, error: float) -> str:
-        """Spell an amplitude with its error, and without where that is rounding."""
-        if is_rounding(value, error):
-            return self.value(AMPLITUDE, value)
+    def measured(self, value: float, error: float, form: str = ".6g") -> str:
+        """Spell an amplitude with its error, and without where that is rounding, or less than the last of a few digits."""
+        shown = self.number(AMPLITUDE, value, form)
+        hides = form == ".3g" and abs(error) < HIDDEN * abs(value)
+        if is_rounding(value, error) or hides:
+            return self.value(AMPLITUDE, value, form)
         if math.isnan(error):
-            return f"{self.value(AMPLITUDE, value)} (error not known)"
-        return f"{self.number(AMPLITUDE, value)} ± {self.value(AMPLITUDE, error, '.2g')}"
+            return f"{self.value(AMPLITUDE, value, form)} (error not known)"
+        return f"{shown} ± {self.value(AMPLITUDE, error, '.2g')}"
 
     def shown(self, name: str, array: xr.DataArray) -> str:
         """Name a result that a table shows, with its unit or what it is over: ``amplitude X in mm``."""
@@ -214,6 +216,8 @@ class Phrases:
 
 OVER_MORE_THAN_Z = OVER.keys() - AMPLITUDES.keys() - ACCELERATIONS.keys()
 """Results whose names do not say what they are over."""
+HIDDEN = 5e-4
+"""Relative error that three digits do not show."""
 RATIOS = Phrases()
 _SI_SUFFIX = re.compile(r"_(m_per_s2|m_per_s|m_s2|m_s|m|j|s)$")  # the unit stands beside it
 

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.design_question import DESIGN, DesignQuestion
-from damperlab.studies.answers.hidden_peak import hidden_of, say_hidden
+from damperlab.studies.answers.hidden_peak import advised_axis, hidden_of, say_hidden
 from damperlab.studies.answers.phrases import Phrases
 
 MOST_PEAKS = 10
@@ -56,6 +56,10 @@ class RankedPeaks:
         where = [hidden_of(homes[each["study"]] if homes else cube, r, each) for each in designs]
         zeta = np.array([each["damping_ratio"] for each in designs])
         return cls(listed, r, np.array(where, np.bool_).reshape(len(designs), r.size - 1), zeta)
+
+    def axis(self, phrases: Phrases) -> str:
+        """Write the frequencies that would show them; only where some hide."""
+        return advised_axis(self.r, 2.0 * float(self.damping_ratio[self.where.any(axis=1)].min()), phrases)
 
     def say(self, phrases: Phrases, noun: str = "design") -> str:
         """Say whose peaks they are, and what to compute; nothing where none hides."""

@@ -10,6 +10,7 @@ import xarray as xr
 
 from damperlab.studies.answers.cells import Cells, joined
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion, judging_in_ratios
+from damperlab.studies.answers.ends import end_of
 from damperlab.studies.answers.faults import NONE_QUALIFIES, QueryFault
 from damperlab.studies.answers.follow_up import (
     Refinement,
@@ -21,8 +22,10 @@ from damperlab.studies.answers.follow_up import (
 from damperlab.studies.answers.limits import check
 from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.nearness import nearest_place
-from damperlab.studies.answers.phrases import RATIOS
+from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
+from damperlab.studies.answers.verdict import HELD
+from damperlab.studies.brief import Brief, listed
 from damperlab.studies.definition import Study
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.field import At
@@ -93,7 +96,9 @@ def refine_optimum(
     near = touching & wide.any(axis=1) & ~blurred
     promising = (cells.promise < floor) & wide.any(axis=1) & ~touching
     spent = spent_on(cubes)
-    answer = Refinement((), False, found, steps, spent=spent)
+    clamped = float(best["impact_share"].values[0]) == 0 and float(best["locked_share"].values[0]) >= HELD
+    short = _brief(study, parent, found, steps, int(spent["points"]), clamped)
+    answer = Refinement((), False, found, steps, spent=spent, brief=short)
     words = _say_search(
         int(promising.sum()), bool(blurred.any() and not near.any()), steps, tolerance, value_tolerance
     )
@@ -116,11 +121,49 @@ def refine_optimum(
     more = spent["points"] - parent["status"].size + points
     if more > budget:
         note = f"{words} The budget of {budget:,} points is spent, so nothing further is computed. {say_spent(spent)}"
-        return replace(answer, note=f"Not known: {note[0].lower()}{note[1:]}")
+        left = (*short.sentences[:2], f"Not settled: the budget of {budget:,} points is spent.")
+        short = replace(
+            short, sentences=left, next=f"damperlab refine {study.name or 'STUDY'} --budget {4 * budget}"
+        )
+        return replace(answer, note=f"Not known: {note[0].lower()}{note[1:]}", brief=short)
     note = (
         f"{words} {counted(points, 'point')} in {counted(len(studies), 'follow-up')} next. {say_spent(spent)}"
     )
     return replace(answer, studies=studies, points=points, note=note)
+
+
+def _brief(
+    study: Study,
+    cube: xr.Dataset,
+    found: Mapping[str, float],
+    steps: Mapping[str, float],
+    points: int,
+    clamped: bool,
+) -> Brief:
+    """Say what the optimum is, whether it is one inside the ranges, and how well it is known."""
+    phrases = Phrases.of(cube)
+    design = ", ".join(phrases.equal(name, found[name], ".3g") for name in steps)
+    ends = {name: end for name in steps if (end := end_of(cube[name].values, found[name], name))}
+    inside = "."
+    if ends:
+        which = "each" if len(ends) == len(steps) > 1 else listed(map(phrases.symbol, ends))
+        inside = f": {which} at the end of its range, so no optimum inside it."
+    value = phrases.measured(found["value"], found["error"], ".3g")
+    known = ", ".join(
+        f"{phrases.symbol(name)} ± {phrases.value(name, step, '.2g')}" for name, step in steps.items()
+    )
+    beyond = [
+        f"{phrases.label(name)} {'above' if end == 'upper' else 'below'} {phrases.value(name, found[name], '.3g')}"
+        for name, end in ends.items()
+    ]
+    danger = "Friction clamps the structure to its base at this optimum." if clamped else ""
+    if cube.sizes[FREQUENCY] == 1:
+        danger = f"Only {phrases.equal(FREQUENCY, found[FREQUENCY], '.10g')} was computed: beside it this damper may resonate."
+    sentences = (danger, f"{value} at {design}{inside}", f"Known to {known} after {points:,} points.")
+    following = f"{', '.join(beyond)}." if beyond else f"damperlab tmd {study.name or 'STUDY'}"
+    if clamped:
+        following = f"damperlab refine {study.name or 'STUDY'} --exclude-locked"
+    return Brief(None, sentences, (), following)
 
 
 def _grids(

@@ -12,6 +12,7 @@ from damperlab.studies.answers.ends import ends_of_damper
 from damperlab.studies.answers.excited import amplitude_called
 from damperlab.studies.answers.faults import QueryFault, empty_range
 from damperlab.studies.answers.nearness import inside as within
+from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.selection import (
     check_dimension,
     check_metric,
@@ -22,6 +23,7 @@ from damperlab.studies.answers.selection import (
     main_metric,
     require_stored,
 )
+from damperlab.studies.brief import PLACES, Brief, Damper, Note, listed, notes_document
 from damperlab.studies.faults import Fault, counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
@@ -190,14 +192,18 @@ def worst_case_designs(
         **completeness(computed, points_failed, int(part["status"].size)),
     }
     attributes["note"] = _note(part, metric, attributes, ranked)
+    ends: dict[str, list[Any]] = {}
     if ranked:
         # along its whole axis, whatever range was asked for
         first = {
             name: int(counting[name][best[name][0]] if name in counting else best[name][0]) for name in damper
         }
-        beyond = ends_of_damper(cube, metric, counting, first)
-        attributes["note"] += f" {beyond}" if beyond else ""
-    return xr.Dataset(data, {"rank": np.arange(1, ranked + 1), **columns}, attributes)
+        ends = ends_of_damper(cube, metric, counting, first)
+    attributes["notes"] = notes_document([Note("end_of_range", "hint", ends)] if ends else [])
+    answer = xr.Dataset(data, {"rank": np.arange(1, ranked + 1), **columns}, attributes)
+    answer.attrs["brief"] = _brief(cube, answer, damper, ends).document()
+    answer.attrs["verdict"] = answer.attrs["brief"]["sentences"]
+    return answer
 
 
 def _best(best: dict[str, np.ndarray], found: dict[str, np.ndarray], top: int) -> dict[str, np.ndarray]:
@@ -253,6 +259,52 @@ def _counting(
             raise QueryFault(empty_range(asked, name, low, high, values))
         index[name] = inside
     return index
+
+
+def _brief(
+    cube: xr.Dataset, answer: xr.Dataset, damper: tuple[str, ...], ends: Mapping[str, list[Any]]
+) -> Brief:
+    """Say which damper is best, under what it does worst, and what comes next."""
+    if not answer.sizes["rank"]:
+        return Brief(None, (f"No damper is left of {answer.attrs['designs']:,}.",))
+    phrases, metric = Phrases.of(cube), str(answer.attrs["metric"])
+    # a suite has its dampers in SI units itself
+    varied = [name for name in damper if cube.sizes[name] > 1]
+    met = [
+        str(name) for name in answer.coords if name != "rank" and name not in damper and cube.sizes[name] > 1
+    ]
+
+    def spelled(rank: int) -> tuple[str, str, str]:
+        row = {str(name): answer[name].values[rank].item() for name in (*varied, *met, "value")}
+        value = phrases.value(metric, row["value"], ".3g")
+        if not phrases.unit(metric):
+            value += f" {answer['value'].attrs.get('units', '1')}".removesuffix(" 1")
+        where = [row[name] if name == RECORD else phrases.equal(name, row[name], ".3g") for name in met]
+        return value, ", ".join(phrases.equal(name, row[name], ".3g") for name in varied), ", ".join(where)
+
+    value, design, where = spelled(0)
+    sentences = [
+        f"Best damper: {design or 'the only one'}. At worst {value}{f', at {where}' if where else ''}."
+    ]
+    if answer.attrs["complete"] < 1:
+        sentences.append(f"So far: {answer.attrs['complete']:.0%} of the points are computed.")
+    if ends:
+        sentences.append(f"It lies at the end of {listed(map(phrases.symbol, ends))}.")
+    rows = [(PLACES[rank], *spelled(rank)[:2]) for rank in range(1, min(answer.sizes["rank"], len(PLACES)))]
+    beyond = ", ".join(
+        f"{phrases.label(name)} {'above' if end == 'upper' else 'below'} {phrases.value(name, at, '.3g')}"
+        for name, (end, at) in ends.items()
+    )
+    return Brief(_kind(answer), tuple(sentences), tuple(rows), f"{beyond}." if beyond else "")
+
+
+def _kind(answer: xr.Dataset) -> Damper:
+    """Name the best damper by its parts."""
+    mass = float(answer["mass_ratio" if "mass_ratio" in answer.coords else "particle_mass_kg"].values[0])
+    friction = float(answer["friction_force_n"].values[0])
+    if not mass:
+        return "friction_alone" if friction else "no_damper"
+    return "hybrid" if friction else "particle_alone"
 
 
 def _note(part: xr.Dataset, metric: str, said: Mapping[str, Any], ranked: int) -> str:

@@ -15,10 +15,11 @@ from damperlab.studies.answers.leading import best_at
 from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.reach import within_reach
 from damperlab.studies.answers.selection import in_ratios, require_stored
-from damperlab.studies.answers.tmd_verdict import is_judged, verdict
+from damperlab.studies.answers.tmd_verdict import brief_of, is_judged
 from damperlab.studies.answers.verdict import NEXT_BAND
 from damperlab.studies.faults import Fault, describe, listing, write_nearest
 from damperlab.studies.field import At
+from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
 from damperlab.studies.tmd.curves import exact_curves
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
@@ -162,14 +163,21 @@ def tmd_comparison(
         "hybrid_better_share": float(better.sum() / (known | unbounded).sum()) if known.any() else math.nan,
     }
     answer.attrs["judged"] = is_judged(answer)
+    design = {
+        name: float(answer[name])
+        for name in kind_of(cube.sizes).designs
+        if name in answer.coords and cube.sizes.get(name, 1) > 1
+    }
 
     def words(phrases: Phrases) -> dict[str, Any]:
         # a force beside a shaken base has no base amplitude that its static displacement could be over
         spelled = phrases
         if excitation != excitation_of(cube):
             spelled = Phrases({name: each for name, each in phrases.quantities.items() if name in cube.sizes})
-        told = _say_best(best, called, bool(at), spelled) + verdict(answer, spelled)
-        return {"verdict": told, "note": _words(answer, spelled, excitation_of(cube))}
+        brief = brief_of(cube, answer, design, spelled)
+        chosen = _say_best(best, called, bool(at), spelled)
+        note = " ".join([*chosen, _words(answer, spelled, excitation_of(cube))])
+        return {"verdict": list(brief.sentences), "brief": brief.document(), "note": note}
 
     if r.size == 1:
         answer.attrs["next_frequencies"] = dict(NEXT_BAND)
@@ -249,19 +257,4 @@ def _words(answer: xr.Dataset, phrases: Phrases, excitation: str) -> str:
         sentences.append(f"Compared at {at} only, where both may look better than they are. {WHY}")
     else:
         sentences.append(f"Compared by the worst over {phrases.span(FREQUENCY, r[0], r[-1], '.10g')}.")
-    if found["judged"] and np.isfinite(found["ratio"]):  # otherwise it would be read as a verdict
-        sentences.append(
-            f"Peaks: {phrases.value(METRIC, found['hybrid_peak'])} at {phrases.equal(FREQUENCY, found['hybrid_peak_at'])} "
-            f"against {phrases.value(METRIC, found['tmd_peak'])} at {phrases.equal(FREQUENCY, found['tmd_peak_at'])}, "
-            f"ratio {found['ratio']:.4g}."
-        )
-    if found["tmd_peak_everywhere"] > found["tmd_peak"] * (1 + 1e-9):
-        sentences.append(
-            f"Outside the band the tuned mass damper reaches "
-            f"{phrases.value(METRIC, found['tmd_peak_everywhere'])}: widen the study's band."
-        )
-    if float(answer["mass_ratio"]) != found["tmd_mass_ratio"]:
-        mass = float(answer["mass_ratio"])
-        of_design = phrases.value("mass_ratio", mass) if in_units else f"{mass:.6g}"
-        sentences.append(f"The masses differ: the design's {'is' if in_units else 'ratio is'} {of_design}.")
     return " ".join(sentences)

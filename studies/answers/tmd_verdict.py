@@ -1,5 +1,7 @@
-"""Which is better, a study's damper or a tuned mass damper: what is known of it, in sentences."""
+"""Which is better, a study's damper or a tuned mass damper: the short answer, and what of it is known."""
 
+import json
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -7,10 +9,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.band import FREQUENCY
-from damperlab.studies.answers.hidden_peak import hidden, may_hide, say_hidden
+from damperlab.studies.answers.hidden_peak import advised_axis, hidden, may_hide
 from damperlab.studies.answers.phrases import AMPLITUDE, Phrases
 from damperlab.studies.answers.verdict import say_next
-from damperlab.studies.variables import Status
+from damperlab.studies.brief import Brief, Damper
+from damperlab.studies.variables import ResponseClass, Status
 
 
 def is_judged(answer: xr.Dataset) -> bool:
@@ -34,26 +37,109 @@ def is_judged(answer: xr.Dataset) -> bool:
     )
 
 
-def verdict(answer: xr.Dataset, phrases: Phrases) -> list[str]:
+def brief_of(cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], phrases: Phrases) -> Brief:
     """Say which damper has the lower peak over the band, or why that is not known.
 
     Parameters
     ----------
+    cube : Dataset
+        The study.
     answer : Dataset
         Of `tmd_comparison`, with its peaks, their `ratio`, and `judged`.
+    varied : mapping of float
+        The design of the study, in what varies over it.
     phrases : Phrases
         How quantities are spelled.
     """
-    words = _which(answer, phrases)
-    where = _hidden(answer)
-    if where.any():
-        zeta = np.array([float(answer["damping_ratio"])])
-        words.append(
-            say_hidden("The largest value of this design", answer[FREQUENCY].values, where, zeta, phrases)
+    found: dict[str, Any] = answer.attrs
+    r = answer[FREQUENCY].values
+    name = json.loads(cube.attrs.get("study", "{}")).get("name") or "STUDY"
+    if r.size == 1:
+        told = f"Only {phrases.equal(FREQUENCY, r[0], '.10g')} was computed, so nothing is said about which damper is better."
+        return Brief(None, (told,), (), say_next(phrases))
+    ours = phrases.value(AMPLITUDE, found["hybrid_peak"], ".3g")
+    theirs = phrases.value(AMPLITUDE, found["tmd_peak"], ".3g")
+    missing = _missing(answer)
+    if np.isnan(found["ratio"]):
+        return Brief(
+            None, (f"No value of this damper's curve is known: {missing}.",), (), f"damperlab run {name}"
         )
-    elif answer.sizes[FREQUENCY] > 1 and not answer.attrs["judged"] and not _missing(answer):
-        words.append("Compute more frequencies.")
-    return words
+    damper: Damper | None = None
+    where = _hidden(answer)
+    following = f"damperlab tmd {name} --detuning 0.02"
+    if np.isinf(found["hybrid_peak"]):
+        at = phrases.equal(FREQUENCY, found["hybrid_peak_at"])
+        damper, ours = "tuned_mass_damper", "grows without bound"
+        told = f"Use the tuned mass damper, {theirs}: with the study's damper the response grows without bound at {at}."
+    elif not found["judged"]:
+        why = missing or "between the frequencies computed its peak may be higher"
+        told = f"Not known which is better: the study's damper reaches {ours} so far, a tuned mass damper {theirs}; {why}."
+        following = "compute more frequencies."
+    else:
+        lower = abs(1 - found["ratio"]) if found["ratio"] < 1 else 1 - 1 / found["ratio"]
+        apart = f"{100 * lower:.2g} % lower"
+        strikes = (
+            (answer["response_class"].values >= ResponseClass.SYMMETRIC).any()
+            if "response_class" in answer
+            else True
+        )
+        friction = answer["friction_ratio" if "friction_ratio" in answer.coords else "friction_force_n"]
+        acts, rubs = strikes and float(answer["mass_ratio"]) > 0, float(friction) > 0
+        own: Damper = (
+            "hybrid"
+            if acts and rubs
+            else "particle_alone"
+            if acts
+            else "friction_alone"
+            if rubs
+            else "no_damper"
+        )
+        damper = own if found["ratio"] < 1 else "tuned_mass_damper"
+        better, other = (ours, theirs) if found["ratio"] < 1 else (theirs, ours)
+        least = "at least " if missing else ""
+        told = f"The study's damper does better than a tuned one: {better} against {other}, {apart}."
+        if damper == "tuned_mass_damper":
+            told = f"Use a tuned mass damper, {_tuned(found, phrases)}: {better} against {least}{other}, {apart}."
+    hides = ""
+    if where.any():
+        bandwidth = 2.0 * float(answer["damping_ratio"])
+        hides = "Between the frequencies computed the study's peak may be more than a tenth higher."
+        following = f"compute {advised_axis(r, bandwidth, phrases)}."
+    return Brief(damper, (told, hides), _rows(answer, varied, (ours, theirs), phrases), following)
+
+
+def _rows(
+    answer: xr.Dataset, varied: Mapping[str, float], peaks: tuple[str, str], phrases: Phrases
+) -> tuple[tuple[str, str, str], ...]:
+    found: dict[str, Any] = answer.attrs
+    design = ", ".join(phrases.equal(name, value, ".3g") for name, value in varied.items())
+    bare = phrases.value(AMPLITUDE, float(answer["no_damper"].max()), ".3g")
+    rows = [
+        ("study's damper", peaks[0], design),
+        ("tuned mass damper", peaks[1], _tuned(found, phrases)),
+        ("without damper", bare, ""),
+    ]
+    better = ", ".join(phrases.span(FREQUENCY, low, high, ".4g") for low, high in found["hybrid_better"])
+    if found["judged"]:
+        rows.insert(2, ("study's is better", "", f"at {better}" if better else "nowhere"))
+    if found["tmd_peak_everywhere"] > found["tmd_peak"] * (1 + 1e-9):
+        beyond = phrases.value(AMPLITUDE, found["tmd_peak_everywhere"], ".3g")
+        rows.append(("tuned mass damper", beyond, "outside the band"))
+    if float(answer["mass_ratio"]) != found["tmd_mass_ratio"]:
+        rows.append(
+            (
+                "the masses differ",
+                phrases.value("mass_ratio", float(answer["mass_ratio"]), ".3g"),
+                "of the study's damper",
+            )
+        )
+    return tuple(rows)
+
+
+def _tuned(found: Mapping[str, Any], phrases: Phrases) -> str:
+    mass = phrases.equal("mass_ratio", found["tmd_mass_ratio"], ".3g")
+    tuned = phrases.equal(FREQUENCY, found["tmd_tuning"], ".4g")
+    return f"{mass}, {tuned}, ζ = {found['tmd_damping_ratio']:.2g}"
 
 
 def _hidden(answer: xr.Dataset) -> NDArray[np.bool_]:
@@ -64,54 +150,6 @@ def _hidden(answer: xr.Dataset) -> NDArray[np.bool_]:
     kinds = answer["response_class"].values if "response_class" in answer else np.full(r.size, -1, np.int8)
     zeta, beta = (np.array([float(answer[name])]) for name in ("damping_ratio", "mass_ratio"))
     return hidden(r, hybrid[None], kinds[None], zeta, beta)
-
-
-def _which(answer: xr.Dataset, phrases: Phrases) -> list[str]:
-    found: dict[str, Any] = answer.attrs
-    r = answer[FREQUENCY].values
-    if np.isinf(found["hybrid_peak"]):
-        at = phrases.equal(FREQUENCY, found["hybrid_peak_at"])
-        return [
-            f"The response of this design grows without bound at {at}; the peak of the tuned mass damper is "
-            f"{phrases.value(AMPLITUDE, found['tmd_peak'])}."
-        ]
-    missing = _missing(answer)
-    if np.isnan(found["ratio"]):
-        if (answer["status"].values == Status.NOT_COMPUTED).all():
-            return ["Nothing of this design's curve is computed yet."]
-        return [f"No value of this design's curve is known: {missing}."]
-    if r.size == 1:
-        return [
-            f"Only {phrases.equal(FREQUENCY, r[0], '.10g')} was computed, so nothing is said about which damper is better: a "
-            f"tuned mass damper is judged by its peaks, which lie beside {phrases.equal(FREQUENCY, 1.0)}, and so is this one.",
-            f"{say_next(phrases)}.",
-        ]
-    band = phrases.span(FREQUENCY, r[0], r[-1], ".10g")
-    peak, error = found["hybrid_peak"], found["hybrid_peak_error"]
-    largest = phrases.measured(peak, error) if error == error else phrases.value(AMPLITUDE, peak)
-    beside = phrases.value(AMPLITUDE, found["tmd_peak"])
-    apart = f"{100 * abs(found['ratio'] - 1):.3g} %"
-    if not found["judged"]:
-        told = f"Which damper has the lower peak over {band} is not known: "
-        if missing:
-            return [
-                f"{told}{missing}. The largest value of this design so far is {largest}; the peak of the tuned mass damper is "
-                f"{beside}."
-            ]
-        return [
-            f"{told}the largest value of this design at {r.size} frequencies, {largest}, is {apart} lower than the peak of the "
-            f"tuned mass damper, {beside}, but between them it may be higher than that."
-        ]
-    if missing:
-        return [
-            f"The peak of this design over {band} is at least {largest}, {apart} higher than that of the tuned mass damper, "
-            f"{beside}; {missing}."
-        ]
-    which = "lower" if found["ratio"] < 1 else "higher"
-    return [
-        f"The peak of this design over {band}, {largest} at {r.size} frequencies, is {apart} {which} than that of the tuned "
-        f"mass damper, {beside}."
-    ]
 
 
 def _missing(answer: xr.Dataset) -> str:

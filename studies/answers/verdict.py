@@ -1,33 +1,34 @@
-"""What a ranking means, in sentences that every door shares: the best, what is as good, and why not to trust it yet."""
+"""What a ranking comes to: which damper, its value, where that breaks; what comes second, and what to compute next."""
 
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.band import runs
 from damperlab.studies.answers.contenders import chance_of_another, contend
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
-from damperlab.studies.answers.ends import end_of, say_ends
-from damperlab.studies.answers.flatness import NO_VALUE
+from damperlab.studies.answers.ends import end_of
+from damperlab.studies.answers.excited import excitation_of
+from damperlab.studies.answers.flatness import flatness
 from damperlab.studies.answers.nearness import nearest_place
-from damperlab.studies.answers.phrases import RATIOS, Phrases, said
+from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.ranked_peaks import RankedPeaks
+from damperlab.studies.brief import PLACES, Brief, Damper, Note, listed, notes_document
 from damperlab.studies.faults import counted
+from damperlab.studies.tmd.transfer import highest, without_absorber
+from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
-
-NO_ACTION: dict[int, str] = {
-    ResponseClass.LINEAR: "neither friction nor the particle acts",
-    ResponseClass.LOCKED: "friction locks the mass to its base",
-    ResponseClass.NO_IMPACT: "the particle never meets a wall",
-}
-"""Responses in which the particle does nothing, and what happens there."""
 
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
+BETTER = 0.02
+"""Share by which a tuned mass damper must be better to be recommended."""
+HELD = 0.1
+"""Share of the frequencies at which friction holds a mass that is called clamped."""
 DOUBTS = (
     "one_frequency",
     "hidden_peak",
@@ -38,10 +39,13 @@ DOUBTS = (
     "error",
 )
 """Kinds of doubt, the gravest first; those after `hidden_peak` are about the optimum alone, not about the best with impacts."""
-MOST_RUNS = 3
-"""Runs of frequencies that a sentence names."""
 NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
 """Frequencies to compute next, where a study has one."""
+OTHERS = 2
+"""Further designs that stand beside the best."""
+
+Row = Mapping[str, Any]
+"""A design: its coordinates, `value`, `error`, and what else is known of it."""
 
 
 def best_with_impacts(found: xr.Dataset) -> dict[str, Any] | None:
@@ -57,7 +61,7 @@ def verdict(
     cube: xr.Dataset,
     question: DesignQuestion,
     ranked: xr.Dataset,
-    active: Mapping[str, Any] | None,
+    active: Row | None,
     flat: list[dict[str, Any]],
     homes: Mapping[str, xr.Dataset] | None = None,
 ) -> dict[str, Any]:
@@ -82,12 +86,14 @@ def verdict(
         Attributes of the answer: `confidence`; `as_good`, how many further designs may be the best within their errors;
         `chance_of_another`, the probability that one of them is (left out where errors are not known);
         `best_with_impacts` (left out where there is none); `next_frequencies`, what to compute where one frequency
-        counts; `verdict`, all of it in sentences; `doubts`, those of them that say why the best value may not hold, each
-        with its `kind` (`DOUBTS`); `in_units`, the same sentences in units (left out where the study is given in ratios
-        alone).
+        counts; `brief`, the short answer; `verdict`, its sentences; `notes`, all that is known beside it as data; `doubts`,
+        those of them that say why the best value may not hold, each with its `kind` (`DOUBTS`); `in_units`, the same words in
+        units (left out where the study is given in ratios alone).
     """
     if ranked.sizes["rank"] == 0:
-        return said(cube, lambda _: {"verdict": ["There is no optimum."], "doubts": []})
+        none = _none_left(cube, question, ranked.attrs)
+        nothing = {"verdict": list(none.sentences), "brief": none.document(), "doubts": []}
+        return said(cube, lambda _: nothing)
     values, errors = ranked["value"].values, ranked["error"].values
     may_be = contend(ranked["lowest"].values, ranked["highest"].values)
     # the first is the best, and may be it: its lower limit is below every value
@@ -99,159 +105,291 @@ def verdict(
         found["best_with_impacts"] = dict(active)
     if question.frequencies.size == 1:
         found["next_frequencies"] = dict(NEXT_BAND)
-    ties = _say_ties(ranked, found, bool(np.isnan(errors[0])))
-    struck = [] if active is None or homes or not _idle(ranked, 0) else _struck(cube, question, active)
-    peaks = RankedPeaks.of(cube, question, ranked, active, homes)
+    known = _Known.of(cube, question, ranked, active, flat, homes)
 
-    def sentences(phrases: Phrases) -> dict[str, Any]:
-        hidden = peaks.say(phrases)
-        alone = _say_alone(cube, question, phrases)
-        ends = _say_ends(cube, ranked, flat, phrases)
-        error = _say_error(float(values[0]), float(errors[0]))
-        cut_off = "" if homes else _say_cut_off(cube, question, ranked)
-        every = [
-            f"Optimum: {say_design(ranked, 0, phrases)}",
-            hidden,
-            ties,
-            *_say_idle(cube, question, ranked, active, struck, phrases),
-            alone,
-            cut_off,
-            *ends.values(),
-            error,
-        ]
-        doubts = {"one_frequency": alone, "hidden_peak": hidden, "cut_off": cut_off, **ends, "error": error}
+    def words(phrases: Phrases) -> dict[str, Any]:
+        brief = known.brief(phrases)
         return {
-            "verdict": [sentence for sentence in every if sentence],
-            "doubts": [{"kind": kind, "sentence": doubts[kind]} for kind in DOUBTS if doubts.get(kind)],
+            "verdict": list(brief.sentences),
+            "brief": brief.document(),
+            "doubts": known.doubts(phrases),
         }
 
-    return found | said(cube, sentences)
+    return found | {"notes": notes_document(known.notes)} | said(cube, words)
+
+
+@dataclass(frozen=True)
+class _Known:
+    """All that the sentences are made of.
+
+    Parameters
+    ----------
+    cube, question, peaks
+        The study, the question, and the peaks that may lie between its frequencies.
+    best, lead : mapping
+        The best design, and the one that is recommended: the best whose particle strikes, where there is one.
+    others : list of mapping
+        The next designs of the ranking.
+    flat : list of dict
+        Of the best design, which the doubts are about.
+    tuned, bare : float
+        The peaks with a tuned mass damper of the same mass, and without any; NaN where they are not judged.
+    notes : list of Note
+        The same as data, in ratios.
+    """
+
+    cube: xr.Dataset
+    question: DesignQuestion
+    peaks: RankedPeaks
+    best: Row
+    lead: Row
+    others: list[Row]
+    flat: list[dict[str, Any]]
+    lead_flat: list[dict[str, Any]]
+    tuned: float
+    bare: float
+    complete: float
+    notes: list[Note]
+
+    @classmethod
+    def of(
+        cls,
+        cube: xr.Dataset,
+        question: DesignQuestion,
+        ranked: xr.Dataset,
+        active: Row | None,
+        flat: list[dict[str, Any]],
+        homes: Mapping[str, xr.Dataset] | None,
+    ) -> "_Known":
+        """Look at the best designs of a ranking."""
+        names = [name for name in ranked.variables if ranked[name].dims == ("rank",) and name != "rank"]
+        count = min(ranked.sizes["rank"], OTHERS + 2)
+        rows: list[Row] = [{str(name): ranked[name].values[n].item() for name in names} for n in range(count)]
+        best, lead, lead_flat = rows[0], rows[0], flat
+        if active is not None and best["impact_share"] == 0:
+            lead, lead_flat = active, []
+            if not homes:
+                place = {name: nearest_place(cube[name].values, active[name]) for name in DESIGN}
+                lead_flat = flatness(cube, question, place, float(active["value"]))
+        beside = [row for row in rows[1:] if row["value"] > lead["value"]][:OTHERS]
+        tuned_peak, bare = _beside(cube, question, lead)
+        peaks = RankedPeaks.of(cube, question, ranked, active, homes)
+        complete = float(ranked.attrs.get("complete", 1.0))
+        known = cls(
+            cube, question, peaks, best, lead, beside, flat, lead_flat, tuned_peak, bare, complete, []
+        )
+        known.notes.extend(known._notes(0 if homes else _cut_off(cube, question, best)))
+        return known
+
+    @property
+    def clamped(self) -> bool:
+        """Whether the best design is one that friction holds at its base."""
+        return float(self.best["locked_share"]) >= HELD and self.best["impact_share"] == 0
+
+    def _notes(self, cut: int) -> list[Note]:
+        best, lead, size = self.best, self.lead, self.question.frequencies.size
+        notes = []
+        if size == 1:
+            at = float(self.question.frequencies[0])
+            computed = self.cube.sizes[FREQUENCY] == 1
+            notes.append(Note("one_frequency", "danger", {FREQUENCY: at, "computed": computed}))
+        if self.clamped:
+            notes.append(
+                Note("clamped", "danger", {"value": best["value"], "locked_share": best["locked_share"]})
+            )
+        if self.tuned < lead["value"] * (1 - BETTER):
+            notes.append(
+                Note("tuned_mass_damper", "danger", {"value": self.tuned, "mass_ratio": lead["mass_ratio"]})
+            )
+        if self.peaks.where.any():
+            notes.append(Note("hidden_peak", "danger", {"designs": int(self.peaks.where.any(axis=1).sum())}))
+        if self.complete < 1:
+            notes.append(Note("incomplete", "caution", {"complete": self.complete}))
+        if cut:
+            notes.append(Note("cut_off", "caution", {"responses": cut, "of": size}))
+        ends = _ends(self.cube, self.flat)
+        if ends:
+            notes.append(Note("end_of_range", "hint", ends))
+        for kind, flag in (("neighbourhood_unknown", "unknown"), ("rugged", "worse")):
+            where = [entry["dimension"] for entry in self.flat if entry[flag]]
+            if where:
+                notes.append(Note(kind, "caution", {"dimensions": where}))
+        error, value = float(best["error"]), float(best["value"])
+        if value > 0 and error > UNRESOLVED * value:
+            notes.append(Note("error", "caution", {"share": error / value}))
+        return notes
+
+    def doubts(self, phrases: Phrases) -> list[dict[str, str]]:
+        """Spell the notes that are doubts, the gravest first."""
+        by_kind = {note.kind: note.values for note in self.notes}
+        return [
+            {"kind": kind, "sentence": self._said(kind, by_kind[kind], phrases)}
+            for kind in DOUBTS
+            if kind in by_kind
+        ]
+
+    def _said(self, kind: str, known: Mapping[str, Any], phrases: Phrases) -> str:
+        match kind:
+            case "one_frequency":
+                only = "was computed" if known["computed"] else "counts here"
+                at = phrases.equal(FREQUENCY, known[FREQUENCY], ".10g")
+                return f"Only {at} {only}, so nothing is recommended: a damper quiet there may resonate beside it."
+            case "hidden_peak":
+                return self.peaks.say(phrases)
+            case "cut_off":
+                return f"{known['responses']} of its {known['of']} responses ended at `max_cycles`: the error may be larger."
+            case "error":
+                return f"Its error is {known['share']:.1%}: compute it longer (`race`, or a smaller `steady.tolerance`)."
+            case "end_of_range":
+                return f"It lies at the end of {listed(map(phrases.symbol, known))}: a better one may lie beyond."
+            case _:
+                where = listed(map(phrases.symbol, known["dimensions"]))
+                if kind == "rugged":
+                    return f"One grid step in {where} costs more than a tenth: a better one may lie between."
+                return f"Beside it in {where} nothing is known."
+
+    def brief(self, phrases: Phrases) -> Brief:
+        """Spell the short answer."""
+        kinds = {note.kind: note.values for note in self.notes}
+        if "one_frequency" in kinds:
+            at = f"at {phrases.equal(FREQUENCY, kinds['one_frequency'][FREQUENCY], '.4g')}"
+            rows = [("least", self._value(self.lead, phrases), self._design(self.lead, phrases, True))]
+            rows += self._idle_row(phrases)
+            rows = [
+                (f"{name} {at}" if n == 0 else name, value, what)
+                for n, (name, value, what) in enumerate(rows)
+            ]
+            on = (
+                say_next(phrases)
+                if kinds["one_frequency"]["computed"]
+                else "judge by the peak over the band (--objective peak)."
+            )
+            return Brief(
+                None, (self._said("one_frequency", kinds["one_frequency"], phrases),), tuple(rows), on
+            )
+        damper, decision = self._decision(phrases)
+        sentences = [decision]
+        if "incomplete" in kinds:
+            sentences.append(f"So far: {self.complete:.0%} of the designs are computed.")
+        if "hidden_peak" in kinds:
+            sentences.append("Between the frequencies computed a peak may be more than a tenth higher.")
+        if "cut_off" in kinds and self.lead is self.best:
+            sentences.append(self._said("cut_off", kinds["cut_off"], phrases))
+        sentences.append(self._breaks(phrases))
+        return Brief(damper, tuple(sentences), tuple(self._rows(damper, phrases)), self._next(phrases))
+
+    def _decision(self, phrases: Phrases) -> tuple[Damper, str]:
+        lead = self.lead
+        value, design = self._value(lead, phrases), self._design(lead, phrases)
+        acts = lead["impact_share"] > 0 or math.isnan(lead["impact_share"])
+        rubs = float(lead["friction_ratio"]) > 0
+        own: Damper = (
+            "hybrid"
+            if acts and rubs
+            else "particle_alone"
+            if acts
+            else "friction_alone"
+            if rubs
+            else "no_damper"
+        )
+        if self.tuned < lead["value"] * (1 - BETTER):
+            mass = phrases.equal("mass_ratio", lead["mass_ratio"], ".3g")
+            peak = phrases.value(METRIC, self.tuned, ".3g")
+            return (
+                "tuned_mass_damper",
+                f"A tuned mass damper of {mass} does better, {peak}; the study's best is {value} at {design}.",
+            )
+        if self.clamped and lead is self.best:
+            return (
+                own,
+                f"Best is to clamp it to its base with friction: {value} at {design}. Nothing is damped there.",
+            )
+        if acts:
+            by = " that works by impacts" if lead is not self.best else ""
+            return own, f"Best damper{by}: {value} at {design}."
+        if not rubs:
+            return own, f"The particle does nothing and there is no friction: {value} at {design}."
+        return own, f"No particle needed: friction alone does best, {value} at {design}."
+
+    def _breaks(self, phrases: Phrases) -> str:
+        """Say where the recommended design breaks."""
+        rugged = [phrases.symbol(entry["dimension"]) for entry in self.lead_flat if entry["worse"]]
+        ends = [phrases.symbol(name) for name in _ends(self.cube, self.lead_flat)]
+        parts = [f"one grid step in {listed(rugged)} costs more than 10 %"] if rugged else []
+        parts += [f"it lies at the end of {listed(ends)}"] if ends else []
+        text = "; ".join(parts)
+        return f"{text[:1].upper()}{text[1:]}." if text else ""
+
+    def _rows(self, damper: Damper, phrases: Phrases) -> list[tuple[str, str, str]]:
+        rows = self._idle_row(phrases)
+        for place, row in zip(PLACES[1:], self.others, strict=False):
+            rows.append((place, self._value(row, phrases), self._design(row, phrases)))
+        if not math.isnan(self.tuned) and damper != "tuned_mass_damper":
+            mass = phrases.equal("mass_ratio", self.lead["mass_ratio"], ".3g")
+            rows.append(("tuned mass damper", phrases.value(METRIC, self.tuned, ".3g"), mass))
+        if not math.isnan(self.bare):
+            rows.append(("without damper", phrases.value(METRIC, self.bare, ".3g"), ""))
+        return rows
+
+    def _idle_row(self, phrases: Phrases) -> list[tuple[str, str, str]]:
+        if self.lead is self.best:
+            return []
+        name = "clamped to its base" if self.clamped else "without impacts"
+        return [(name, self._value(self.best, phrases), self._design(self.best, phrases))]
+
+    def _next(self, phrases: Phrases) -> str:
+        name = json.loads(self.cube.attrs.get("study", "{}")).get("name") or "STUDY"
+        if self.complete < 1:
+            return f"damperlab run {name}"
+        if self.peaks.where.any():
+            return f"compute {self.peaks.axis(phrases)}."
+        ends = _ends(self.cube, self.lead_flat)
+        if ends:
+            beyond = (
+                f"{phrases.label(dimension)} {'above' if end == 'upper' else 'below'} {phrases.value(dimension, value, '.3g')}"
+                for dimension, (end, value) in ends.items()
+            )
+            return f"{', '.join(beyond)}."
+        return (
+            f"damperlab refine {name}"
+            if any(entry["worse"] for entry in self.lead_flat)
+            else f"damperlab tmd {name}"
+        )
+
+    def _value(self, row: Row, phrases: Phrases) -> str:
+        return phrases.measured(float(row["value"]), float(row["error"]), ".3g")
+
+    def _design(self, row: Row, phrases: Phrases, acts: bool = False) -> str:
+        """Name what varies of a design; of one whose particle does nothing its friction alone, unless it is asked to `act`."""
+        varied = [name for name in DESIGN if self.cube.sizes[name] > 1 or name == "friction_ratio"]
+        if row["impact_share"] == 0 and not acts:
+            varied = [name for name in varied if name not in ("restitution", "mass_ratio", "clearance_ratio")]
+        return ", ".join(phrases.equal(name, row[name], ".3g") for name in varied)
+
+
+def _none_left(cube: xr.Dataset, question: DesignQuestion, tally: Mapping[str, Any]) -> Brief:
+    """Say why no design could be ranked."""
+    name = json.loads(cube.attrs.get("study", "{}")).get("name") or "STUDY"
+    total, failed, waiting = (int(tally.get(key, 0)) for key in ("designs", "failed", "incomplete"))
+    if total and waiting == total:
+        return Brief(None, ("No design is computed at every frequency yet.",), (), f"damperlab run {name}")
+    status = cube["status"].isel(question.axes).values if failed else np.zeros(0)
+    if failed == total and (status == Status.UNBOUNDED).any():
+        told = "Every design grows without bound: nothing takes out what the excitation puts in."
+        return Brief(None, (told,), (), "a structure with damping, or friction above γ_F = π/4.")
+    left_out = [
+        (failed, "failed"),
+        (waiting, "not computed yet"),
+        (total - failed - waiting, "left out by what was asked"),
+    ]
+    why = ", ".join(f"{count:,} {reason}" for count, reason in left_out if count > 0)
+    return Brief(None, (f"No design is left of {total:,}: {why}.",), (), f"damperlab show {name}")
 
 
 def say_next(phrases: Phrases) -> str:
     """Say which frequencies to compute where a study has one."""
     start, stop = (phrases.number(FREQUENCY, NEXT_BAND[end]) for end in ("start", "stop"))
-    band = f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)}"
-    return f"Compute {band} in {NEXT_BAND['num']} steps next"
-
-
-def _say_idle(
-    cube: xr.Dataset,
-    question: DesignQuestion,
-    ranked: xr.Dataset,
-    active: Mapping[str, Any] | None,
-    struck: list[list[float]],
-    phrases: Phrases,
-) -> list[str]:
-    if not _idle(ranked, 0):
-        return []
-    kind = int(ranked["response_class"].values[0])
-    frequencies = question.frequencies.size
-    held = round(float(ranked["locked_share"].values[0]) * frequencies)
-    # what holds at the frequency where the response is largest need not hold at the others
-    partly = (
-        f"{NO_ACTION[ResponseClass.LOCKED]} at {held} of {frequencies} frequencies"
-        if 0 < held < frequencies
-        else ""
-    )
-    if not json.loads(cube.attrs.get("study", "{}")).get("particle", True):
-        # of a particle that the study leaves out there is nothing to say
-        return [f"In this design {partly or NO_ACTION[kind]}."] if kind == ResponseClass.LOCKED else []
-    massless = float(ranked["mass_ratio"].values[0]) == 0
-    still = "the particle has no mass" if massless else "the particle never meets a wall"
-    why = NO_ACTION.get(kind, still)
-    if partly:
-        why = f"{partly}, and {'' if massless else 'at the others '}{still}"
-    sentences = [f"In this design {why}: it does not act as a particle damper."]
-    if active is not None:
-        sentences.append(f"Best design with impacts: {_say_active(active, frequencies, struck, phrases)}")
-    elif "response_class" in cube:
-        sentences.append("No design that was judged has impacts.")
-    return sentences
-
-
-def _say_alone(cube: xr.Dataset, question: DesignQuestion, phrases: Phrases) -> str:
-    if question.frequencies.size > 1:
-        return ""
-    only = "was computed" if cube.sizes[FREQUENCY] == 1 else "counts here"
-    return (
-        f"Only {phrases.equal(FREQUENCY, question.frequencies[0], '.10g')} {only}, so no design is recommended for use: a "
-        "design that is quiet at one frequency may resonate next to it. "
-        + (
-            f"{say_next(phrases)}, and judge by the peak."
-            if cube.sizes[FREQUENCY] == 1
-            else "Judge by the peak over the band that was computed."
-        )
-    )
-
-
-def say_design(ranked: xr.Dataset, rank: int, phrases: Phrases = RATIOS) -> str:
-    """Put one ranked design into words."""
-    design = ranked.isel(rank=rank)
-    # unknown is the class of a computed design only where the study does not store it
-    kind = ResponseClass(int(design["response_class"]))
-    words = kind.sentence if kind is not ResponseClass.UNKNOWN else ""
-    row = {name: float(design[name]) for name in (*DIMENSIONS, "value", "error")}
-    head = _say_row(row, phrases)
-    r = phrases.equal(FREQUENCY, row[FREQUENCY])
-    if ranked.attrs["frequencies"] == 1:
-        return f"{phrases.symbol(METRIC)} = {head}, {r}. {words}".strip()
-    largest = f"At its largest, {r}: {words}" if words else f"It is largest at {r}."
-    share = float(design["impact_share"])
-    if kind < ResponseClass.SYMMETRIC and share > 0:  # which alone would read as if the particle never struck
-        frequencies = int(ranked.attrs["frequencies"])
-        largest += f" The particle strikes at {round(share * frequencies)} of {frequencies} frequencies."
-    return f"{phrases.about(design['value'].attrs['long_name'])} {head}. {largest}"
-
-
-def _say_active(
-    active: Mapping[str, Any], frequencies: int, struck: list[list[float]], phrases: Phrases
-) -> str:
-    kind = ResponseClass[str(active["response_class"]).upper()].sentence
-    r = phrases.equal(FREQUENCY, active[FREQUENCY])
-    if frequencies == 1:
-        return f"{_say_row(active, phrases)}, {r}. {kind}"
-    count = round(active["impact_share"] * frequencies)
-    where = "".join(f", {phrases.span(FREQUENCY, low, high)}" for low, high in struck)
-    return (
-        f"{_say_row(active, phrases)}. Its particle strikes at {count} of {frequencies} frequencies"
-        f"{where if 0 < len(struck) <= MOST_RUNS else ''}. At its largest, {r}: {kind}"
-    )
-
-
-def _struck(cube: xr.Dataset, question: DesignQuestion, design: Mapping[str, Any]) -> list[list[float]]:
-    """Give the runs of frequencies at which the particle of one design strikes while the mass moves."""
-    place = {name: nearest_place(cube[name].values, design[name]) for name in DESIGN}
-    one = cube.isel({**place, FREQUENCY: question.axes[FREQUENCY]})
-    strikes = one["response_class"].values >= ResponseClass.SYMMETRIC
-    if "impacts_per_cycle" in one:
-        strikes &= one["impacts_per_cycle"].values > 0
-    return runs(question.frequencies, strikes)
-
-
-def _say_row(row: Mapping[str, Any], phrases: Phrases) -> str:
-    at = ", ".join(phrases.equal(name, row[name]) for name in DESIGN)
-    return f"{phrases.measured(float(row['value']), float(row['error']))} at {at}"
-
-
-def _idle(ranked: xr.Dataset, rank: int) -> bool:
-    return float(ranked["impact_share"].values[rank]) == 0
-
-
-def _say_ties(ranked: xr.Dataset, said: Mapping[str, Any], unknown: bool) -> str:
-    alike = int(ranked["alike"].values[0]) if "alike" in ranked else 0
-    parts = []
-    if alike:
-        parts.append(
-            f"{counted(alike, 'more design')} {'has' if alike == 1 else 'have'} exactly this response."
-        )
-    if unknown:
-        parts.append(
-            "The study keeps no error of its amplitudes, so it is not known how many designs are as good."
-        )
-    else:
-        parts.append(say_ties(said))
-    return " ".join(filter(None, parts))
+    return f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)} in {NEXT_BAND['num']} steps."
 
 
 def say_ties(said: Mapping[str, Any]) -> str:
@@ -260,10 +398,7 @@ def say_ties(said: Mapping[str, Any]) -> str:
         return ""
     chance = said.get("chance_of_another")
     likely = "" if chance is None else f"; the best is another with a probability of {_share(chance)}"
-    return (
-        f"{counted(said['as_good'], 'more design')} may be as good within the errors "
-        f"({said['confidence']:.0%} confidence for all designs together, errors taken as normal){likely}."
-    )
+    return f"{counted(said['as_good'], 'more design')} may be as good within the errors{likely}."
 
 
 def _share(chance: float) -> str:
@@ -272,50 +407,36 @@ def _share(chance: float) -> str:
     return f"{100 * chance:.2g} %" if chance < 0.995 else "more than 99 %"
 
 
-def _say_ends(
-    cube: xr.Dataset, ranked: xr.Dataset, flat: list[dict[str, Any]], phrases: Phrases
-) -> dict[str, str]:
-    """Give the doubts that the neighbours of the optimum on the grid raise, by kind."""
-    ends = []
+def _ends(cube: xr.Dataset, flat: list[dict[str, Any]]) -> dict[str, list[Any]]:
+    """Give the ends of axes at which a design lies; an axis along which all is as good has none that counts."""
+    ends = {}
     for entry in flat:
-        if entry["below"] is None and entry["above"] is None:
-            continue  # as good all along the axis
-        name = entry["dimension"]
-        ends.append(end_of(cube[name].values, entry["value"], name, phrases))
-    coarse = [phrases.symbol(entry["dimension"]) for entry in flat if entry["worse"]]
-    unknown = [phrases.symbol(entry["dimension"]) for entry in flat if entry["unknown"]]
-    doubts = {"end_of_range": say_ends([end for end in ends if end])}
-    if unknown:
-        doubts["neighbourhood_unknown"] = (
-            f"The neighbourhood of the optimum is not known along {' and '.join(unknown)}: a design next to it {NO_VALUE}."
-        )
-    if coarse:
-        doubts["rugged"] = (
-            f"The neighbourhood of the optimum is rugged along {' and '.join(coarse)}: the next design on the grid is "
-            "more than a tenth worse. A tolerance in manufacture may cost as much, and a better design may lie between; "
-            "`refine` looks there."
-        )
-    return doubts
+        name, value = entry["dimension"], entry["value"]
+        end = end_of(cube[name].values, value, name)
+        if end and not (entry["below"] is None and entry["above"] is None):
+            ends[name] = [end, value]
+    return ends
 
 
-def _say_error(value: float, error: float) -> str:
-    if error == error and value > 0 and error > UNRESOLVED * value:
-        return (
-            f"The error of the optimum is {error / value:.1%} of its value: compute it longer (`race`, or a smaller "
-            "`steady.tolerance` with more `max_cycles`)."
-        )
-    return ""
+def _beside(cube: xr.Dataset, question: DesignQuestion, lead: Row) -> tuple[float, float]:
+    """Give the peaks of a tuned mass damper of the same mass and of no damper over the band; NaN where no peak is judged."""
+    r = question.frequencies
+    if question.objective != "peak" or r.size == 1:
+        return math.nan, math.nan
+    excitation, zeta, mass = excitation_of(cube), float(lead["damping_ratio"]), float(lead["mass_ratio"])
+    at = np.unique(np.append(r, np.clip(1.0, r[0], r[-1])))
+    bare = float(without_absorber(at, zeta, excitation).max())
+    if not 0 < mass < 1:
+        return math.nan, bare
+    return highest(
+        tuned("minimax", mass, zeta, excitation), zeta, excitation, (float(r[0]), float(r[-1]))
+    ).value, bare
 
 
-def _say_cut_off(cube: xr.Dataset, question: DesignQuestion, ranked: xr.Dataset) -> str:
+def _cut_off(cube: xr.Dataset, question: DesignQuestion, best: Row) -> int:
+    """Count the responses of a design whose run ended before they were known to the tolerance."""
     if "status" not in cube:
-        return ""
-    place = {name: nearest_place(cube[name].values, float(ranked[name].values[0])) for name in DESIGN}
+        return 0
+    place = {name: nearest_place(cube[name].values, float(best[name])) for name in DESIGN}
     status = cube["status"].isel({**place, FREQUENCY: question.axes[FREQUENCY]}).values
-    cut = int((status == Status.MAX_CYCLES).sum())
-    if not cut:
-        return ""
-    return (
-        f"The run of {cut} of the {counted(status.size, 'response')} of the optimum ended at `max_cycles`, before the response "
-        "was known to the tolerance: the error may be larger than stated."
-    )
+    return int((status == Status.MAX_CYCLES).sum())

@@ -3,6 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
+from damperlab.studies.brief import notes_document
 from damperlab.studies.design.absorber import DETUNED
 from damperlab.studies.design.alternatives import OF_DAMPER
 from damperlab.studies.design.backbone import backbone_document
@@ -12,6 +13,7 @@ from damperlab.studies.design.found import Found
 from damperlab.studies.design.front import OfMass, undominated
 from damperlab.studies.design.responses import NO_DAMPER, closed_form_document, response_document
 from damperlab.studies.design.score import Score, binding
+from damperlab.studies.design.verdict import verdict_of
 from damperlab.studies.design.words import material_of, words_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS
 from damperlab.studies.specification.records import Case, Under
@@ -25,18 +27,21 @@ def answer_document(found: Found) -> dict[str, Any]:
     """Give all that was found as mappings, lists, texts and numbers; one that is not finite stands for a failed response."""
     asked, build, stated = found.asked, found.build, found.stated
     builds = found.builds
+    brief, notes = verdict_of(found)
     probability = None if builds is None else builds.passed / builds.drawn
     if builds is None and not asked.tolerances:
         probability = 1.0 if stated.violation == 0.0 else 0.0
     return {
         "name": asked.name,
         "digest": asked.digest,
+        "verdict": brief.document(),
+        "notes": notes_document(notes),
         "design": design_document(build, asked) | {"material": material_of(asked, build) or None},
         "worst": worst_document(asked, stated),
         "nominal": worst_document(asked, found.nominal),
         "excitations": [worst_document(asked, each) for each in _under_each(found)],
         "feasible": stated.violation == 0.0,
-        "limits": _limits(found),
+        "limits": limits_of(found),
         "probability": probability,
         "probability_interval": None if builds is None else [builds.low, builds.high],
         "builds": 0 if builds is None else builds.drawn,
@@ -146,7 +151,8 @@ def _hertz(asked: Specification, ratio: float) -> float | None:
     return ratio * asked.structure.natural_frequency_hz if asked.in_units else None
 
 
-def _limits(found: Found) -> list[dict[str, Any]]:
+def limits_of(found: Found) -> list[dict[str, Any]]:
+    """Give what of each limit is reached, and whether it is kept and binds."""
     rows: list[dict[str, Any]] = []
     asked = found.asked
     for name, limit in asked.limits.items():

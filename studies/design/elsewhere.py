@@ -1,18 +1,14 @@
-"""The recommended damper elsewhere than where it was chosen, in words: other starts, other amplitudes, other masses."""
+"""The recommended damper elsewhere than where it was chosen, in words: other starts, other amplitudes."""
 
 from collections.abc import Iterator
 from math import isfinite
 
 from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.front import OfMass, undominated
-from damperlab.studies.design.spelling import frequency, length, level, plural, quantity, response, rounded_up
+from damperlab.studies.design.spelling import frequency, length, level, plural, response
 from damperlab.studies.design.starts import Reached, Several, Starts
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.specification import Specification
-
-MATTERS = 0.02
-"""Share of a value above which its error is said beside it."""
 
 
 def words_of_starts(found: Found) -> Iterator[str]:
@@ -83,42 +79,3 @@ def words_of_amplitudes(found: Found) -> Iterator[str]:
         f"Under {plural(least.excitation.motion)} from {level(asked, least)} to {level(asked, largest)} {what} "
         f"{response(asked, low)} to {response(asked, high)}{more}."
     )
-
-
-def words_of_masses(found: Found) -> Iterator[str]:
-    """Say what mass buys, and what each of these dampers is."""
-    asked, front = found.asked, found.front
-    if len(front) < 2:
-        return
-    own = found.build.particle_mass_kg
-    looked = [each.looked_at for each in front if each.mass_kg != own]
-    at_own = sum(each.looked_at for each in front if each.mass_kg == own)
-    what = (
-        f"each the best as drawn, without tolerances, of {_between(looked)} "
-        f"{'damper' if max(looked) == 1 else 'dampers'} looked at ({at_own} of the recommended mass)"
-    )
-    if not asked.free:
-        what = "all else as given, without tolerances"
-    if any(each.score.error > MATTERS * each.score.value for each in front):
-        what += (
-            f", and what each is at most with a confidence of {asked.confidence:.3g} where its error matters"
-        )
-    yield f"Mass against response, {what}: {'; '.join(_of_mass(asked, each) for each in front)}."
-    good = undominated(front)[-1]
-    if good is not front[-1]:
-        mass = quantity(asked, "particle_mass_kg", good.mass_kg)
-        yield f"Of these masses none above {mass} was found to do better."
-
-
-def _of_mass(asked: Specification, one: OfMass) -> str:
-    keeps = "" if one.score.violation == 0.0 else ", exceeding a limit"
-    tuned = "" if one.absorber is None else f" (tuned mass damper {response(asked, one.absorber)})"
-    value = response(asked, one.score.value)
-    if one.score.error > MATTERS * one.score.value:
-        value += f" (at most {response(asked, rounded_up(one.score.most))})"
-    return f"{quantity(asked, 'particle_mass_kg', one.mass_kg)} {value}{keeps}{tuned}"
-
-
-def _between(counts: list[int]) -> str:
-    least, most = min(counts), max(counts)
-    return f"{least:,}" if least == most else f"{least:,} to {most:,}"

@@ -1,5 +1,6 @@
 """What of a recommended damper is at an end: of its range, or of what friction can do."""
 
+from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
 from damperlab.studies.specification.specification import CHOSEN
 from damperlab.studies.variables import ResponseClass
@@ -19,12 +20,14 @@ def at_ends(found: Found) -> dict[str, str]:
     return ends
 
 
-def locked(found: Found) -> bool:
-    """Whether friction holds the structure at its base, as drawn and under the largest amplitude, wherever it was looked at."""
-    curves = (found.book.curve(found.build, case) for case in found.asked.cases)
+def locked(found: Found, build: Build | None = None) -> bool:
+    """Whether friction holds the structure at its base, as drawn and under the largest amplitude, wherever it was looked at;
+    of another damper than the recommended one where it is given."""
+    build = build or found.build
+    curves = (found.book.curve(build, case) for case in found.asked.cases)
     if not all(bool((curve["stick_fraction"] >= 1.0).all()) for curve in curves):
         return False
     if not found.asked.excitations:
         return True
-    curve = found.book.curve(found.build, found.binding.largest)
+    curve = found.book.curve(build, found.binding.largest)
     return bool((curve["response_class"] == ResponseClass.LOCKED).all())

@@ -1,8 +1,9 @@
 """What a search has found."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
-from damperlab.studies.design.absorber import Beside
+from damperlab.studies.design.absorber import Beside, tuned_beside
 from damperlab.studies.design.alternatives import Alternative
 from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
@@ -94,6 +95,14 @@ class Found:
             "particle_alone": self.build.friction_force_n == 0.0,
         }
         return {name: each for name, each in self.alternatives.items() if not lacks[name]}
+
+    @cached_property
+    def heaviest(self) -> Beside | None:
+        """The tuned mass damper of the largest mass allowed, which does most; None where no mass is."""
+        most = self.asked.choices["particle_mass_kg"].stop
+        if most == self.build.particle_mass_kg:
+            return self.absorber
+        return tuned_beside(self.asked, most / self.asked.structure.mass_kg)
 
     @property
     def under_records(self) -> tuple[Score, ...]:

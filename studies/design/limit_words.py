@@ -27,7 +27,7 @@ def limits_in_words(found: Found) -> Iterator[str]:
         if reached <= limit:
             yield (
                 f"The {what} reaches {_limited(asked, name, reached)} of the {allowed} allowed "
-                f"({100 * reached / limit:.0f} %){where}{_doubt(asked, name, limit, at_most)}."
+                f"({100 * reached / limit:.0f} %){where}{_doubt(asked, name, limit, at_most, stated.noise)}."
             )
             if (
                 reached == 0.0
@@ -49,7 +49,7 @@ def limits_in_words(found: Found) -> Iterator[str]:
             yield f"{best}Nothing bounds the {what}, of which {allowed} are allowed."
             continue
         enough = limited(asked, name, rounded_up(asked.as_limited(name, at_most)))
-        if at_most > reached:
+        if stated.noise and at_most > reached:
             enough += f", which it keeps with a confidence of {asked.confidence:.3g}"
         wider = "widen what may be chosen" if asked.free else "let something be chosen"
         yield (
@@ -88,12 +88,12 @@ def _damper_limits(found: Found) -> Iterator[str]:
         )
 
 
-def _doubt(asked: Specification, name: str, limit: float, at_most: float) -> str:
+def _doubt(asked: Specification, name: str, limit: float, at_most: float, noise: float) -> str:
     """Say what a limited result may come to where that is beyond its limit."""
     if at_most <= limit:
         return ""
     most = limited(asked, name, rounded_up(asked.as_limited(name, at_most)))
-    return f"; {allowing(asked)} it is at most {most}, so that it may exceed the limit"
+    return f"; {allowing(asked, noise)} it is at most {most}, so that it may exceed the limit"
 
 
 def _limited(asked: Specification, name: str, value: float) -> str:

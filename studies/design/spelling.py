@@ -20,32 +20,33 @@ OVER = {"1": "", "m": " Z", "m/s": " ω_n·Z", "m/s²": " ω_n²·Z", "N": " k·
 SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
 
 
-def spelled(value: float, unit: str) -> str:
+def spelled(value: float, unit: str, digits: int = 4) -> str:
     """Write a quantity for a drawing: millimetres and grams where metres and kilograms would be fractions."""
     if unit in ("m", "kg") and abs(value) < 1.0:
-        return f"{1e3 * value:.4g} {'mm' if unit == 'm' else 'g'}"
-    return f"{value:.4g} {unit}".rstrip()
+        return f"{1e3 * value:.{digits}g} {'mm' if unit == 'm' else 'g'}"
+    return f"{value:.{digits}g} {unit}".rstrip()
 
 
-def quantity(asked: Specification, name: str, value: float) -> str:
+def quantity(asked: Specification, name: str, value: float, digits: int = 4) -> str:
     """Write a quantity of the damper in its unit, or as the ratio that it makes where there are no units."""
     if asked.in_units or name == "restitution":
-        return spelled(value, UNITS[name])
-    return f"{SYMBOLS[name]} = {value:.4g}"
+        return spelled(value, UNITS[name], digits)
+    return f"{SYMBOLS[name]} = {value:.{digits}g}"
 
 
-def allowing(asked: Specification) -> str:
-    """Say what is added to what was computed: errors have a confidence each, the allowance for other frequencies has none."""
-    return f"allowing for its error (confidence {asked.confidence:.3g}) and for frequencies between those computed"
+def allowing(asked: Specification, noise: float) -> str:
+    """Say what is added to what was computed: an error has a confidence, the allowance for other frequencies has none."""
+    error = f"for its error (confidence {asked.confidence:.3g}) and " if noise else ""
+    return f"allowing {error}for frequencies between those computed"
 
 
-def response(asked: Specification, value: float) -> str:
+def response(asked: Specification, value: float, digits: int = 4) -> str:
     """Write a value of the measure; over the base amplitude where there are no units."""
     if not isfinite(value):
         return "without bound"
     if asked.in_units:
-        return spelled(value, asked.unit)
-    return f"{value:.4g} times {_reference(asked)}{' times ω_n²' if asked.measure.order else ''}"
+        return spelled(value, asked.unit, digits)
+    return f"{value:.{digits}g} times {_reference(asked)}{' times ω_n²' if asked.measure.order else ''}"
 
 
 def limited(asked: Specification, limit: str, value: float) -> str:
@@ -56,12 +57,12 @@ def limited(asked: Specification, limit: str, value: float) -> str:
     return f"{value:.4g}{OVER[unit]}"
 
 
-def rounded_up(value: float) -> float:
-    """Give the least number of four digits that is not less: what one is told to allow must be enough."""
+def rounded_up(value: float, digits: int = 4) -> float:
+    """Give the least number of so many digits that is not less: what one is told to allow must be enough."""
     if not isfinite(value) or value <= 0.0:
         return value
-    scale = 10.0 ** (3 - floor(log10(value)))
-    return float(f"{ceil(value * scale * (1.0 - 1e-12)) / scale:.4g}")
+    scale = 10.0 ** (digits - 1 - floor(log10(value)))
+    return float(f"{ceil(value * scale * (1.0 - 1e-12)) / scale:.{digits}g}")
 
 
 def length(asked: Specification, value: float) -> str:

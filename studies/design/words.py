@@ -1,17 +1,16 @@
-"""A design in words: what to build, what it does, what decides it, and what is not known."""
+"""The details of a design, in sentences: its drawing values, what it reaches where, how far it holds, how it is known."""
 
 from collections.abc import Iterator
 from math import isinf
 
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
-from damperlab.studies.design.elsewhere import words_of_amplitudes, words_of_masses, words_of_starts
+from damperlab.studies.design.elsewhere import words_of_amplitudes, words_of_starts
 from damperlab.studies.design.ends import at_ends, locked
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.known import words_of_known
 from damperlab.studies.design.limit_words import limits_in_words
 from damperlab.studies.design.margins import WITHIN, Margin
-from damperlab.studies.design.others import words_of_better, words_of_others
 from damperlab.studies.design.spelling import (
     allowing,
     comes_to,
@@ -21,13 +20,11 @@ from damperlab.studies.design.spelling import (
     rounded_up,
     spelled,
     spelled_out,
-    transients,
     under_records,
 )
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification
-from damperlab.studies.understood import unusual_specification
 
 CALLED = {
     "clearance_m": "clearance",
@@ -35,30 +32,19 @@ CALLED = {
     "particle_mass_kg": "particle mass",
     "restitution": "coefficient of restitution",
 }
-UNDER_EVERY = {
-    "records": "under every record",
-    "sweep": "under the sweep",
-    "sweeps": "under every sweep",
-    "records and sweeps": "under every record and sweep",
-}
-"""All of `transients`."""
 
 
 def words_of(found: Found) -> list[str]:
     """Put all that was found into sentences."""
     return [
         *_damper(found),
-        *unusual_specification(found.asked),
         *_worst(found),
-        *words_of_better(found),
         *limits_in_words(found),
         *_builds(found),
         *words_of_starts(found),
         *words_of_amplitudes(found),
         *_ends(found),
         *_margins(found),
-        *words_of_others(found),
-        *words_of_masses(found),
         *words_of_known(found),
     ]
 
@@ -68,9 +54,9 @@ def _damper(found: Found) -> Iterator[str]:
     friction = f"a friction force of {quantity(asked, 'friction_force_n', build.friction_force_n)}"
     if not asked.in_units:
         friction = f"friction {quantity(asked, 'friction_force_n', build.friction_force_n)}"
-    build_it = "Build" if asked.free else "Given is"
+    drawn = "Drawing" if asked.free else "Given"
     if build.particle_mass_kg == 0.0:
-        yield f"{build_it} {friction}, and no particle."
+        yield f"{drawn}: {friction}, and no particle."
         return
     clearance = quantity(asked, "clearance_m", build.clearance_m)
     cavity = f" (a free cavity length of {spelled(2 * build.clearance_m, 'm')})" if asked.in_units else ""
@@ -79,7 +65,7 @@ def _damper(found: Found) -> Iterator[str]:
     material = ", ".join(filter(None, (material_of(asked, build), touching)))
     rebound = f"a coefficient of restitution of {build.restitution:.4g}"
     yield (
-        f"{build_it} a clearance of {clearance} on either side{cavity}, {friction}, a particle of {mass} and "
+        f"{drawn}: a clearance of {clearance} on either side{cavity}, {friction}, a particle of {mass} and "
         f"{rebound}{f' ({material})' if material else ''}."
     )
 
@@ -103,7 +89,7 @@ def _worst(found: Found) -> Iterator[str]:
         shaken, name = spelled_out(asked, found.binding), found.binding.name
         near = "" if asked.measure.mean else f", near {frequency(asked, stated.frequency_ratio)}"
     # what is known of a record is as exact as the solver: there is no error to state
-    most = f"{allowing(asked)} it is at most {response(asked, rounded_up(stated.most))}"
+    most = f"{allowing(asked, stated.noise)} it is at most {response(asked, rounded_up(stated.most))}"
     other = ""
     if asked.excitations and found.starts is not None and found.starts.beyond:
         other = f" from rest, and from other starts it reaches {response(asked, found.starts.worst)}"
@@ -177,29 +163,13 @@ def _builds(found: Found) -> Iterator[str]:
 def _ends(found: Found) -> Iterator[str]:
     asked = found.asked
     held = locked(found)
-    if held and not asked.cases and all(each.motion.force for each in asked.excitations):
-        moves = "; within the tolerances it does" if found.stated.value > 0.0 else ""
-        yield (
-            "Friction withstands the force at every frequency: as drawn the structure does not move, and more friction "
-            f"changes nothing{moves}."
-        )
-    elif held:
-        met = (("at every frequency", asked.excitations), (UNDER_EVERY[transients(asked)], asked.cases))
-        when = " and ".join(words for words, there in met if there)
-        yield (
-            f"Friction holds the structure at its base {when}: it moves as its base does, nothing is damped, and "
-            "more friction changes nothing. Let `friction_force_n` end lower for a damper."
-        )
     for name, end in at_ends(found).items():
         if held and name == "friction_force_n":
-            continue
-        choice = asked.choices[name]
+            continue  # more of it changes nothing
         limit = asked.bounds.get(name) if end == "upper" else None
         if limit:
-            built = " with its tolerance" if name in asked.tolerances else ""
-            largest = f"as large as `{limit}` allows{built}"
-            yield f"The {CALLED[name]} is {largest}: this limit binds, and a larger one may do better."
-        elif choice.values:
+            yield f"The {CALLED[name]} is as large as `{limit}` allows: a larger one may do better."
+        elif asked.choices[name].values:
             yield f"The {CALLED[name]} is the {'least' if end == 'lower' else 'largest'} of its list."
         elif getattr(found.build, name) > 0.0:
             yield f"The {CALLED[name]} is at the {end} end of its range; beyond it there may be a better damper."

@@ -85,24 +85,6 @@ def test_a_dry_run_keeps_nothing(client: httpx.Client, helpers: Any) -> None:
     assert client.get(DESIGNS).json() == before
 
 
-<<<<<<< HEAD
-=======
-def test_every_fault_of_a_specification_is_told(client: httpx.Client, helpers: Any) -> None:
-    bad = helpers.SPECIFICATION | {"restitution": 2, "measure": "noise", "budget_points": 3, "nonsense": 1}
-    refused = client.post(DESIGNS, json=bad)
-    assert refused.status_code == 422
-    fields = {fault["field"] for fault in refused.json()["errors"]}
-    assert fields == {"restitution", "measure", "budget_points", "nonsense"}
-
-
-def test_a_budget_that_ends_before_the_first_look_is_refused(client: httpx.Client, helpers: Any) -> None:
-    wide = {"base_amplitude_m": 0.001, "frequency_hz": {"start": 4.0, "stop": 16.0}}
-    refused = client.post(DESIGNS, json=helpers.SPECIFICATION | {"excitation": wide, "budget_points": 100})
-    assert refused.status_code == 422
-    assert refused.json()["errors"][0]["field"] == "budget_points"
-
-
->>>>>>> help-A
 def test_a_specification_may_be_yaml(client: httpx.Client) -> None:
     text = "structure: {damping_ratio: 0.02}\nexcitation: {}\n"
     refused = client.post(DESIGNS, content=text, headers={"Content-Type": "application/yaml"})

@@ -80,9 +80,7 @@ def test_designs_are_the_cubes_in_the_units_of_the_study(written: tuple[str, xr.
     for row, place in zip(rows, order, strict=True):
         assert float(row[1]) == pytest.approx(1e3 * worst[place] * BASE, rel=1e-5)
         assert float(row[3]) == pytest.approx([0.4, 0.8, 1.2][place], rel=1e-5)
-    assert "Optimum: largest amplitude in the band" in text
-    assert "<code>refine</code> looks there" in text
-    assert f"{worst.min() * BASE * 1e3:.6g}" in text
+    assert f"{worst.min() * BASE * 1e3:.3g}" in text
 
 
 def test_it_loads_nothing_and_text_stays_text(written: tuple[str, xr.Dataset]) -> None:

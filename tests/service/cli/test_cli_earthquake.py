@@ -62,8 +62,8 @@ def test_a_suite_is_run_and_told_like_any_study(tmp_path: Path) -> None:
     assert (record["state"], record["points_done"]) == ("done", 4)
     assert "northridge-090" in run("show", "dampers", *data).stdout
     best = json.loads(run("optimum", "dampers", "--json", *data).stdout)["designs"]
-    assert f"clearance d = {best[0]['clearance_m'] * 1e3:g} mm" in run("optimum", "dampers", *data).stdout
-    assert "d [mm]" in run("map", "dampers", "--at", "record=northridge", *data).stdout
+    assert f"d = {best[0]['clearance_m'] * 1e3:g} mm" in run("optimum", "dampers", *data).stdout
+    assert "d [mm]" in run("map", "dampers", "--at", "record=northridge", "--details", *data).stdout
     for question in ("optimum", "map"):
         run(question, "dampers", "-o", tmp_path / f"{question}.png", *data)
         assert (tmp_path / f"{question}.png").read_bytes().startswith(b"\x89PNG")
@@ -74,7 +74,9 @@ def test_a_suite_is_run_and_told_like_any_study(tmp_path: Path) -> None:
 def test_what_is_printed_of_a_comparison_is_its_answer_in_millimetres(tmp_path: Path) -> None:
     asked = ("earthquake", "el-centro", "--case", "pid", "--starts", "4", "--data-dir", tmp_path)
     answer = json.loads(run(*asked, "--json").stdout)
-    _, structure, head, row, sensitive, balance = run(*asked).stdout.splitlines()
+    short, _, detailed = run(*asked, "--details").stdout.partition("\n\n")
+    assert len(short.splitlines()) <= 12
+    _, structure, head, row, sensitive, balance = detailed.splitlines()
     assert f"d = {1e3 * answer['design']['clearance_m']:g} mm" in structure
     assert "peak x−z [mm]" in head
     assert "stuck" not in head
@@ -106,9 +108,10 @@ def test_a_fragility_curve_is_printed_in_the_units_of_its_result(tmp_path: Path)
     data = ("--data-dir", tmp_path / "data")
     run("run", tmp_path / "suite.yaml", *data)
     asked = ("fragility", "cavity", "--threshold", "0.005", *data)
-    said, head, *rows = run(*asked).stdout.splitlines()
-    assert "clearance d = 5 mm" in said
-    assert "0.005" not in said
+    short, _, detailed = run(*asked, "--details").stdout.partition("\n\n")
+    said, head, *rows = detailed.splitlines()
+    assert "5 mm" in short
+    assert "0.005" not in short + said
     assert head.split("  ")[-1].strip() == "highest [mm]"
     highest = json.loads(run(*asked, "--json").stdout)["highest"]
     assert [row.split()[-1] for row in rows] == [f"{1e3 * each:.6g}" for each in highest]

@@ -21,9 +21,9 @@ def test_answers_of_a_force_name_no_motion_of_the_base(tmp_path: Path) -> None:
     at = ("--at", "friction_force_n=16", "--at", "base_amplitude_m=8e-5")
     questions = (
         ("show", "press"),
-        ("optimum", "press"),
-        ("map", "press", "--x", "friction_force_n", "--y", "frequency_ratio"),
-        ("tmd", "press", *at),
+        ("optimum", "press", "--details"),
+        ("map", "press", "--x", "friction_force_n", "--y", "frequency_ratio", "--details"),
+        ("tmd", "press", *at, "--details"),
         ("response", "press", *at),
     )
     words = " ".join(" ".join(run(*asked, *folder).stdout.split()) for asked in questions)

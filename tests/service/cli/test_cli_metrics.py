@@ -98,7 +98,8 @@ def test_every_result_is_shown_with_its_unit_or_what_it_is_over(
     scene: str, printed: Callable[..., str]
 ) -> None:
     for metric in kept_in(scene):
-        caption, _, _ = printed("map", scene, "--metric", metric).partition(". ")
+        detailed = printed("map", scene, "--metric", metric, "--details").partition("\n\n")[2]
+        caption, _, _ = detailed.partition(". ")
         assert unit_in(caption) == UNIT_OF.get(metric), caption
         if "forced" not in scene:
             caption, _, _ = printed("response", scene, "--metric", metric).partition(". ")
@@ -142,14 +143,14 @@ def test_what_is_named_as_a_ratio_is_one_and_what_nobody_named_is_in_units(
         assert "X/Z" in printed("map", scene)
         return
     ratio, length, usual = (
-        printed("map", scene, *named)
+        printed("map", scene, *named, "--details").partition("\n\n")[2]
         for named in (("--metric", "amplitude_ratio"), ("--metric", "amplitude_m"), ())
     )
     assert rows(usual) == rows(length) != rows(ratio)
     column = printed("response", scene, "--metric", "amplitude_ratio").splitlines()[1]
     assert "amplitude_ratio" in column
     assert "[mm]" not in column
-    together = printed("map", scene, "--metric", "amplitude_ratio", "--minus", scene)
+    together = printed("map", scene, "--metric", "amplitude_ratio", "--minus", scene, "--details")
     assert "amplitude ratio X/Z" in together
 
 
@@ -162,7 +163,7 @@ def test_a_tuned_mass_damper_stands_beside_a_damper_under_one_acceleration(
     scene: str, printed: Callable[..., str], folder: Path
 ) -> None:
     damper = ("--clearance-m", "0.0005", "--friction-force-n", "3")
-    said = printed("tmd", scene, *damper, "--base-amplitude-m", "8e-5")
+    said = printed("tmd", scene, *damper, "--base-amplitude-m", "8e-5", "--details")
     assert "The acceleration of the base is the same at every frequency" in said
     figure = folder / "tmd.png"
     printed("tmd", scene, *damper, "--base-amplitude-m", "8e-5", "-o", str(figure))

@@ -171,24 +171,20 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
     ]
     for answer in answers:
         words = answer.attrs["in_units"]
-        assert words.keys() == answer.attrs.keys() & {"verdict", "doubts", "note"}
-        assert {doubt["sentence"] for doubt in words.get("doubts", ())} <= set(words.get("verdict", ()))
-        for sentence in (*words.get("verdict", ()), words["note"]):
+        assert words.keys() == answer.attrs.keys() & {"verdict", "doubts", "note", "brief"}
+        doubts = [doubt["sentence"] for doubt in words.get("doubts", ())]
+        rows = [" ".join(row) for row in words.get("brief", {}).get("rows", ())]
+        for sentence in (*words.get("verdict", ()), *doubts, *rows, words["note"]):
             assert RATIO.search(sentence) is None, sentence
     best = answers[0].isel(rank=0)
     said = answers[0].attrs["in_units"]["verdict"][0]
-    assert said.startswith("Optimum: largest amplitude in the band")
     for name, factor, symbol, unit in (
         ("clearance_ratio", BASE * 1e3, "d", "mm"),
         ("friction_ratio", FORCE, "F_f", "N"),
-        ("mass_ratio", MASS, "m", "kg"),
-        ("frequency_ratio", HERTZ, "f", "Hz"),
     ):
-        assert f"{symbol} = {float(best[name]) * factor:.6g} {unit}" in said
-    assert f" {float(best['value']) * BASE * 1e3:.6g} ± " in said
-    assert "Compute excitation frequency f from 3.2 to 5 Hz in 19 steps next" in " ".join(
-        answers[1].attrs["in_units"]["verdict"]
-    )
+        assert f"{symbol} = {float(best[name]) * factor:.3g} {unit}" in said
+    assert f"{float(best['value']) * BASE * 1e3:.3g}" in said
+    assert "from 3.2 to 5 Hz in 19 steps" in answers[1].attrs["in_units"]["brief"]["next"]
     ratios = cube.copy()
     ratios.attrs = {}
     for answer in (optimal_designs(ratios), tmd_comparison(ratios)):

@@ -189,7 +189,7 @@ def test_an_acceleration_is_measured_in_its_unit() -> None:
     found, _ = pursued(document, 6000)
     answer = answer_document(found)
     assert answer["worst"]["units"] == "m/s²"
-    assert " m/s²" in answer["words"][1]
+    assert " m/s²" in answer["verdict"]["sentences"][0]
     case = next(each for each in found.asked.records[0].cases if each == found.stated.under)
     curve = found.book.curve(found.build, case)
     assert answer["worst"]["value"] == curve["peak_absolute_acceleration_m_s2"][0]

@@ -1,0 +1,85 @@
+"""The short answer to a question: what to do, what comes second, and one next step. Everything else is detail."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+Damper = Literal["hybrid", "friction_alone", "particle_alone", "tuned_mass_damper", "no_damper"]
+"""What a verdict may be for."""
+Severity = Literal["danger", "caution", "hint"]
+"""Of a note: it changes what is built; it changes the number; it says where to look further."""
+MOST_SENTENCES, MOST_ROWS = 3, 6
+PLACES = ("best", "second", "third", "fourth")
+"""What rows of a ranking are called."""
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something that is known of an answer, as data: a sentence is made of it where somebody reads it.
+
+    Parameters
+    ----------
+    kind : str
+        What it is about, such as ``end_of_range``.
+    severity : str
+        See `Severity`.
+    values : mapping
+        Its numbers, in the units of the document that holds it.
+    """
+
+    kind: str
+    severity: Severity
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Brief:
+    """The short answer.
+
+    Parameters
+    ----------
+    damper : str or None
+        What it is for; None where nothing is recommended.
+    sentences : tuple of str
+        The decision first, then what it depends on; the first `MOST_SENTENCES` are kept.
+    rows : tuple of tuple of str
+        What comes second: name, value, what it is; the first `MOST_ROWS` are kept.
+    next : str
+        One next step.
+    """
+
+    damper: Damper | None
+    sentences: tuple[str, ...]
+    rows: tuple[tuple[str, str, str], ...] = ()
+    next: str = ""
+
+    def __post_init__(self) -> None:
+        """Keep what an engineer reads."""
+        kept = tuple(filter(None, self.sentences))[:MOST_SENTENCES]
+        object.__setattr__(self, "sentences", kept)
+        object.__setattr__(self, "rows", self.rows[:MOST_ROWS])
+
+    def document(self) -> dict[str, Any]:
+        """Give it as plain data."""
+        found = asdict(self)
+        return found | {"sentences": list(self.sentences), "rows": [list(row) for row in self.rows]}
+
+
+def listed(words: Iterable[str]) -> str:
+    """Write a list: a, b and c."""
+    *most, last = words
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def notes_document(notes: list[Note]) -> list[dict[str, Any]]:
+    """Give notes as plain data, the gravest first."""
+    order: list[Severity] = ["danger", "caution", "hint"]
+    return [asdict(each) for each in sorted(notes, key=lambda each: order.index(each.severity))]
+
+
+def lines_of(brief: Mapping[str, Any]) -> list[str]:
+    """Lay out the document of a `Brief` for a terminal: its sentences, its rows in columns, its next step."""
+    rows = brief["rows"]
+    widths = [max((len(row[column]) for row in rows), default=0) for column in (0, 1)]
+    table = [f"  {name:<{widths[0]}}  {value:<{widths[1]}}  {what}".rstrip() for name, value, what in rows]
+    return [*brief["sentences"], *table, *([f"Next: {brief['next']}"] if brief["next"] else [])]

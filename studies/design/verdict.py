@@ -1,0 +1,400 @@
+"""A design's verdict: what to build, what that comes to, and what it depends on; what comes second, and one next step."""
+
+from collections.abc import Iterator
+from math import isinf, pi
+
+import numpy as np
+
+from damperlab.studies.brief import Brief, Damper, Note
+from damperlab.studies.design.absorber import DETUNED, Beside
+from damperlab.studies.design.absorber import curve as absorber_curve
+from damperlab.studies.design.alternatives import Alternative
+from damperlab.studies.design.backbone import peaks_of
+from damperlab.studies.design.build import Build
+from damperlab.studies.design.ends import at_ends, locked
+from damperlab.studies.design.found import Found
+from damperlab.studies.design.responses import NO_DAMPER, SAMPLES
+from damperlab.studies.design.score import Score
+from damperlab.studies.design.spelling import (
+    OVER,
+    UNITS,
+    frequency,
+    level,
+    limited,
+    quantity,
+    response,
+    rounded_up,
+    spelled,
+)
+from damperlab.studies.specification.excitation import Amplitude
+from damperlab.studies.specification.specification import Specification
+from damperlab.studies.understood import unusual_specification
+from damperlab.studies.variables import ResponseClass
+
+SAME = 0.02
+"""Share within which two worst cases are called equal: the simpler damper is built then."""
+CLAMPED, HELD = 1.5, 0.1
+"""A structure that friction holds at this share of the frequencies, and that moves no more than this times its base, is
+nearly clamped to it."""
+GROWS = 1.5
+"""How much faster than its excitation a response grows that depends on the amplitude."""
+CALLED: dict[Damper, str] = {
+    "hybrid": "particle with friction",
+    "particle_alone": "particle without friction",
+    "friction_alone": "friction alone",
+    "tuned_mass_damper": "tuned mass damper",
+    "no_damper": "without damper",
+}
+NAMES = {
+    "clearance_m": "clearance",
+    "friction_force_n": "friction",
+    "particle_mass_kg": "particle mass",
+    "restitution": "restitution",
+}
+
+
+def verdict_of(found: Found) -> tuple[Brief, list[Note]]:
+    """Give the short answer, and all that is known beside it as data in the units of the specification."""
+    asked = found.asked
+    damper, judged = _best(found)
+    notes = list(_notes(found, damper))
+    decision = _decision(found, damper, judged)
+    dangers = [said for note in notes if (said := _said(found, note))]
+    sentences = [*unusual_specification(asked), decision, *dangers, *_holds(found, damper)]
+    return Brief(damper, tuple(sentences), tuple(_rows(found, damper)), _next(found, notes)), notes
+
+
+def kind_of(build: Build) -> Damper:
+    """Name a damper by its parts."""
+    if build.particle_mass_kg == 0.0:
+        return "friction_alone" if build.friction_force_n else "no_damper"
+    return "hybrid" if build.friction_force_n else "particle_alone"
+
+
+def is_as_good(theirs: Score, ours: Score) -> bool:
+    """Whether another damper is as good as the recommended one, which has more parts."""
+    keeps = theirs.violation <= ours.violation and theirs.most <= ours.most * (1.0 + SAME)
+    return keeps and theirs.value <= ours.value * (1.0 + SAME)
+
+
+def _best(found: Found) -> tuple[Damper, Alternative | Beside | float | None]:
+    """Name what to build, and give it: None for the damper of the answer, a number for none at all."""
+    ours = found.compared
+    if not found.asked.free:
+        return kind_of(found.build), None
+    alone = {name: each for name, each in found.others.items() if is_as_good(each.score, ours)}
+    if found.build.particle_mass_kg == 0.0:
+        alone = {}
+    damper: Damper = kind_of(found.build)
+    best: Alternative | Beside | float | None = None
+    if "friction_alone" in alone:
+        damper, best = "friction_alone", alone["friction_alone"]
+    elif "particle_alone" in alone:
+        damper, best = "particle_alone", alone["particle_alone"]
+    tuned, bare = found.heaviest, _without_damper(found)
+    if tuned is not None and _tuned_wins(tuned, ours):
+        damper, best = "tuned_mass_damper", tuned
+    least = tuned.value if isinstance(best, Beside) and tuned else ours.value
+    if bare is not None and bare <= least * (1.0 + SAME):
+        damper, best = "no_damper", bare
+    return damper, best
+
+
+def _tuned_wins(tuned: Beside, ours: Score) -> bool:
+    """Whether a tuned mass damper does better in tune, and no worse as far out of tune as a workshop may leave it."""
+    if ours.violation > 0.0 and not tuned.exceeded:
+        return True
+    better = tuned.value < ours.value / (1.0 + SAME) and tuned.detuned <= ours.value * (1.0 + SAME)
+    return better and (ours.violation > 0.0 or not tuned.exceeded)
+
+
+def _without_damper(found: Found) -> float | None:
+    """Give the worst case of the structure alone, as it is given; None where it is not known to keep the limits."""
+    asked = found.asked
+    if asked.cases or asked.measure.mean or asked.limits.keys() - {asked.measure.limit}:
+        return None
+    worst = 0.0
+    for each in asked.excitations:
+        r = np.unique(np.append(np.linspace(each.low, each.high, SAMPLES), np.clip(1.0, each.low, each.high)))
+        worst = max(worst, float(absorber_curve(asked, each.largest, NO_DAMPER, r).max()))
+    return worst
+
+
+def _decision(found: Found, damper: Damper, best: Alternative | Beside | float | None) -> str:
+    asked = found.asked
+    judged = asked.measure.judged
+    stays = f"keeps the {judged} within"
+    if isinstance(best, float):
+        bare = response(asked, rounded_up(best, 3), 3)
+        return f"Build no damper: without one the {judged} stays within {bare}, and none that was looked at does better."
+    if isinstance(best, Beside):
+        reach = response(asked, rounded_up(best.value, 3), 3)
+        return f"Use a tuned mass damper: {_tuned(asked, best)}, {stays} {reach} ({_detuned(asked, best)})."
+    score = found.stated if best is None else best.score
+    build = found.build if best is None else best.build
+    if isinf(score.value):
+        return f"Nothing bounds the {judged}: it grows without bound with every damper that was looked at."
+    reach = _reach(asked, score.value, score.most)
+    if build.friction_force_n and locked(found, build):
+        return _locked(found, build, reach)
+    if not asked.free:
+        word = "The given damper" if score.violation == 0.0 else "The given damper exceeds a limit: it"
+        return f"{word} ({_damper(asked, build)}) {stays} {reach}."
+    if score.violation > 0.0:
+        return f"No damper that was looked at keeps every limit. Nearest: {_damper(asked, build)}; it {stays} {reach}."
+    if damper == "friction_alone":
+        force = quantity(asked, "friction_force_n", build.friction_force_n, 3)
+        return f"No particle needed: a friction force of {force} alone {stays} {reach}."
+    what = "a particle without friction" if damper == "particle_alone" else "a particle and friction"
+    return f"Build {what}: {_damper(asked, build)}. That {stays} {reach}."
+
+
+def _locked(found: Found, build: Build, reach: str) -> str:
+    force = quantity(found.asked, "friction_force_n", build.friction_force_n, 3)
+    if all(each.motion.force for each in found.asked.excitations) and not found.asked.cases:
+        return f"A friction force of {force} withstands the force at every frequency: the structure does not move."
+    return f"A friction force of {force} clamps the structure to its base: it moves as that does, {reach}; nothing is damped."
+
+
+def _notes(found: Found, damper: Damper) -> Iterator[Note]:
+    """Give what changes the decision or its number, as data."""
+    asked, build, stated = found.asked, found.build, found.stated
+    judged = build if damper != "friction_alone" else found.alternatives.get("friction_alone", found).build
+    rubs = damper in ("hybrid", "friction_alone")
+    if isinf(stated.value):
+        yield Note("unbounded", "danger")
+    for name, limit in asked.limits.items():
+        if stated.reached[name] > limit:
+            values = {
+                "limit": name,
+                "allowed": limit,
+                "reached": stated.reached[name],
+                "at_most": stated.at_most[name],
+            }
+            yield Note("limit_exceeded", "danger", values)
+    if rubs and judged.friction_force_n and locked(found, judged):
+        yield Note("locked", "danger", {"friction_force_n": judged.friction_force_n})
+    elif rubs and _nearly_clamped(found, judged):
+        yield Note("nearly_clamped", "danger", {"friction_force_n": judged.friction_force_n})
+    grown = _grown(found, judged) if rubs or damper == "particle_alone" else None
+    if grown is not None:
+        amplitude, value, exact = grown
+        values = {
+            "amplitude": asked.level(amplitude) if asked.in_units else amplitude.reference_m,
+            "value": value,
+        }
+        yield Note("amplitude", "danger", values | {"exact": exact})
+    starts = found.starts
+    if damper == kind_of(build) and starts is not None and starts.beyond:
+        values = {"value": starts.worst, "frequencies": starts.beyond, "of": starts.frequencies}
+        yield Note("other_starts", "danger", values)
+    builds = found.builds
+    if builds is not None and builds.passed < builds.drawn and damper == kind_of(build):
+        yield Note("builds", "caution", {"passed": builds.passed, "drawn": builds.drawn})
+    ends = at_ends(found)
+    if locked(found):
+        # more friction changes nothing
+        ends.pop("friction_force_n", None)
+    if ends:
+        yield Note("end_of_range", "hint", {name: [end, getattr(build, name)] for name, end in ends.items()})
+    if found.stopped == "budget":
+        yield Note("budget", "hint", {"points": found.book.spent})
+
+
+def _said(found: Found, note: Note) -> str:
+    """Spell a note that belongs into the first sentences."""
+    asked, known = found.asked, note.values
+    if note.kind == "nearly_clamped":
+        return "It nearly clamps the structure to its base."
+    if note.kind == "amplitude":
+        amplitude = Amplitude(found.binding, 2.0 * found.binding.highest_m)
+        at = (
+            f"a {found.binding.motion.words} of {level(asked, amplitude)}"
+            if asked.in_units
+            else "twice the amplitude"
+        )
+        return f"Beware: at {at} it reaches {'' if known['exact'] else 'about '}{response(asked, known['value'], 3)}."
+    if note.kind == "other_starts":
+        where = f"at {known['frequencies']} of {known['of']} frequencies"
+        return f"Beware: a disturbance can take it to {response(asked, known['value'], 3)} {where}."
+    if note.kind == "builds":
+        kept = "keep the limits" if asked.limited_at_all else "stay within that"
+        return f"Of {known['drawn']} builds drawn within the tolerances {known['passed']} {kept}."
+    return ""
+
+
+def _nearly_clamped(found: Found, build: Build) -> bool:
+    asked = found.asked
+    if not asked.excitations or found.binding.motion.force:
+        return False
+    curve = found.book.curve(build, found.binding.largest)
+    if not curve.r.size or not np.isfinite(curve.measured).all():
+        return False
+    held = float((curve["response_class"] == ResponseClass.LOCKED).mean())
+    return held >= HELD and float(curve["amplitude_ratio"].max()) <= CLAMPED
+
+
+def _grown(found: Found, build: Build) -> tuple[Amplitude, float, bool] | None:
+    """Give what twice the largest amplitude leads to, where that is clearly more than twice as much."""
+    asked = found.asked
+    if not asked.excitations or asked.cases or asked.measure.mean:
+        return None
+    excitation = found.binding
+    twice = Amplitude(excitation, 2.0 * excitation.highest_m)
+    here = float(found.book.curve(build, excitation.largest).measured.max(initial=0.0))
+    if build == found.build:
+        shown = [
+            curve.judged
+            for each, curve, _ in peaks_of(found)
+            if each.reference_m > 1.9 * excitation.highest_m
+        ]
+        if not shown:
+            return None
+        value, exact = shown[-1], True
+    else:
+        # friction alone at resonance, Den Hartog: (1 − 4γ_F/π) Z/2ζ
+        structure, exact = asked.structure, False
+        if (
+            excitation.motion.order
+            or not excitation.low <= 1.0 <= excitation.high
+            or not structure.damping_ratio
+        ):
+            return None
+        stiffness = structure.stiffness_n_per_m if asked.in_units else 1.0
+        gamma = build.friction_force_n / (stiffness * twice.reference_m)
+        ratio = max(1.0 - 4.0 * gamma / pi, 0.0) / (2.0 * structure.damping_ratio)
+        value = asked.measure.factor * ratio * twice.reference_m if not asked.measure.order else 0.0
+    return (twice, value, exact) if value > 2.0 * GROWS * here > 0.0 else None
+
+
+def _holds(found: Found, damper: Damper) -> Iterator[str]:
+    """Say within what the damper may be off, where that was looked at."""
+    asked = found.asked
+    if damper != kind_of(found.build) or not found.margins or isinf(found.stated.most):
+        return
+    parts = [
+        f"{NAMES[name]} {_span(asked, name, each.low, each.high)}"
+        for name, each in found.margins.items()
+        if each.fails_below is not None or each.fails_above is not None
+    ]
+    if parts:
+        holds = "Limits hold" if asked.limits_measure else "At most a tenth is lost"
+        yield f"{holds} for {', '.join(parts)}{', each alone' if len(parts) > 1 else ''}."
+
+
+def _span(asked: Specification, name: str, low: float, high: float) -> str:
+    if not asked.in_units:
+        return f"{low:.3g} to {high:.3g}"
+    return f"{spelled(low, UNITS[name], 3)} to {spelled(high, UNITS[name], 3)}"
+
+
+def _rows(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
+    """Give what comes second, and by how much."""
+    asked = found.asked
+    for name, limit in asked.limits.items():
+        reached = found.stated.reached[name]
+        if reached > limit:
+            over, allowed = (limited(asked, name, asked.as_limited(name, each)) for each in (reached, limit))
+            yield asked.limit_key(name), over, f"{allowed} allowed"
+    bare = _without_damper(found)
+    if bare is not None and damper != "no_damper":
+        yield CALLED["no_damper"], _value(asked, bare), ""
+    tuned = found.heaviest
+    if tuned is not None and damper != "tuned_mass_damper":
+        exceeds = ", exceeds a limit" if tuned.exceeded else ""
+        yield (
+            CALLED["tuned_mass_damper"],
+            _value(asked, tuned.value),
+            f"{_tuned(asked, tuned)}; {_detuned(asked, tuned)}{exceeds}",
+        )
+    for name, each in found.others.items():
+        kind: Damper = "friction_alone" if name == "friction_alone" else "particle_alone"
+        if kind != damper:
+            yield (
+                CALLED[kind],
+                _value(asked, each.score.value),
+                _damper(asked, each.build) + _exceeds(each.score),
+            )
+    if damper != kind_of(found.build) and asked.free:
+        what = _damper(asked, found.build)
+        ends = [NAMES[name] for name in at_ends(found)]
+        at_end = (
+            f"; {' and '.join(ends)} at the end of {'its range' if len(ends) == 1 else 'their ranges'}"
+            if ends
+            else ""
+        )
+        yield (
+            f"best {CALLED[kind_of(found.build)]}",
+            _value(asked, found.compared.value),
+            what + at_end + _exceeds(found.compared),
+        )
+
+
+def _next(found: Found, notes: list[Note]) -> str:
+    asked, known = found.asked, {note.kind: note.values for note in notes}
+    report = "-o report.html for a drawing with tolerances"
+    if "limit_exceeded" in known:
+        name, most = known["limit_exceeded"]["limit"], known["limit_exceeded"]["at_most"]
+        enough = limited(asked, name, rounded_up(asked.as_limited(name, most))) if not isinf(most) else "more"
+        wider = ", or widen what may be chosen" if asked.free else ""
+        return f"relax `limits.{asked.limit_key(name)}` to {enough}{wider}."
+    if not asked.free:
+        return f"{report}."
+    if known.keys() & {"locked", "nearly_clamped"} and "stick_fraction" not in asked.limits:
+        return "forbid clamping with `limits: {stick_fraction: 0.2}`."
+    if "end_of_range" in known:
+        steps = [
+            f"{NAMES[name]} {'above' if end == 'upper' else 'below'} {_span_end(asked, name, value)}"
+            for name, (end, value) in known["end_of_range"].items()
+        ]
+        return f"allow {', '.join(steps)}."
+    return "more `budget_minutes`." if "budget" in known else f"{report}."
+
+
+def _span_end(asked: Specification, name: str, value: float) -> str:
+    return spelled(value, UNITS[name], 3) if asked.in_units else f"{value:.3g}"
+
+
+def _reach(asked: Specification, value: float, most: float) -> str:
+    """Write a worst case with what it may come to, where that is more than rounding."""
+    if most <= value * (1.0 + SAME):
+        return response(asked, rounded_up(most, 3), 3)
+    return f"{response(asked, rounded_up(most, 3), 3)} ({response(asked, value, 3)} computed)"
+
+
+def _value(asked: Specification, value: float) -> str:
+    if isinf(value):
+        return "grows without bound"
+    return response(asked, value, 3) if asked.in_units else f"{value:.3g}{OVER[asked.measure.unit]}"
+
+
+def _damper(asked: Specification, build: Build) -> str:
+    """Write a damper as a row has it: mass, clearance, friction, restitution."""
+    parts = []
+    if build.particle_mass_kg:
+        parts = [quantity(asked, "particle_mass_kg", build.particle_mass_kg, 3)]
+        clearance = quantity(asked, "clearance_m", build.clearance_m, 3)
+        parts.append(f"±{clearance} clearance" if asked.in_units else clearance)
+    if build.friction_force_n:
+        friction = quantity(asked, "friction_force_n", build.friction_force_n, 3)
+        parts.append(f"{friction} friction" if asked.in_units else friction)
+    if build.particle_mass_kg:
+        called = asked.choices["restitution"].called(build.restitution, build.contact_time_s)
+        parts.append(f"e = {build.restitution:.3g}{f' ({called})' if called else ''}")
+    return ", ".join(parts)
+
+
+def _tuned(asked: Specification, beside: Beside) -> str:
+    absorber = beside.absorber
+    mass = f"μ = {absorber.mass_ratio:.3g}"
+    if asked.in_units:
+        mass = spelled(absorber.mass_ratio * asked.structure.mass_kg, "kg", 3)
+    return f"{mass} at {frequency(asked, absorber.tuning)}, ζ = {absorber.damping_ratio:.2g}"
+
+
+def _detuned(asked: Specification, beside: Beside) -> str:
+    return f"{_value(asked, beside.detuned)} if {100 * DETUNED:.0f} % out of tune"
+
+
+def _exceeds(score: Score) -> str:
+    return ", exceeds a limit" if score.violation > 0.0 else ""

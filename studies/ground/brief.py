@@ -1,0 +1,53 @@
+"""A comparison of dampers under one record in short: which moves least, and how sure that is."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from damperlab.studies.brief import Brief, Damper
+
+SAME = 0.02
+"""Share within which two dampers are called equal: the one with fewer parts is built then."""
+PEAK = "peak_relative_displacement_m"
+DAMPERS: dict[str, Damper] = {
+    "none": "no_damper",
+    "fd": "friction_alone",
+    "tmd": "tuned_mass_damper",
+    "pid": "particle_alone",
+    "hybrid": "hybrid",
+}
+"""What the cases of a comparison are, those of fewest parts first."""
+
+
+def brief_of(answer: Mapping[str, Any]) -> Brief:
+    """Say which damper moves least against its base under a record.
+
+    Parameters
+    ----------
+    answer : mapping
+        Of a comparison: `cases` with their peaks, the `record` and the `design`.
+    """
+    cases = {case: answer["cases"][case] for case in DAMPERS if case in answer["cases"]}
+    least = min(float(values[PEAK]) for values in cases.values())
+    best = next(case for case, values in cases.items() if float(values[PEAK]) <= least * (1 + SAME))
+    scale = float(answer["design"]["scale"])
+    under = answer["record"]["name"] + ("" if scale == 1.0 else f" × {scale:g}")
+    told = f"Under {under} {cases[best]['label']} moves least against the base: {_mm(cases[best][PEAK])}"
+    bare = cases.get("none")
+    if bare is not None and best != "none":
+        told += f", {100 * (1 - float(cases[best][PEAK]) / float(bare[PEAK])):.0f} % less than without damper"
+    spread = cases[best].get("spread")
+    doubt = ""
+    if spread and spread["sensitive"]:
+        low, high = (_mm(spread[PEAK][end]) for end in ("lowest", "highest"))
+        doubt = f"It depends on the start: {low} to {high} over {spread['starts']} starts."
+    rows = tuple(
+        (values["label"], _mm(values[PEAK]), f"{float(values['peak_absolute_acceleration_m_s2']):.3g} m/s²")
+        for case, values in cases.items()
+        if case != best
+    )
+    following = "several records and scales as a suite, with `damperlab run`; one record decides little."
+    return Brief(DAMPERS[best], (f"{told}.", doubt), rows, following)
+
+
+def _mm(metres: float) -> str:
+    return f"{1e3 * float(metres):.3g} mm"

@@ -1,0 +1,32 @@
+"""A short answer stays short, and notes come with the gravest first."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from damperlab.studies.brief import Brief, Note, lines_of, listed, notes_document
+
+WORDS = st.text("abc ", max_size=12)
+
+
+@given(st.lists(WORDS, max_size=9), st.lists(st.tuples(WORDS, WORDS, WORDS), max_size=12), WORDS)
+def test_a_short_answer_has_at_most_ten_lines(
+    sentences: list[str], rows: list[tuple[str, str, str]], following: str
+):
+    brief = Brief(None, tuple(sentences), tuple(rows), following)
+    assert len(lines_of(brief.document())) <= 10
+    assert list(brief.sentences) == [each for each in sentences if each][:3]
+
+
+def test_notes_are_sorted_by_severity_and_keep_their_order_within_one() -> None:
+    notes = [
+        Note("a", "hint"),
+        Note("b", "danger", {"value": 1.0}),
+        Note("c", "caution"),
+        Note("d", "danger"),
+    ]
+    assert [note["kind"] for note in notes_document(notes)] == ["b", "d", "c", "a"]
+    assert notes_document(notes)[0]["values"] == {"value": 1.0}
+
+
+def test_a_list_reads_as_one() -> None:
+    assert [listed(each) for each in (["a"], ["a", "b"], ["a", "b", "c"])] == ["a", "a and b", "a, b and c"]
