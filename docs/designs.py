@@ -21,6 +21,7 @@ from docs.drawing.figures import ALONE, rounded
 from damperlab.service.designs import budget_of
 from damperlab.service.figures.design import draw_alternatives
 from damperlab.service.figures.style import styled
+from damperlab.studies.brief import lines_of
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.build import Build
@@ -40,7 +41,7 @@ FIGURES = ROOT / "docs" / "figures"
 BLOCK = re.compile(r"(<!-- ([\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 NUMBERS = (
     "design", "worst", "nominal", "compared", "feasible", "limits", "probability", "probability_interval",
-    "friction_alone", "particle_alone", "tuned_mass_damper", "points", "words",
+    "friction_alone", "particle_alone", "tuned_mass_damper", "points", "ended", "verdict",
 )  # fmt: skip
 """What is kept of an answer."""
 IRREGULAR_CLASSES = (ResponseClass.MODULATED, ResponseClass.CHAOTIC)
@@ -146,12 +147,12 @@ def curve(asked: Specification, build: Build, r: np.ndarray) -> np.ndarray:
 
 
 def block_of(name: str, answer: dict[str, Any]) -> str:
-    """Write the part of the page about one specification: the document, the figure, the answer in words."""
+    """Write the part of the page about one specification: the document, the figure, the verdict."""
     text = named_specifications()[name].decode().strip()
     lines = [
         f'```yaml title="{name}.yaml"\n{text}\n```',
         f"![Response over the band: the recommended damper of {name}, other dampers and none](../figures/design-{name}.svg)",
-        "\n".join(f"- {sentence}" for sentence in answer["words"]),
+        "\n".join(["```text", *lines_of(answer["verdict"]), "```"]),
     ]
     if rows := answer.get("paper"):
         lines.append(_table(rows))
