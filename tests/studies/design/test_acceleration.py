@@ -67,6 +67,7 @@ def test_the_stated_worst_case_is_that_of_brute_force(floor) -> None:
     assert found.asked.unit == "m/s²"
 
 
+@pytest.mark.night
 def test_no_clearance_of_a_grid_is_better(floor) -> None:
     found, _ = floor
     hertz = np.linspace(LOW, HIGH, 21)

@@ -83,6 +83,7 @@ def test_what_is_stated_is_what_a_fine_grid_of_frequencies_finds(floor) -> None:
     assert stated.error < 0.05 * stated.value
 
 
+@pytest.mark.night
 def test_no_damper_of_a_grid_is_better(floor) -> None:
     truth = rms(np.geomspace(0.002, 0.012, 9), np.linspace(0.0, 60.0, 9), 51)
     assert floor.stated.value <= 1.03 * truth.min().item()

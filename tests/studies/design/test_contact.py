@@ -73,6 +73,7 @@ def test_each_material_has_its_own_contact_time_in_every_study(damped) -> None:
     assert max(abs(time - 1.0) for time in times) < 0.02 + 1e-12
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(("material", "restitution", "time_s"), [(RUBBER, 0.5, TIME_S), (STEEL, 0.8, 0.0)])
 def test_a_response_over_the_band_is_that_of_single_points_with_this_contact(
     damped, material: tuple[float], restitution: float, time_s: float

@@ -62,6 +62,7 @@ def press() -> tuple[Found, dict[str, xr.Dataset]]:
     return pursued(PRESS)
 
 
+@pytest.mark.night
 def test_the_stated_worst_case_is_that_of_brute_force(press) -> None:
     found, _ = press
     true = corners(found.build.clearance_m, found.build.friction_force_n, np.linspace(LOW, HIGH, 61))
@@ -158,6 +159,7 @@ def test_a_damper_that_withstands_every_force_shown_has_a_report() -> None:
     assert "Friction withstands the force" in design_report(found)
 
 
+@pytest.mark.night
 def test_a_force_and_a_shaken_base_are_judged_one_at_a_time() -> None:
     band = {"frequency_hz": {"start": LOW, "stop": HIGH}}
     shaken = {"name": "floor", "base_amplitude_m": 1e-4, **band}

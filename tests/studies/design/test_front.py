@@ -47,6 +47,7 @@ def test_about_a_mass_that_is_given_lighter_and_heavier_ones_are_looked_at(given
     assert all(each.build.friction_force_n == 30.0 for each in given.front)
 
 
+@pytest.mark.night
 def test_the_tuned_mass_damper_of_every_mass_is_that_of_its_closed_form(given: Found) -> None:
     """Tuned for the band, without tolerances: the least of a grid of tunings and dampings is no less."""
     r = np.linspace(7.0 / 8.0, 9.0 / 8.0, 401)

@@ -118,6 +118,7 @@ def test_a_damper_that_was_given_is_assessed() -> None:
     assert answer["limits"][0]["relax_to"] == answer["limits"][0]["at_most"]
 
 
+@pytest.mark.night
 def test_in_ratios_the_same_damper_keeps_the_same_limits() -> None:
     """With 1 mm as the length, 1/ω_n as the time and 40 kg as the mass."""
     units = WANTED | {"choose": {}, "friction_force_n": 20.0, "tolerances": {}}
@@ -279,6 +280,7 @@ def test_what_wins_is_the_verdict(limited: Found) -> None:
     assert verdict_of(replace(limited, absorber=beside))[0].damper != "tuned_mass_damper"
 
 
+@pytest.mark.night
 def test_what_was_given_is_not_called_recommended() -> None:
     document = {name: each for name, each in DAMPED.items() if name != "choose"}
     limits = {"displacement_m": 0.02, "impact_speed_m_per_s": 1.0}

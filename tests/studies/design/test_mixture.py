@@ -120,6 +120,7 @@ def test_what_binds_and_what_each_reaches_is_told(both) -> None:
     assert "Response over the band under the largest amplitude" in report
 
 
+@pytest.mark.night
 def test_records_that_hardly_shake_change_no_damper() -> None:
     weak = QUAKE | {"scales": [0.001]}
     with_it, _ = pursued(BOTH | {"measure": "worst_relative_displacement", "excitation": [MACHINE, weak]})
@@ -129,6 +130,7 @@ def test_records_that_hardly_shake_change_no_damper() -> None:
     assert with_it.binding.low == without.binding.low
 
 
+@pytest.mark.night
 def test_a_band_that_hardly_moves_changes_no_damper() -> None:
     # whose peak is friction's alone: a structure that its base does not move does not move against it
     weak = MACHINE | {"base_amplitude_m": 1e-5}
@@ -139,6 +141,7 @@ def test_a_band_that_hardly_moves_changes_no_damper() -> None:
     assert with_it.stated.under == without.stated.under
 
 
+@pytest.mark.night
 def test_a_limit_on_accelerations_holds_under_both() -> None:
     limits = {"acceleration_m_per_s2": 1.0}
     found, _ = pursued(BOTH | {"measure": "worst_acceleration", "limits": limits})
@@ -167,6 +170,7 @@ def test_the_tuned_mass_damper_is_judged_under_both(both) -> None:
     )
 
 
+@pytest.mark.night
 def test_an_interrupted_design_ends_as_one_that_was_not(both) -> None:
     found, cubes = both
     assert parse_specification(found.asked.document).digest == found.asked.digest

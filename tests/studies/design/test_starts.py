@@ -27,6 +27,7 @@ def light() -> Found:
     return pursued(LIGHT)[0]
 
 
+@pytest.mark.night
 def test_the_responses_at_a_frequency_are_told_apart(light: Found) -> None:
     starts = light.starts
     assert starts is not None
@@ -74,6 +75,7 @@ def test_the_worst_of_several_is_told_in_words(light: Found) -> None:
     assert [each["frequency_hz"] for each in where] == [8.0 * each["frequency_ratio"] for each in where]
 
 
+@pytest.mark.night
 def test_of_another_measure_the_value_is_that_of_the_responses_it_is_known_of() -> None:
     found, _ = pursued(LIGHT | {"measure": "worst_rms_displacement"})
     starts = found.starts
