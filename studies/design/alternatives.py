@@ -10,7 +10,7 @@ from damperlab.studies.design.search import Search
 from damperlab.studies.design.steps import Step
 from damperlab.studies.specification.specification import Choice, Specification
 
-SMALL = Effort(divided=10, starts=1, sizes=1, reserve=0.4)
+SMALL = Effort(divided=10, starts=1, sizes=1, reserve=0.4, left=0.0)
 """Of the searches for what the answer is compared with."""
 OF_DAMPER = {
     "friction_alone": ("clearance_m", "particle_mass_kg", "restitution"),

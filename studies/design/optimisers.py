@@ -44,12 +44,15 @@ class Effort:
         How many of `SIZES` are taken.
     reserve : float
         Share of its points that it explores without: for judging the best closely, and of the first search for what follows.
+    left : float
+        Share of the reserve that judging the best leaves to what follows.
     """
 
     divided: int = 25
     starts: int = 2
     sizes: int = 2
     reserve: float = 0.5
+    left: float = 0.5
 
 
 class _Ended(Exception):

@@ -93,7 +93,8 @@ class Search:
             If it did not allow the first look.
         """
         self.most = self.book.budget if most is None else most
-        self.cap = self.most - math.ceil(self.effort.reserve * (self.most - self.book.spent))
+        reserve = self.effort.reserve * (self.most - self.book.spent)
+        self.cap = self.most - math.ceil(reserve)
         try:
             for candidates in sought(self.space, self.values, self.effort):
                 here = counted(len(candidates) + len(self.values), "damper")
@@ -101,7 +102,7 @@ class Search:
                 yield from self._look(candidates)
         except BudgetSpent:
             self.stopped = "budget"
-        self.cap = self.most
+        self.cap = self.most - math.ceil(self.effort.left * reserve)
         if not self.robust:
             known = [each for each in self.first() if self.looked_at(self.space.build(each))]
             if not known:
