@@ -22,6 +22,7 @@ from damperlab.studies.faults import counted
 from damperlab.studies.tmd.transfer import highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
+from damperlab.studies.vocabulary import OF_PARTICLE
 
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
@@ -363,7 +364,7 @@ class _Known:
         """Name what varies of a design; of one whose particle does nothing its friction alone, unless it is asked to `act`."""
         varied = [name for name in DESIGN if self.cube.sizes[name] > 1 or name == "friction_ratio"]
         if row["impact_share"] == 0 and not acts:
-            varied = [name for name in varied if name not in ("restitution", "mass_ratio", "clearance_ratio")]
+            varied = [name for name in varied if name not in OF_PARTICLE]
         return ", ".join(phrases.equal(name, row[name], ".3g") for name in varied)
 
 

@@ -15,11 +15,15 @@ from damperlab.studies.unit_names import RESULTS
 
 def cube_of(kind: Kind) -> xr.Dataset:
     shape = (1,) * len(kind.dimensions)
+    said = {"units": "1", "long_name": "of this test"}
     values = {
-        kind.metric: (kind.dimensions, np.ones(shape)),
+        kind.metric: (kind.dimensions, np.ones(shape), said),
         "status": (kind.dimensions, np.zeros(shape, np.int8)),
     }
-    axes = {name: np.array(["el-centro"]) if name == "record" else np.ones(1) for name in kind.dimensions}
+    axes = {
+        name: (name, np.array(["el-centro"]) if name == "record" else np.ones(1), said)
+        for name in kind.dimensions
+    }
     return xr.Dataset(values, axes)
 
 
