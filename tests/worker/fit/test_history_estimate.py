@@ -19,7 +19,14 @@ def hold(fitted: FittedHistory, truth: dict[str, float]) -> list[bool]:
     return [each.low <= truth[each.name] <= each.high for each in fitted.estimates]
 
 
-@pytest.mark.parametrize(("kind", "shaken"), [("friction", False), ("hybrid", False), ("hybrid", True)])
+@pytest.mark.parametrize(
+    ("kind", "shaken"),
+    [
+        ("friction", False),
+        pytest.param("hybrid", False, marks=pytest.mark.night),
+        pytest.param("hybrid", True, marks=pytest.mark.night),
+    ],
+)
 def test_intervals_hold_the_truth_about_as_often_as_they_say(kind: str, shaken: bool) -> None:
     held: list[bool] = []
     for seed in range(SETS):
@@ -33,6 +40,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say(kind: str, shaken: 
     assert held.count(False) <= 4
 
 
+@pytest.mark.night
 def test_the_beginning_that_counts_ends_where_impacts_make_the_response_unpredictable() -> None:
     # with little friction and lively impacts the first seconds alone say where the parameters are
     one = made_history("particle", 4)
@@ -80,6 +88,7 @@ def test_the_same_question_has_the_same_answer_bit_for_bit() -> None:
     assert found[0] == found[1] != found[2]
 
 
+@pytest.mark.night
 def test_noise_that_is_not_white_makes_intervals_wider() -> None:
     one = made_history("friction", 1)
     measured = one.question.measured

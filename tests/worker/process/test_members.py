@@ -89,6 +89,7 @@ def test_worker_comes_back_to_a_scheduler_that_is_started_again_at_its_address()
             assert list(client.run(os.getpid).values()) == [process.pid]
 
 
+@pytest.mark.night
 def test_worker_whose_scheduler_does_not_come_back_leaves_in_time() -> None:
     with scheduler_process() as (address, scheduler), member(address, "--leave-idle=8") as process:
         with connect(scheduler=address) as client:
@@ -219,6 +220,7 @@ def test_files_say_who_may_take_part(tmp_path: Path) -> None:
         security(tmp_path / "ours")
 
 
+@pytest.mark.night
 def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> None:
     pytest.importorskip("cryptography")
     ours, theirs = tmp_path / "ours", tmp_path / "theirs"
