@@ -95,7 +95,7 @@ fuzz: install-bench ## requests that the OpenAPI document allows or forbids (CAS
 	$(BIN)/python -m tests.fuzz --cases $(or $(CASES),100)
 	$(BIN)/python -m tests.fuzz.raw
 
-contract: install-dev ## the copy of /openapi.json that clients rely on, renewed; what breaks them is refused
+contract: install-dev ## what clients rely on in /openapi.json, renewed; a change that breaks them is refused
 	$(BIN)/python -m tests.service.contract
 
 faults: install-dev ## 200 times SIGKILL to workers, scheduler, service; as many with PostgreSQL and S3, servers too; 10,000 reads beside writers; 1,000 flipped bits, every file lost once, the same by commands and over HTTP; 50 faults of hosts, links and strangers (as root)

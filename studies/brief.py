@@ -13,6 +13,13 @@ PLACES = ("best", "second", "third", "fourth")
 """What rows of a ranking are called."""
 
 
+def damper_of(acts: bool, rubs: bool) -> Damper:
+    """Name a damper by whether its particle acts and whether it has friction."""
+    if acts:
+        return "hybrid" if rubs else "particle_alone"
+    return "friction_alone" if rubs else "no_damper"
+
+
 @dataclass(frozen=True)
 class Note:
     """Something that is known of an answer, as data: a sentence is made of it where somebody reads it.
@@ -39,7 +46,7 @@ class Brief:
     Parameters
     ----------
     damper : str or None
-        What it is for; None where nothing is recommended.
+        The damper that is recommended; None where none is.
     sentences : tuple of str
         The decision first, then what it depends on; the first `MOST_SENTENCES` are kept.
     rows : tuple of tuple of str

@@ -23,7 +23,7 @@ from damperlab.studies.answers.selection import (
     main_metric,
     require_stored,
 )
-from damperlab.studies.brief import PLACES, Brief, Damper, Note, listed, notes_document
+from damperlab.studies.brief import PLACES, Brief, Damper, Note, damper_of, listed, notes_document
 from damperlab.studies.faults import Fault, counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
@@ -302,9 +302,7 @@ def _kind(answer: xr.Dataset) -> Damper:
     """Name the best damper by its parts."""
     mass = float(answer["mass_ratio" if "mass_ratio" in answer.coords else "particle_mass_kg"].values[0])
     friction = float(answer["friction_force_n"].values[0])
-    if not mass:
-        return "friction_alone" if friction else "no_damper"
-    return "hybrid" if friction else "particle_alone"
+    return damper_of(mass > 0.0, friction > 0.0)
 
 
 def _note(part: xr.Dataset, metric: str, said: Mapping[str, Any], ranked: int) -> str:

@@ -12,7 +12,7 @@ from damperlab.studies.answers.band import FREQUENCY
 from damperlab.studies.answers.hidden_peak import advised_axis, hidden, may_hide
 from damperlab.studies.answers.phrases import AMPLITUDE, Phrases
 from damperlab.studies.answers.verdict import say_next
-from damperlab.studies.brief import Brief, Damper
+from damperlab.studies.brief import Brief, Damper, damper_of
 from damperlab.studies.variables import ResponseClass, Status
 
 
@@ -84,16 +84,8 @@ def brief_of(cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], 
             else True
         )
         friction = answer["friction_ratio" if "friction_ratio" in answer.coords else "friction_force_n"]
-        acts, rubs = strikes and float(answer["mass_ratio"]) > 0, float(friction) > 0
-        own: Damper = (
-            "hybrid"
-            if acts and rubs
-            else "particle_alone"
-            if acts
-            else "friction_alone"
-            if rubs
-            else "no_damper"
-        )
+        acts, rubs = bool(strikes) and float(answer["mass_ratio"]) > 0, float(friction) > 0
+        own = damper_of(acts, rubs)
         damper = own if found["ratio"] < 1 else "tuned_mass_damper"
         better, other = (ours, theirs) if found["ratio"] < 1 else (theirs, ours)
         least = "at least " if missing else ""

@@ -17,7 +17,7 @@ from damperlab.studies.answers.flatness import flatness
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.ranked_peaks import RankedPeaks
-from damperlab.studies.brief import PLACES, Brief, Damper, Note, listed, notes_document
+from damperlab.studies.brief import PLACES, Brief, Damper, Note, damper_of, listed, notes_document
 from damperlab.studies.faults import counted
 from damperlab.studies.tmd.transfer import highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
@@ -27,7 +27,7 @@ from damperlab.studies.vocabulary import OF_PARTICLE
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
 BETTER = 0.02
-"""Share by which a tuned mass damper must be better to be recommended."""
+"""A tuned mass damper is recommended where its peak is lower by more than this share."""
 HELD = 0.1
 """Share of the frequencies at which friction holds a mass that is called clamped."""
 DOUBTS = (
@@ -43,7 +43,7 @@ DOUBTS = (
 NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
 """Frequencies to compute next, where a study has one."""
 OTHERS = 2
-"""Further designs that stand beside the best."""
+"""How many further designs are listed below the best."""
 
 Row = Mapping[str, Any]
 """A design: its coordinates, `value`, `error`, and what else is known of it."""
@@ -128,7 +128,7 @@ class _Known:
     cube, question, peaks
         The study, the question, and the peaks that may lie between its frequencies.
     best, lead : mapping
-        The best design, and the one that is recommended: the best whose particle strikes, where there is one.
+        The best design, and the recommended one. A design whose particle strikes is recommended before all others.
     others : list of mapping
         The next designs of the ranking.
     flat : list of dict
@@ -284,15 +284,7 @@ class _Known:
         value, design = self._value(lead, phrases), self._design(lead, phrases)
         acts = lead["impact_share"] > 0 or math.isnan(lead["impact_share"])
         rubs = float(lead["friction_ratio"]) > 0
-        own: Damper = (
-            "hybrid"
-            if acts and rubs
-            else "particle_alone"
-            if acts
-            else "friction_alone"
-            if rubs
-            else "no_damper"
-        )
+        own = damper_of(acts, rubs)
         if self.tuned < lead["value"] * (1 - BETTER):
             mass = phrases.equal("mass_ratio", lead["mass_ratio"], ".3g")
             peak = phrases.value(METRIC, self.tuned, ".3g")
@@ -313,7 +305,7 @@ class _Known:
         return own, f"No particle needed: friction alone does best, {value} at {design}."
 
     def _breaks(self, phrases: Phrases) -> str:
-        """Say where the recommended design breaks."""
+        """Say what a grid step from the recommended design costs, and whether it lies at the end of a range."""
         rugged = [phrases.symbol(entry["dimension"]) for entry in self.lead_flat if entry["worse"]]
         ends = [phrases.symbol(name) for name in _ends(self.cube, self.lead_flat)]
         parts = [f"one grid step in {listed(rugged)} costs more than 10 %"] if rugged else []

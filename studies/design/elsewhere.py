@@ -1,4 +1,4 @@
-"""The recommended damper elsewhere than where it was chosen, in words: other starts, other amplitudes."""
+"""What other starts and other amplitudes do to the recommended damper, in words."""
 
 from collections.abc import Iterator
 from math import isfinite

@@ -21,8 +21,10 @@ def at_ends(found: Found) -> dict[str, str]:
 
 
 def locked(found: Found, build: Build | None = None) -> bool:
-    """Whether friction holds the structure at its base, as drawn and under the largest amplitude, wherever it was looked at;
-    of another damper than the recommended one where it is given."""
+    """Whether friction holds the structure at its base at every frequency computed, as drawn and under the largest amplitude.
+
+    Asked of the recommended damper, or of another build that is given.
+    """
     build = build or found.build
     curves = (found.book.curve(build, case) for case in found.asked.cases)
     if not all(bool((curve["stick_fraction"] >= 1.0).all()) for curve in curves):

@@ -4,8 +4,8 @@ It is a generator: it yields what must be known next, and goes on when the book 
 specification and on the values in the book alone.
 
 A damper is worth its worst case as drawn and at the corners of its tolerances, with every maximum over the frequency bracketed
-to the same fineness. A worst case can only grow as more is known of it, so each damper is looked at ever more closely for as
-long as it may be near the best, and no longer; the one that is recommended more closely than all others.
+to the same fineness. A worst case can only grow as more frequencies are computed, so each damper is refined only while it may
+be near the best. The recommended damper is refined most.
 """
 
 import math

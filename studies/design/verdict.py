@@ -5,7 +5,7 @@ from math import isinf, pi
 
 import numpy as np
 
-from damperlab.studies.brief import Brief, Damper, Note
+from damperlab.studies.brief import Brief, Damper, Note, damper_of
 from damperlab.studies.design.absorber import DETUNED, Beside
 from damperlab.studies.design.absorber import curve as absorber_curve
 from damperlab.studies.design.alternatives import Alternative
@@ -66,9 +66,7 @@ def verdict_of(found: Found) -> tuple[Brief, list[Note]]:
 
 def kind_of(build: Build) -> Damper:
     """Name a damper by its parts."""
-    if build.particle_mass_kg == 0.0:
-        return "friction_alone" if build.friction_force_n else "no_damper"
-    return "hybrid" if build.friction_force_n else "particle_alone"
+    return damper_of(build.particle_mass_kg > 0.0, build.friction_force_n > 0.0)
 
 
 def is_as_good(theirs: Score, ours: Score) -> bool:
