@@ -12,9 +12,9 @@ from tests.ports import free_port
 
 from damperlab import open_store
 
-SECONDS = 900
-SRUN = '#!/bin/bash\n"$@" &\n"$@" &\nwait\n'
-"""Two tasks, on one node."""
+SECONDS = 300
+SRUN = '#!/bin/bash\ntrap \'kill $(jobs -p)\' TERM\n"$@" &\n"$@" &\nwait\nwait\n'
+"""Two tasks on one node, told to end where srun is: it hands signals on."""
 STUDY = {
     "name": "batch",
     "particle": False,
