@@ -30,6 +30,7 @@ from damperlab.service.edge.connection import Connection
 from damperlab.service.edge.drain import Drain
 from damperlab.service.edge.head import HEAD_LIMIT_BYTES, ShortHead
 from damperlab.service.edge.policy import Policy
+from damperlab.service.edge.silence import Silence
 from damperlab.service.ending import end_by
 from damperlab.service.examples import complete
 from damperlab.service.kernels import Kernels
@@ -184,6 +185,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.guard = Guard(settings)
     app.add_middleware(Gate, guard=app.state.guard)
+    app.add_middleware(Silence)
     if settings.cors_origins:
         app.add_middleware(
             CORSMiddleware,

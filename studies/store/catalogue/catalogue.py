@@ -28,6 +28,7 @@ from sqlalchemy.exc import (
     ResourceClosedError,
 )
 from sqlalchemy.exc import TimeoutError as PoolTimeout
+from sqlalchemy.pool import NullPool
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.migrations import HEAD
@@ -135,6 +136,7 @@ class Catalogue:
         self._sqlite = url.get_backend_name() == "sqlite"
         with self._faults():
             self._engine = _sqlite_engine(url, wait_seconds) if self._sqlite else _postgresql_engine(url)
+            self._greeting = _greeting_engine(url)
             self._writer = self._engine.execution_options(writes=wait_seconds)
 
             @event.listens_for(self._engine, "before_execute", retval=True)
@@ -154,6 +156,11 @@ class Catalogue:
         """Open one snapshot of the catalogue."""
         with self._faults(), self._engine.begin() as connection:
             yield connection
+
+    def greet(self) -> None:
+        """Return once the database has answered over a connection of its own; raise `StoreFault` where it refuses."""
+        with self._faults(), self._greeting.connect() as connection:
+            connection.exec_driver_sql("SELECT 1 FROM alembic_version")
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
@@ -345,10 +352,8 @@ def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
 
 
 def _postgresql_engine(url: URL) -> Engine:
-    # what the address itself says wins
-    patience = {name: value for name, value in _PATIENCE.items() if name not in url.query}
     # a connection that died while it lay in the pool is replaced before it is used
-    engine = create_engine(url, pool_pre_ping=True, pool_timeout=_POOL_SECONDS, connect_args=patience)
+    engine = create_engine(url, pool_pre_ping=True, pool_timeout=_POOL_SECONDS, connect_args=_patience(url))
 
     @event.listens_for(engine, "begin")
     def _begin(connection: Connection) -> None:
@@ -367,6 +372,18 @@ def _postgresql_engine(url: URL) -> Engine:
             connection.exec_driver_sql(f"SET LOCAL statement_timeout = {1000 * _STATEMENT_SECONDS}")
 
     return engine
+
+
+def _greeting_engine(url: URL) -> Engine:
+    """Connect anew each time: what hangs holds a connection of the pool, or all of them."""
+    return create_engine(url, poolclass=NullPool, connect_args=_patience(url))
+
+
+def _patience(url: URL) -> dict[str, int]:
+    """Settings of a connection to PostgreSQL; what its address itself says wins."""
+    if url.get_backend_name() == "sqlite":
+        return {}
+    return {name: value for name, value in _PATIENCE.items() if name not in url.query}
 
 
 def _revision(connection: Connection) -> str:

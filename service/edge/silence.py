@@ -1,0 +1,82 @@
+"""Requests that wait for a catalogue which does not answer: refused within a second, instead of held until it does."""
+
+import asyncio
+
+from anyio import CapacityLimiter
+from anyio.to_thread import run_sync
+from starlette.requests import Request
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from damperlab.service.problems import RETRY_SECONDS, Problem, respond
+from damperlab.studies.store.catalogue.catalogue import Catalogue
+from damperlab.studies.store.faults import StoreFault
+
+PATIENCE_SECONDS = 0.5
+"""How long a request goes on before the catalogue is asked whether it answers at all."""
+SILENCE_SECONDS = 0.4
+"""How long the catalogue may take to answer that."""
+
+
+class Silence:
+    """ASGI middleware: answers 503 for a request that has no answer yet while the catalogue gives none.
+
+    The thread of such a request cannot be ended: it goes on, and what it answers is dropped.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+        self._asking: asyncio.Task[bool] | None = None
+        self._left: set[asyncio.Future[None]] = set()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request, or refuse it."""
+        if scope["type"] != "http" or not scope["path"].startswith("/api/"):
+            await self.app(scope, receive, send)
+            return
+        begun = refused = False
+
+        async def send_noted(message: Message) -> None:
+            nonlocal begun
+            if not refused:
+                begun = True
+                await send(message)
+
+        served = asyncio.ensure_future(self.app(scope, receive, send_noted))
+        try:
+            while not begun and not (await asyncio.wait([served], timeout=PATIENCE_SECONDS))[0]:
+                refused = not await self._answers(scope["app"].state.service.store.catalogue) and not begun
+                if refused:
+                    self._left.add(served)
+                    served.add_done_callback(self._forget)
+                    await respond(Request(scope), _problem())(scope, receive, send)
+                    return
+            await served
+        except asyncio.CancelledError:
+            served.cancel()
+            raise
+
+    async def _answers(self, catalogue: Catalogue) -> bool:
+        """Ask, once for all requests that want to know."""
+        if self._asking is None or self._asking.done():
+            self._asking = asyncio.create_task(_ask(catalogue))
+        done, _ = await asyncio.wait([self._asking], timeout=SILENCE_SECONDS)
+        return bool(done) and self._asking.result()
+
+    def _forget(self, served: "asyncio.Future[None]") -> None:
+        self._left.discard(served)
+        if not served.cancelled():
+            served.exception()  # nobody waits for it any more
+
+
+async def _ask(catalogue: Catalogue) -> bool:
+    try:
+        # beside the threads of the requests: they may all wait
+        await run_sync(catalogue.greet, abandon_on_cancel=True, limiter=CapacityLimiter(1))
+    except StoreFault:
+        return False
+    return True
+
+
+def _problem() -> Problem:
+    told = "The catalogue does not answer. Try again in a moment; what is stored is safe."
+    return Problem(503, "store-unavailable", told, headers={"Retry-After": str(RETRY_SECONDS)})
