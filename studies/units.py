@@ -215,8 +215,12 @@ def _result(variable: xr.DataArray, quantity: InUnits) -> xr.DataArray:
 
 
 def _quantities(cube: xr.Dataset) -> list[InUnits]:
-    """List all that the numbers of the physical block allow."""
-    physical = _physical(cube)
+    return quantities_of({"physical": _physical(cube)})
+
+
+def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
+    """List all coordinates and results that the numbers of a definition's physical block allow."""
+    physical = definition.get("physical") or {}
     mass, frequency, amplitude = (_number(physical, name) for name in STRUCTURE)
     speed = 2.0 * math.pi * frequency * amplitude
     acceleration = (2.0 * math.pi * frequency) ** 2 * amplitude

@@ -21,6 +21,7 @@ from damperlab.service.cli.store import label, open_store
 from damperlab.service.cli.words import (
     axes_of,
     completeness_sentence,
+    response_brief,
     rows_table,
     slice_sentence,
     words_of,
@@ -55,6 +56,7 @@ def response(
     second: Second,
     output: Output = None,
     data_dir: DataDir = None,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Show a frequency response of one design, or compare that of two studies."""
@@ -86,6 +88,9 @@ def response(
 
     def tell() -> None:
         phrases = Phrases.of(cube).as_named(selection.metric)
+        print_brief(response_brief(answer, metric, phrases).document(), (), details)
+        if not details:
+            return
         say(slice_sentence(answer, metric, label(record), phrases))
         print_table(
             *rows_table(answer, phrases, {"other": metric, "other_amplitude_error": "amplitude_error"})
@@ -254,8 +259,9 @@ def hand_out(
             make_parent(output)
             if output.suffix == ".csv" or draw is None:
                 from damperlab.studies.answers.classes import with_words
+                from damperlab.studies.answers.quantities import with_quantities
 
-                with_words(answer).to_dataframe().to_csv(output)
+                with_quantities(with_words(answer), record.definition).to_dataframe().to_csv(output)
             else:
                 from damperlab.service.figures.style import save
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from damperlab.service.cli.asked import asks
 from damperlab.service.cli.options import AsJson, DataDir, Details, Output, StudyId, check_file
-from damperlab.service.cli.output import print_brief, print_table, say, working
+from damperlab.service.cli.output import print_brief, print_table, working
 from damperlab.service.cli.queries import ask, hand_out, say_if
 from damperlab.service.cli.words import axes_of, completeness_sentence, rows_table, words_of
 from damperlab.studies.questions import Amplitudes, Design, Judging, Tuning
@@ -73,6 +73,7 @@ def robust(
     judging: Judging,
     output: Output = None,
     data_dir: DataDir = None,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Rank dampers of fixed force and clearance by their worst case while the base amplitude varies."""
@@ -87,7 +88,10 @@ def robust(
 
     def tell() -> None:
         phrases = Phrases.of(cube)
-        say(words_of(answer)["note"])
+        words = words_of(answer)
+        print_brief(words["brief"], [words["note"]], details)
+        if not details:
+            return
         shown = answer.rename(amplitude="base_amplitude")
         if phrases.unit("amplitude_ratio"):
             # the ratios of the grid point are over the base amplitude of the worst case; `distance` says how far off it is

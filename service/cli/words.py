@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
     import xarray as xr
+    from numpy.typing import NDArray
 
     from damperlab.studies.answers.phrases import Phrases
 
@@ -70,15 +71,10 @@ def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted:
     if not known.size:
         return Brief(None, ("Nothing of this map is known yet.",), (), "damperlab run the study to its end.")
     what = phrases.shown(metric, answer[metric]).partition(" in ")[0]
-    if metric in VARIABLES and VARIABLES[metric].flags is not None:
-        codes, counts = np.unique(known, return_counts=True)
-        rows = tuple(
-            (cell(metric, code), f"{count / known.size:.0%}", "of the places")
-            for code, count in sorted(
-                zip(codes.tolist(), counts.tolist(), strict=True), key=lambda each: -each[1]
-            )
+    if (shares := _class_shares(metric, known)) is not None:
+        return Brief(
+            None, (f"{what[:1].upper()}{what[1:]} over {known.size:,} places.",), shares, "-o map.png"
         )
-        return Brief(None, (f"{what[:1].upper()}{what[1:]} over {known.size:,} places.",), rows, "-o map.png")
 
     def spelled(place: int) -> tuple[str, str]:
         j, i = np.unravel_index(place, values.shape)
@@ -102,6 +98,60 @@ def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted:
         (f"{told[:1].upper()}{told[1:]}", missing),
         (),
         "-o map.png, or `damperlab optimum` for one damper.",
+    )
+
+
+def _class_shares(metric: str, known: "NDArray[Any]") -> "tuple[tuple[str, str, str], ...] | None":
+    """Say how often each class occurs, the most frequent first; None of a quantity."""
+    import numpy as np
+
+    if metric not in VARIABLES or VARIABLES[metric].flags is None:
+        return None
+    codes, counts = np.unique(known, return_counts=True)
+    often = sorted(zip(codes.tolist(), counts.tolist(), strict=True), key=lambda each: -each[1])
+    return tuple((cell(metric, code), f"{count / known.size:.0%}", "of the places") for code, count in often)
+
+
+def response_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Brief:
+    """Say where a curve is least and largest, and where that of a second study is another; of a class how often each occurs."""
+    import numpy as np
+
+    values, frequency = answer[metric].values, answer["frequency_ratio"].values
+    known = values[np.isfinite(values)]
+    what = phrases.shown(metric, answer[metric]).partition(" in ")[0]
+    what = f"{what[:1].upper()}{what[1:]}"
+    unknown = completeness_sentence(answer)
+    if not known.size:
+        return Brief(
+            None, (f"{what}: nothing is known yet.", unknown), (), "damperlab run the study to its end."
+        )
+    following = "-o response.png for the figure, -o response.csv for the table."
+    if (shares := _class_shares(metric, known)) is not None:
+        return Brief(None, (f"{what} at {known.size:,} frequencies.", unknown), shares, following)
+
+    def told(place: int) -> str:
+        value = phrases.value(metric, float(values[place]), ".3g")
+        return f"{value} at {phrases.equal('frequency_ratio', float(frequency[place]), '.4g')}"
+
+    largest, least = int(np.nanargmax(values)), int(np.nanargmin(values))
+    sentences = [f"{what}: largest {told(largest)}; least {told(least)}.", f"{words_of(answer)['note']}"]
+    if "differs" in answer:
+        sentences = [sentences[0], _difference(answer, metric, phrases)]
+    return Brief(None, (*sentences, unknown), (), following)
+
+
+def _difference(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> str:
+    """Say where two curves differ most."""
+    values = answer["differs"].values
+    number = int(values.sum())
+    if not number:
+        return "The two studies differ nowhere by more than their errors."
+    most = float(answer.attrs["largest_difference_at"])
+    place = answer["frequency_ratio"].values.tolist().index(most)
+    pair = (phrases.value(metric, float(answer[name].values[place]), ".3g") for name in (metric, "other"))
+    return (
+        f"The two studies differ by more than their errors at {number} of {values.size} frequencies, most at "
+        f"{phrases.equal('frequency_ratio', most, '.4g')}: {' against '.join(pair)}."
     )
 
 

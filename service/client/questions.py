@@ -1,8 +1,9 @@
 """Questions to a study of a service: maps, curves, rankings and comparisons, each answered with a Dataset."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from damperlab.service.client.asked import Asked, explained, ids
 from damperlab.studies.answers.shown import shown_axes
@@ -25,6 +26,8 @@ from damperlab.studies.questions import (
 from damperlab.studies.vocabulary import Criterion, Excitation, Objective, Reduction
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from damperlab.service.client.answers import (
         Designs,
         Fragility,
@@ -35,9 +38,24 @@ if TYPE_CHECKING:
         WorkPrecision,
     )
 
+D = TypeVar("D", bound="xr.Dataset")
+
 
 class Questions(Asked):
-    """What a study is asked; a running one, too, with what is there."""
+    """What a study is asked; a running one, too, with what is there.
+
+    Where the study is given in SI units an answer holds its ratios in units too, as `amplitude_m` and `clearance_m`.
+    """
+
+    @cached_property
+    def _definition(self) -> Mapping[str, Any]:
+        definition: Mapping[str, Any] = self._ask("GET")["definition"]
+        return definition
+
+    def _in_units(self, answer: D) -> D:
+        from damperlab.studies.answers.quantities import with_quantities
+
+        return with_quantities(answer, self._definition)
 
     @explained(Plane, Selection, Subtracted)
     def resonance_map(
@@ -69,7 +87,7 @@ class Questions(Asked):
         x, y = shown_axes(self._sizes, x, y, {*at, over})
         plane, selection = Plane(x, y, over, reduce), Selection(metric, at, interpolate)
         second = Subtracted(None if minus is None else ids(minus)[0])
-        return read_map(self._question("resonance-map", plane, selection, second))
+        return self._in_units(read_map(self._question("resonance-map", plane, selection, second)))
 
     @explained(Followed, Second)
     def frequency_response(
@@ -92,7 +110,8 @@ class Questions(Asked):
         from damperlab.service.client.answers import read_response
 
         second = Second(None if with_ is None else ids(with_)[0])
-        return read_response(self._question("frequency-response", Followed(metric, at, interpolate), second))
+        selection = Followed(metric, at, interpolate)
+        return self._in_units(read_response(self._question("frequency-response", selection, second)))
 
     @explained(Judging, Ranking)
     def optimal_designs(
@@ -129,7 +148,7 @@ class Questions(Asked):
         )
         if top is not None:
             ranking = replace(ranking, top=top)
-        return read_designs(self._question("optimal-designs", judging, ranking))
+        return self._in_units(read_designs(self._question("optimal-designs", judging, ranking)))
 
     @explained(Amplitudes, Judging)
     def robust_designs(
@@ -152,7 +171,8 @@ class Questions(Asked):
         from damperlab.service.client.answers import read_designs
 
         judging = Judging(objective, band, exclude_locked, max_impact_speed, ranges)
-        return read_designs(self._question("robust-designs", Amplitudes(top, amplitudes), judging))
+        found = self._question("robust-designs", Amplitudes(top, amplitudes), judging)
+        return self._in_units(read_designs(found))
 
     @explained(Tuning, Design)
     def tmd_comparison(
@@ -175,7 +195,7 @@ class Questions(Asked):
         from damperlab.service.client.answers import read_tmd
 
         tuning = Tuning(criterion, mass_ratio, detuning, damping_detuning, excitation, tmd_mass_ratio)
-        return read_tmd(self._question("tmd-comparison", tuning, Design(at)))
+        return self._in_units(read_tmd(self._question("tmd-comparison", tuning, Design(at))))
 
     @explained(Varied)
     def importance(self, metric: str | None = None, **ranges: Range) -> "Importance":

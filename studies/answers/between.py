@@ -8,7 +8,16 @@ import xarray as xr
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.answers.phrases import RATIOS, Phrases
-from damperlab.studies.answers.selection import as_float, choose, coded, read, require_stored, say
+from damperlab.studies.answers.selection import (
+    NO_LEAD,
+    Lead,
+    as_float,
+    choose,
+    coded,
+    read,
+    require_stored,
+    say,
+)
 from damperlab.studies.faults import Fault
 from damperlab.studies.field import At
 
@@ -94,10 +103,10 @@ class Between:
         values["interpolated"] = same.astype(np.int8)
         return values
 
-    def say(self, at: At, phrases: Phrases = RATIOS) -> str:
+    def say(self, at: At, phrases: Phrases = RATIOS, lead: Lead = NO_LEAD) -> str:
         """Say which grid points were taken, and between which the value was interpolated."""
         there = {name: place for name, place in self.nearest.items() if name not in self.sides}
-        taken = say(self._cube, there, at, phrases)
+        taken = say(self._cube, there, at, phrases, lead)
         if not self.sides:
             return f"{taken} Nothing was interpolated: every asked value is on the grid or beyond its end."
         spans = [

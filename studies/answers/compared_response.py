@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from damperlab.studies.answers.band import runs
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
+from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.selection import check_metric, coded, main_metric
 from damperlab.studies.faults import Fault, counted
@@ -61,7 +62,9 @@ def compared_response(
     """
     metric = selection.metric or main_metric(cube)
     check_metric(cube, metric)
-    first, second = frequency_response(cube, selection), frequency_response(other, selection)
+    first = frequency_response(cube, selection)
+    selection = at_its_place(cube, first, selection)
+    second = frequency_response(other, selection)
     if coded(cube, metric):
         advice = "choose a quantity, or ask for each study alone"
         raise QueryFault(Fault("metric", metric, "a quantity where two studies are compared", advice))

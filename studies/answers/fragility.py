@@ -9,11 +9,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.selection import (
     as_float,
     check_metric,
-    choose,
     coded,
     completeness,
     count,
@@ -111,7 +111,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
         raise QueryFault(
             Fault("threshold", describe(asked.threshold), "a number above 0", "name the limit in SI units")
         )
-    index = choose(cube, asked.at, (RECORD, SCALE))
+    index, lead = leading_place(cube, asked.at, (RECORD, SCALE), metric)
     dims = (RECORD, SCALE)
     values, status = as_float(read(cube, metric, index, dims)), read(cube, "status", index, dims)
     known = (status >= Status.CONVERGED) & (status <= Status.MAX_CYCLES) & np.isfinite(values)
@@ -140,7 +140,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
             "median_scale_interval": list(fitted.median_interval),
             "dispersion_interval": list(fitted.dispersion_interval),
         }
-    where = say(cube, index, asked.at, Phrases.of(cube))
+    where = say(cube, index, asked.at, Phrases.of(cube), lead)
     attributes["note"] = _note(cube, metric, attributes, where, may_be_one(low, high), int(beyond.sum()))
     attributes["brief"] = _brief(cube, index, attributes).document()
     nothing = np.full(scales.size, np.nan)

@@ -6,12 +6,12 @@ from typing import Any
 import xarray as xr
 
 from damperlab.studies.answers.between import INTERPOLATED, Between
+from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
     as_float,
     check_free,
     check_metric,
-    choose,
     coded,
     companions,
     completeness,
@@ -39,7 +39,7 @@ def frequency_response(
     cube : Dataset
         A study's cube; only the curve is read.
     selection : Selection
-        What is shown, and the values of the other five dimensions, see `selection.choose`; of a study in SI units also
+        What is shown, and the values of the other five dimensions, see `leading_place`; of a study in SI units also
         `amplitude_m` and the like, and `clearance_m` and the like. Values are interpolated linearly,
         frequency by frequency, where the class of response does not change; the answer then has `interpolated`, which says
         where that was done.
@@ -63,10 +63,10 @@ def frequency_response(
     check_free(cube, selection.at, (FREQUENCY,), "curve")
     at, metric = in_ratios(cube, selection.at), selection.metric or main_metric(cube)
     check_metric(cube, metric)
-    index = choose(cube, at, (FREQUENCY,))
+    index, lead = leading_place(cube, at, (FREQUENCY,))
     names = companions(cube, metric)
     chosen = scalars(cube, index)
-    between = Between(cube, metric, at, (FREQUENCY,)) if selection.interpolate else None
+    between = Between(cube, metric, {**lead.at, **at}, (FREQUENCY,)) if selection.interpolate else None
     if between is not None:
         values = between.read(names)
         chosen = between.scalars(at)
@@ -77,7 +77,7 @@ def frequency_response(
     status = values["status"]
 
     def note(phrases: Phrases) -> dict[str, Any]:
-        words = between.say(at, phrases) if between else say(cube, index, at, phrases)
+        words = between.say(at, phrases, lead) if between else say(cube, index, at, phrases, lead)
         if status.size == 1:
             words += " Only one frequency was computed, so the curve is one point."
         return {"note": words}

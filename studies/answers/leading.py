@@ -1,5 +1,7 @@
 """The design that a study leads to: the one to look at first."""
 
+from collections.abc import Container
+from dataclasses import replace
 from typing import Any
 
 import xarray as xr
@@ -7,8 +9,11 @@ import xarray as xr
 from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.selection import NO_LEAD, Lead, choose, in_ratios
+from damperlab.studies.answers.suite import worst_case_designs
 from damperlab.studies.field import At
-from damperlab.studies.questions import Judging
+from damperlab.studies.kinds import HARMONIC, kind_of
+from damperlab.studies.questions import Judging, Selection
 
 
 def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
@@ -20,38 +25,86 @@ def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
     return dict(acting) if acting and first["impact_share"] == 0 else first
 
 
-def best_at(cube: xr.Dataset, at: At) -> tuple[dict[str, float], str]:
+def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | None = None) -> Lead:
     """Give what leads among the designs at the grid points nearest to what is named.
 
     Parameters
     ----------
     cube : Dataset
-        A study of the response to a harmonic base.
-    at : mapping of float
-        Values of design dimensions, in ratios.
+        A study.
+    at : mapping of float or str
+        Values of dimensions of the cube.
+    free : container of str
+        Dimensions that the answer itself runs along.
+    metric : str, optional
+        What a suite, or a study over base amplitudes, is ranked by; its main metric, if not given.
 
     Returns
     -------
-    dict of float
-        The dimensions of more than one value that are not named; empty where there is none, where no design is computed, and
-        for a study whose ratios are others at each frequency, whose dampers are not ranked by them.
-    str
-        What the design is called.
+    Lead
+        The dimensions of the damper that have more than one value and are neither named nor free. Without any where there is
+        none, where no design is computed, and for a study whose ratios are others at each frequency, whose dampers are not
+        ranked by them.
     """
-    if not set(DESIGN) <= set(cube.sizes):
-        return {}, ""
-    open_ones = [name for name in DESIGN if cube.sizes[name] > 1 and name not in at]
+    kind = kind_of(cube.sizes)
+    dimensions = DESIGN if kind is HARMONIC else kind.designs
+    if not set(dimensions) <= set(cube.sizes):
+        return NO_LEAD
+    open_ones = [name for name in dimensions if cube.sizes[name] > 1 and name not in at and name not in free]
     if not open_ones:
-        return {}, ""
+        return NO_LEAD
     on_grid = {
         name: float(cube[name].values[nearest_place(cube[name].values, float(at[name]))])
-        for name in DESIGN
+        for name in dimensions
         if name in at
     }
     ranges = {name: (value, value) for name, value in on_grid.items()}
-    ranked = optimal_designs(cube, Judging(ranges=ranges), 1)
+    if kind is HARMONIC:
+        ranked = optimal_designs(cube, Judging(ranges=ranges), 1)
+    else:
+        ranked = worst_case_designs(cube, metric, 1, ranges=ranges)
     found = leading(ranked)
     if found is None:
-        return {}, ""
+        return NO_LEAD
     idle = found["value"] != ranked["value"].values[0]
-    return {name: float(found[name]) for name in open_ones}, f"best design{' with impacts' if idle else ''}"
+    called = f"best design{' with impacts' if idle else ''}"
+    return Lead({name: float(found[name]) for name in open_ones}, called)
+
+
+def leading_place(
+    cube: xr.Dataset, at: At, free: tuple[str, ...], metric: str | None = None
+) -> tuple[dict[str, int], Lead]:
+    """Choose a grid point for every dimension that is not free: where nothing is named, that of the best design.
+
+    Parameters
+    ----------
+    cube : Dataset
+        A study.
+    at, free, metric
+        As for `selection.choose` and `best_at`.
+
+    Returns
+    -------
+    dict of int
+        Index by dimension.
+    Lead
+        What was taken of the best design.
+
+    Raises
+    ------
+    QueryFault
+        As `selection.choose`.
+    """
+    chosen = choose(cube, at, free)
+    lead = best_at(cube, at, free, metric)
+    return (choose(cube, {**lead.at, **at}, free) if lead.at else chosen), lead
+
+
+def at_its_place(cube: xr.Dataset, answer: xr.Dataset, selection: Selection) -> Selection:
+    """Ask for the place at which an answer of a cube lies: the best design of a second study may be another one."""
+    place = {
+        str(name): value.item()
+        for name, value in answer.coords.items()
+        if value.ndim == 0 and cube.sizes.get(name, 1) > 1
+    }
+    return replace(selection, at={**place, **in_ratios(cube, selection.at)})

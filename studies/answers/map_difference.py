@@ -9,6 +9,7 @@ import xarray as xr
 
 from damperlab.studies.answers.compared_response import ERRORS, ROUNDING
 from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.answers.phrases import RATIOS, Phrases, noted
 from damperlab.studies.answers.resonance_map import resonance_map
@@ -68,7 +69,7 @@ def map_difference(
         advice = "choose a quantity, or ask for each study alone"
         raise QueryFault(Fault("metric", metric, "a quantity where a study is subtracted", advice))
     _check_kind(cube, other, (x, y), metric)
-    second = resonance_map(other, x, y, selection, over, reduce)
+    second = resonance_map(other, x, y, at_its_place(cube, first, selection), over, reduce)
     reduced = [first.attrs[name] for name in ("over", "worst_over") if name in first.attrs]
     for name in (x, y):
         _check_axis(name, first[name], second[name])

@@ -12,6 +12,7 @@ from damperlab.studies.answers.between import INTERPOLATED, Between
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.fold import Extremum, Mean
 from damperlab.studies.answers.hidden_peak import hidden_on, say_hidden
+from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
     as_float,
@@ -19,7 +20,6 @@ from damperlab.studies.answers.selection import (
     check_dimension,
     check_free,
     check_metric,
-    choose,
     coded,
     companions,
     completeness,
@@ -74,7 +74,7 @@ def resonance_map(
         The dimensions of the map; of a study in SI units also `clearance_m` and the like, and the answer's dimensions are
         named so.
     selection : Selection
-        What is shown, and where the other dimensions are fixed, see `selection.choose`. Values are interpolated linearly, where
+        What is shown, and where the other dimensions are fixed, see `leading_place`. Values are interpolated linearly, where
         the class of response does not change; not together with a reduction.
     over, reduce : str, optional
         A third dimension, and what is done along it: "max" (the default), "min" or "mean", of the points
@@ -155,7 +155,7 @@ def resonance_map(
             told = "`interpolate` and `over` cannot be combined."
             raise QueryFault(Fault("interpolate", "true", "false where `over` is given", advice, told))
         return _between(cube, x, y, metric, at)
-    index = choose(cube, at, free)
+    index, lead = leading_place(cube, at, free)
     if over is None or reduce is None:
         answer = _slice(cube, x, y, metric, index)
     else:
@@ -165,7 +165,7 @@ def resonance_map(
     r, where, zeta = hidden_on(cube, metric, (y, x), index) if peaks else NO_PEAKS
 
     def note(phrases: Phrases) -> dict[str, Any]:
-        sentences = [say(cube, index, at, phrases)]
+        sentences = [say(cube, index, at, phrases, lead)]
         if over is not None and over in kind_of(cube.sizes).also:
             count_of, ends = cube.sizes[over], cube[over].values[[0, -1]]
             low, high = phrases.number(over, ends[0], "g"), phrases.value(over, ends[-1], "g")
@@ -215,13 +215,14 @@ def _in_units(
 
 
 def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: At) -> xr.Dataset:
-    between = Between(cube, metric, at, (y, x))
+    _, lead = leading_place(cube, at, (y, x))
+    between = Between(cube, metric, {**lead.at, **at}, (y, x))
     values = between.read(companions(cube, metric))
     flag = values.pop("interpolated")
     attributes = completeness(*count(values["status"]), flag.size)
     answer = _answer(cube, x, y, values, between.nearest, attributes).assign_coords(between.scalars(at))
     answer["interpolated"] = ((y, x), flag, INTERPOLATED)
-    answer.attrs |= said(cube, lambda phrases: {"note": between.say(at, phrases)})
+    answer.attrs |= said(cube, lambda phrases: {"note": between.say(at, phrases, lead)})
     return answer
 
 

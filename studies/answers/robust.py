@@ -22,6 +22,7 @@ from damperlab.studies.answers.phrases import AMPLITUDE, RATIOS, Phrases, said
 from damperlab.studies.answers.ranked_peaks import RankedPeaks
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.answers.verdict import say_ties
+from damperlab.studies.brief import PLACES, Brief, damper_of
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.store.export.slabs import BUDGET
@@ -134,7 +135,12 @@ def robust_designs(
 
     def note(phrases: Phrases) -> dict[str, Any]:
         words = _note(cube, question, factors, answer, peaks, phrases)
-        return {"note": f"{words} {say_ties(equals)}".strip()}
+        brief = _brief(cube, answer, peaks, phrases)
+        return {
+            "note": f"{words} {say_ties(equals)}".strip(),
+            "verdict": list(brief.sentences),
+            "brief": brief.document(),
+        }
 
     answer.attrs |= said(cube, note)
     return answer
@@ -327,6 +333,45 @@ def _note(
             f"{how_far}."
         )
     return " ".join(filter(None, sentences))
+
+
+def _brief(cube: xr.Dataset, answer: xr.Dataset, peaks: RankedPeaks, phrases: Phrases) -> Brief:
+    """Say which damper has the least worst case, where that is met, and what comes next."""
+    factors, tally = answer.attrs["amplitudes"], answer.attrs
+    if not answer.sizes["rank"]:
+        left = f"{tally['left_grid']:,} of {counted(tally['rays'], 'damper')} leave the grid."
+        return Brief(
+            None, ("No damper is left.", left), (), "a narrower range of amplitudes, or longer axes."
+        )
+    varied = [name for name in (*OTHERS, *RAY) if cube.sizes[name] > 1]
+    in_units = bool(phrases.unit(AMPLITUDE))
+
+    def spelled(rank: int) -> tuple[str, str]:
+        row = answer.isel(rank=rank)
+        design = ", ".join(phrases.equal(name, row[name].item(), ".3g") for name in varied)
+        value = row["value"].item()
+        metres = phrases.value("amplitude_ratio", value * row["amplitude"].item(), ".3g")
+        return f"X/Z = {value:.3g}{f' ({metres})' if in_units else ''}", design
+
+    first = answer.isel(rank=0)
+    low, high, worst = (
+        phrases.value(AMPLITUDE, each, ".3g") if in_units else f"{each:.3g}"
+        for each in (factors[0], factors[-1], first["amplitude"].item())
+    )
+    value, design = spelled(0)
+    sentences = (
+        f"Best over base amplitudes from {low} to {high}{'' if in_units else ' times the nominal one'}: {design}.",
+        f"At worst {value}, at {worst} and {phrases.equal(FREQUENCY, first[FREQUENCY].item(), '.4g')}.",
+        f"{tally['left_grid']:,} of {counted(tally['rays'], 'damper')} leave the grid and are not judged."
+        if tally["left_grid"]
+        else "",
+    )
+    rows = tuple((PLACES[rank], *spelled(rank)) for rank in range(1, min(answer.sizes["rank"], len(PLACES))))
+    following = "longer axes of clearance and friction." if tally["left_grid"] else ""
+    if peaks.where.any():
+        following = f"compute {peaks.axis(phrases)}: a peak may be more than a tenth higher."
+    acts = float(first["mass_ratio"].item()) > 0
+    return Brief(damper_of(acts, float(first[RAY[1]].item()) > 0), sentences, rows, following)
 
 
 def _used(answer: xr.Dataset) -> xr.Dataset:

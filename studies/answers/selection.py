@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -22,6 +22,16 @@ from damperlab.studies.variables import STEPPED, Status
 
 COMPANIONS: tuple[str, ...] = ("amplitude_error", "response_class", "growth", "status")
 """What is given beside a metric, so that nobody has to take a value on trust."""
+
+
+class Lead(NamedTuple):
+    """Where the best design is, in dimensions that a question leaves open, and what it is called."""
+
+    at: Mapping[str, float]
+    called: str
+
+
+NO_LEAD = Lead({}, "")
 
 
 def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
@@ -229,7 +239,9 @@ def companions(cube: xr.Dataset, metric: str) -> list[str]:
     return [name for name in names if name in cube.data_vars and name != metric]
 
 
-def say(cube: xr.Dataset, index: Mapping[str, int], at: At, phrases: Phrases = RATIOS) -> str:
+def say(
+    cube: xr.Dataset, index: Mapping[str, int], at: At, phrases: Phrases = RATIOS, lead: Lead = NO_LEAD
+) -> str:
     """Put into words which grid points were chosen, and where that is not what was asked for."""
     chosen_at = []
     for name, position in index.items():
@@ -242,6 +254,8 @@ def say(cube: xr.Dataset, index: Mapping[str, int], at: At, phrases: Phrases = R
         if name in at and not same(float(at[name]), values[position]):
             asked = phrases.value(name, float(at[name]), ".10g")
             phrase += f" (the grid point nearest to the {asked} asked for)"
+        elif name in lead.at:
+            phrase += f" (of the {lead.called})"
         elif name not in at and values.size > 1:
             phrase += f" (not asked for; one of {values.size} on the grid)"
         chosen_at.append(phrase)

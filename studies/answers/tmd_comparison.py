@@ -14,7 +14,7 @@ from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.leading import best_at
 from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.reach import within_reach
-from damperlab.studies.answers.selection import in_ratios, require_stored
+from damperlab.studies.answers.selection import check_free, choose, in_ratios, require_stored
 from damperlab.studies.answers.tmd_verdict import brief_of, is_judged
 from damperlab.studies.answers.verdict import NEXT_BAND
 from damperlab.studies.faults import Fault, describe, listing, write_nearest
@@ -98,11 +98,10 @@ def tmd_comparison(
             else float(np.clip(mass_ratio, masses.min(), masses.max()))
         )
         at.setdefault("mass_ratio", near)
-    # this refuses what is no point of the study; what is not named of it is that of its best design, not of the grid's corner
-    curve = frequency_response(cube, Selection(METRIC, at))
+    check_free(cube, at, (FREQUENCY,), "curve")
+    choose(cube, at, (FREQUENCY,))
     best, called = best_at(cube, at)
-    if best:
-        curve = frequency_response(cube, Selection(METRIC, {**at, **best}))
+    curve = frequency_response(cube, Selection(METRIC, {**at, **best}))
     own = float(curve["mass_ratio"]) if mass_ratio is None else mass_ratio
     if tuning.tmd_mass_ratio is None:
         field, mass = "mass_ratio", own

@@ -15,11 +15,13 @@ from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
+from damperlab.studies.answers.quantities import with_quantities
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.faults import nearest
 from damperlab.studies.questions import Judging, Selection, Tuning, Varied
+from damperlab.studies.unit_names import COORDINATE_SOURCES
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
 MASS, HERTZ, BASE = 2.0, 4.0, 0.003
@@ -201,16 +203,17 @@ def test_a_damper_is_followed_over_base_amplitudes_in_millimetres(cube: xr.Datas
 
 
 def test_a_figure_of_what_was_asked_in_units_tells_its_place_in_them(cube: xr.Dataset) -> None:
-    answer = resonance_map(cube, "clearance_m", "friction_force_n", Selection("amplitude_m"))
+    light = {"mass_ratio": 0.05}
+    answer = resonance_map(cube, "clearance_m", "friction_force_n", Selection("amplitude_m", light))
     title = fixed_title(answer)
     assert "$m$ = 0.1 kg" in title
     assert title.endswith("; max over $f$")
-    curve = fixed_title(frequency_response(cube, Selection("amplitude_m")))
+    curve = fixed_title(frequency_response(cube, Selection("amplitude_m", {"clearance_ratio": 3.0})))
     assert "$d$ = 6 mm" in curve
     for symbol in ("β", "d/Z", "γ_F"):
         assert symbol not in title + curve
     # what is asked as ratios is told as ratios
-    ratios = fixed_title(resonance_map(cube, "clearance_ratio", "friction_ratio"))
+    ratios = fixed_title(resonance_map(cube, "clearance_ratio", "friction_ratio", Selection(at=light)))
     assert "$β$ = 0.05" in ratios
     assert ratios.endswith("; max over $r$")
 
@@ -241,3 +244,38 @@ def test_limits_on_results_are_told_as_ratios_and_in_units(cube: xr.Dataset) -> 
     # over base amplitudes a speed that is one ratio is another one at each of them
     along = robust_designs(cube, (0.5, 1.0), Judging(max_impact_speed=3.9)).attrs["in_units"]["note"]
     assert "impacts of at most 3.9 Z·ω_n. " in along
+
+
+def test_an_answer_holds_its_ratios_in_units_too(cube: xr.Dataset) -> None:
+    definition = json.loads(cube.attrs["study"])
+    speed, place = BASE * 2 * np.pi * HERTZ, {"clearance_ratio": 5.0}
+    for answer, pairs in (
+        (
+            frequency_response(cube, Selection("impact_speed_max", place)),
+            {"impact_speed_max_m_per_s": speed, "amplitude_error_m": BASE} | FACTORS,
+        ),
+        (
+            resonance_map(cube, "clearance_ratio", "friction_ratio"),
+            {"amplitude_m": BASE, "clearance_m": BASE},
+        ),
+        (optimal_designs(cube), {"value_m": BASE, "error_m": BASE, "friction_force_n": FORCE}),
+        (tmd_comparison(cube), {"hybrid_m": BASE, "tmd_m": BASE, "no_damper_m": BASE, "frequency_hz": HERTZ}),
+    ):
+        found = with_quantities(answer, definition)
+        sources = {**COORDINATE_SOURCES, "impact_speed_max_m_per_s": "impact_speed_max"}
+        for name, factor in pairs.items():
+            ratio = answer[
+                sources.get(name) or next(s for s in (name[:-2], f"{name[:-2]}_ratio") if s in answer)
+            ]
+            assert found[name].dims == ratio.dims
+            np.testing.assert_allclose(found[name], factor * ratio, rtol=1e-12)
+            assert found[name].attrs["units"] != "1"
+        assert next(iter(found.data_vars)) == next(iter(answer.data_vars))
+        assert with_quantities(found, definition).identical(found)
+        assert with_quantities(answer, {"axes": {}}) is answer
+    # over base amplitudes a worst case is in units itself
+    robust = robust_designs(cube.isel(clearance_ratio=slice(1, None)), (0.5, 1.0))
+    assert robust.attrs["brief"]["sentences"][1].startswith(f"At worst X/Z = {robust['value'].values[0]:.3g}")
+    assert f"({robust['value'].values[0] * robust['amplitude'].values[0] * BASE * 1e3:.3g} mm)" in " ".join(
+        robust.attrs["in_units"]["brief"]["sentences"]
+    )

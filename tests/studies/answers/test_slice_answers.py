@@ -37,11 +37,26 @@ def test_a_map_holds_the_slice_with_error_class_and_status(cube, whole):
     assert "nearest to the 0.55 asked for" in answer.attrs["note"]
 
 
-def test_dimensions_that_were_not_asked_for_are_chosen_and_said(cube):
-    answer = resonance_map(cube, "friction_ratio", "restitution")
-    assert answer["clearance_ratio"].item() == 1.0
-    assert "clearance ratio d/Z = 1 (not asked for; one of 5 on the grid)" in answer.attrs["note"]
+def test_dimensions_that_were_not_asked_for_are_those_of_the_best_design_and_said(whole):
+    whole["status"][:] = 0
+    whole["response_class"][:] = 3
+    whole["amplitude_ratio"] = whole["amplitude_ratio"].fillna(9.0)
+    whole["amplitude_error"][:] = 0.0
+    worst = whole["amplitude_ratio"].max("frequency_ratio")
+    best = {str(name): float(worst[name][at]) for name, at in worst.argmin(list(worst.dims)).items()}
+    answer = resonance_map(whole, "friction_ratio", "restitution")
+    assert answer["clearance_ratio"].item() == best["clearance_ratio"]
+    assert f"d/Z = {best['clearance_ratio']:g} (of the best design)" in answer.attrs["note"]
     assert "mass ratio β = 0.1," in answer.attrs["note"] + ","  # there was nothing to choose
+    curve = frequency_response(whole)
+    assert {name: curve[name].item() for name in best} == best
+    # among those at what is named
+    held = worst.sel(clearance_ratio=2.0)
+    curve = frequency_response(whole, Selection(at={"clearance_ratio": 2.0}))
+    assert curve["amplitude_ratio"].max() == held.min()
+    # nothing leads where nothing is computed: the first point of the grid
+    whole["status"][:] = Status.NOT_COMPUTED
+    assert frequency_response(whole)["clearance_ratio"].item() == 1.0
 
 
 def test_a_map_without_a_word_on_the_frequency_is_the_worst_over_the_band_and_says_so(cube):
@@ -97,7 +112,10 @@ def test_interpolation_is_linear_and_never_crosses_a_change_of_class(whole):
 
 def test_any_two_dimensions_make_a_map(cube, whole):
     answer = resonance_map(
-        cube, "frequency_ratio", "restitution", Selection("period", at={"friction_ratio": 0.4})
+        cube,
+        "frequency_ratio",
+        "restitution",
+        Selection("period", at={"friction_ratio": 0.4, "clearance_ratio": 1.0}),
     )
     expected = whole["period"].values[0, :, 0, 0, 2, :].astype(float)
     expected[expected < 0] = np.nan
@@ -263,9 +281,8 @@ def test_a_value_a_step_beyond_its_axis_is_answered_at_its_end(cube):
 
 
 def test_a_curve_runs_along_the_frequency(cube, whole):
-    answer = frequency_response(
-        cube, Selection("amplitude_ratio_rms", at={"clearance_ratio": 9.0, "friction_ratio": 0.2})
-    )
+    at = {"clearance_ratio": 9.0, "friction_ratio": 0.2, "restitution": 0.2}
+    answer = frequency_response(cube, Selection("amplitude_ratio_rms", at=at))
     np.testing.assert_array_equal(
         answer["amplitude_ratio_rms"], whole["amplitude_ratio_rms"].values[0, 0, 0, 3, 1]
     )
@@ -312,7 +329,7 @@ def test_what_was_asked_for_is_said_as_people_write_it(whole):
     assert "friction ratio γ_F = 0.4" in note
     assert "0.4 (not asked for" not in note
     assert "to clearance ratio d/Z = 3 between 2 and 5" in note
-    assert "coefficient of restitution e = 0.2 (not asked for; one of 3 on the grid)" in note
+    assert "coefficient of restitution e = 0.2 (of the best design)" in note
     # a value a rounding off the grid is on it
     on_it = frequency_response(asked, Selection(at={"friction_ratio": 0.6}, interpolate=True))
     assert not on_it["interpolated"].values.any()
