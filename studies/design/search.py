@@ -168,6 +168,14 @@ class Search:
             if mean or one.value >= share * highest or one.violation > 0.0
         ]
 
+    def reconsidered(self) -> Asks:
+        """Find the best anew where the one that was is worth less than it seemed: others were left out for being worse."""
+        bar = self.worth(self.robust[self.best()]) + MARGIN
+        yield from self._look(
+            [each for each, value in self.values.items() if each not in self.robust and value <= bar]
+        )
+        yield from self._assure()
+
     def _assure(self) -> Asks:
         """Know the best as closely as can be, and whatever takes its place where it then does more than another."""
         self._tell("the best damper at more frequencies")
