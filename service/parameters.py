@@ -112,6 +112,8 @@ def _value(question: type, query: BaseModel, taken: Iterable[str]) -> Any:
         elif each.is_list:
             parts = (part.strip() for part in (value or "").split(","))
             value = each.default if value is None else tuple(filter(None, parts))
+        elif each.allowed:
+            value = ALIASES.get(value, value)
         values[each.name] = value
     return question(**values)
 
