@@ -32,7 +32,18 @@ RANGED: tuple[str, ...] = (
 
 
 async def once(request: Request) -> None:
-    """Refuse a parameter that is given twice: one of the two would win without a word."""
+    """Refuse a parameter that is given twice, and any where the route takes none: it would be ignored without a word."""
+    if request.query_params and request.url.path.startswith("/api/") and not _takes_any(request):
+        raise StudyFaults(
+            Fault(
+                name,
+                "a parameter",
+                "no parameters",
+                "leave it out",
+                "{field} is not known: this request takes no parameters.",
+            )
+            for name in sorted({*request.query_params})
+        )
     counts = Counter(name for name, _ in request.query_params.multi_items())
     twice = sorted(name for name, count in counts.items() if count > 1)
     if twice:
@@ -40,6 +51,14 @@ async def once(request: Request) -> None:
             Fault(name, "several values", "one value", "keep one of them", "{field} is given more than once.")
             for name in twice
         )
+
+
+def _takes_any(request: Request) -> bool:
+    """Whether the route of a request takes parameters in its address."""
+    known = [request.scope["route"].dependant]
+    for each in known:
+        known += each.dependencies
+    return any(each.query_params for each in known)
 
 
 def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
@@ -93,6 +112,8 @@ def _value(question: type, query: BaseModel, taken: Iterable[str]) -> Any:
         elif each.is_list:
             parts = (part.strip() for part in (value or "").split(","))
             value = each.default if value is None else tuple(filter(None, parts))
+        elif each.allowed:
+            value = ALIASES.get(value, value)
         values[each.name] = value
     return question(**values)
 

@@ -37,6 +37,7 @@ from damperlab.studies.store.faults import (
     StudyBusy,
     StudyNotFound,
     TooManyUnfinished,
+    cannot_use,
 )
 
 MEDIA_TYPE = "application/problem+json"
@@ -117,6 +118,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(StudyFaults, _faults)
     app.add_exception_handler(QueryFault, _query)
     app.add_exception_handler(StoreFault, store_problem)
+    app.add_exception_handler(OSError, _disk)
     app.add_exception_handler(RequestValidationError, _bad_parameters)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(ClientDisconnect, _gone)
@@ -304,6 +306,15 @@ def _methods(request: Request) -> list[str]:
 def _gone(request: Request, error: Exception) -> Response:
     # Nobody reads this answer: the client left before its body was complete.
     return Response(status_code=400)
+
+
+def _disk(request: Request, error: Exception) -> Response:
+    """Answer a request that met a disk that is full, away, or not to be written; other errors are defects."""
+    assert isinstance(error, OSError)
+    if error.errno is None or isinstance(error, ConnectionError | TimeoutError):
+        raise error
+    place = error.filename or request.app.state.service.settings.data_dir
+    return store_problem(request, cannot_use(str(place), error))
 
 
 def _bug(request: Request, error: Exception) -> Response:

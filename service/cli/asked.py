@@ -51,7 +51,8 @@ def asks(command: Command) -> Command:
     if any(each.is_named and each.core != Ranges for each in offered):
         spelled = {spelling for each in offered for spelling in each.options}
         for name in (each for each in EVERY_AXIS if option_of(each) not in spelled):
-            more[f"of_{name}"] = Annotated[str | None, typer.Option(option_of(name), hidden=True)], None
+            spellings = [option_of(each) for each in (name, *(a for a, of in ALIASES.items() if of == name))]
+            more[f"of_{name}"] = Annotated[str | None, typer.Option(*spellings, hidden=True)], None
 
     @wraps(command)
     def asking(**given: Any) -> None:
@@ -206,7 +207,7 @@ def _value(question: type, given: dict[str, Any], short: dict[str, str]) -> Any:
         elif raw is not None and each.is_list:
             values[each.name] = tuple(part.strip() for part in raw.split(","))
         else:
-            values[each.name] = _within_limits(each, raw)
+            values[each.name] = ALIASES.get(raw, raw) if each.allowed else _within_limits(each, raw)
     return question(**values)
 
 

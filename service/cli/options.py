@@ -276,15 +276,17 @@ def read_named(
     names: tuple[str, ...],
     form: str = "name=value",
 ) -> list[tuple[str, str]]:
-    """Read ``name=value`` of an option that may be repeated; a name that is not among `names` is refused."""
-    pairs = []
+    """Read ``name=value`` of an option that may be repeated; a name that is not among `names`, or stands twice, is refused."""
+    pairs: dict[str, str] = {}
     for assignment in assignments or ():
         name, equals, text = assignment.partition("=")
         if not equals:
             raise typer.BadParameter(f"found {assignment!r}, allowed: {form}", param_hint=option)
         check_name(option, name, names)
-        pairs.append((name, text))
-    return pairs
+        if name in pairs:
+            raise typer.BadParameter(f"{name} is given twice. Leave one of them out.", param_hint=option)
+        pairs[name] = text
+    return list(pairs.items())
 
 
 def read_number(option: str, text: str) -> float:

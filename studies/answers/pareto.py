@@ -208,7 +208,7 @@ def _remarks(tally: Mapping[str, int], doubt: Mapping[str, float]) -> list[str]:
     if doubt.get("as_good"):
         remarks.append(
             f"{counted(int(doubt['as_good']), 'more design')} may belong to them within the errors "
-            f"({doubt['confidence']:.0%} confidence over all designs at once)."
+            f"({doubt['confidence']:.0%} confidence over all designs at once, errors taken as normal)."
         )
     left_out = [f"{tally[name]} {reason}" for name, reason in REASONS.items() if tally[name]]
     if left_out:

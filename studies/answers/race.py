@@ -103,8 +103,8 @@ def race_designs(
     regret = float(high[0] - low[left].min()) if np.isfinite(high[0]) else np.inf
     if left.size == 1 or regret <= indifference * best:
         note = (
-            f"With {confidence:.0%} confidence no design that was judged is better than the best by more than "
-            f"{indifference:.2g} of its value; {others}. {say_spent(spent)}"
+            f"With {confidence:.0%} confidence, errors taken as normal, no design that was judged is better than the best by "
+            f"more than {indifference:.2g} of its value; {others}. {say_spent(spent)}"
         )
         return replace(answer, known=True, note=note)
     # halved, whether or not the last tolerance was met
@@ -125,8 +125,9 @@ def race_designs(
         stopped = f"{LOOKS} rounds are done"
     if stopped:
         note = (
-            f"Not decided: {stopped}. {others[0].upper()}{others[1:]}; with {confidence:.0%} confidence the best shown is "
-            f"at most {regret / best:.2g} of its value worse than the best there is among them. {say_spent(spent)}"
+            f"Not decided: {stopped}. {others[0].upper()}{others[1:]}; with {confidence:.0%} confidence, errors "
+            f"taken as normal, the best shown is at most {regret / best:.2g} of its value worse than the best there is among "
+            f"them. {say_spent(spent)}"
         )
         return replace(answer, note=note)
     steady = {"tolerance": tolerance, "max_cycles": cycles}

@@ -33,6 +33,11 @@ def test_a_study_in_units_is_asked_and_exported_in_units(client: httpx.Client, h
     assert (answer["x_dimension"], answer["columns"]["frequency_hz"]["units"]) == ("frequency_hz", "Hz")
     np.testing.assert_allclose(answer["x"], hertz, rtol=1e-15)
     # the name that the study's physical block has for it
+    named = {**asked, "x": "excitation_frequency_hz"}
+    assert (
+        client.get(f"{STUDIES}/{record['id']}/resonance-map", params=named).raise_for_status().json()
+        == answer
+    )
     paths = (
         f"{STUDIES}/{record['id']}/optimal-designs?{name}=3.9,4.1"
         for name in ("frequency_hz", "excitation_frequency_hz")

@@ -134,6 +134,24 @@ def test_a_parameter_that_is_given_twice_is_refused(
     assert "given more than once" in str(document)
 
 
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [
+        ("DELETE", f"{STUDIES}/{{id}}"),
+        ("POST", f"{STUDIES}/{{id}}/cancel"),
+        ("GET", f"{STUDIES}/{{id}}"),
+        ("GET", f"{STUDIES}/{{id}}/zarr/zarr.json"),
+        ("DELETE", "/api/v1/designs/000000000000"),
+    ],
+)
+def test_a_parameter_is_refused_where_none_is_taken(
+    client: httpx.Client, curve: dict[str, Any], method: str, path: str
+) -> None:
+    sent = client.request(method, f"{path.replace('{id}', curve['id'])}?dry_run=true")
+    assert _problem(sent, 422)["errors"][0]["field"] == "dry_run"
+    assert client.get(f"{STUDIES}/{curve['id']}").status_code == 200
+
+
 TWICE = '"odd": 1, "odd": 2'
 
 

@@ -14,6 +14,7 @@ import httpx
 import numpy as np
 import pytest
 
+from damperlab.studies.specification.reading import specification_document
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
 
@@ -192,4 +193,21 @@ def test_a_damaged_record_is_named_and_written_anew_by_uploading_it_again(
         assert made.json()["id"] in listed.text
         assert client.post("/api/v1/records", json=recipe).status_code == 201
         assert client.get("/api/v1/records").json()["records"][-1] == made.json()
+    assert running.stop() == 0
+
+
+@pytest.mark.parametrize("shelf", ["designs", "records"])
+def test_a_folder_that_cannot_be_used_is_told_and_no_defect(
+    own_service: Callable[..., Any], tmp_path: Path, shelf: str
+) -> None:
+    running = own_service()
+    (tmp_path / "data" / shelf).write_bytes(b"")
+    bodies = {
+        "designs": specification_document("prototype"),
+        "records": {"kanai_tajimi": {"seed": 1}},
+    }
+    with httpx.Client(base_url=running.url, timeout=300) as client:
+        refused = client.post(f"/api/v1/{shelf}", json=bodies[shelf])
+        assert refused.status_code == 503
+        assert str(tmp_path / "data" / shelf) in refused.json()["errors"][0]["message"]
     assert running.stop() == 0

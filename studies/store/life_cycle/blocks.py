@@ -19,6 +19,7 @@ from damperlab.studies.store.catalogue.rows import (
     study_row,
 )
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
+from damperlab.studies.store.cube.packed import BLOCKS
 from damperlab.studies.store.faults import NothingToDo, StoreFault, cannot_use, catalogue_damaged
 from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.lookup import Lookup
@@ -229,6 +230,8 @@ class Blocks(Lookup):
         try:
             # first: should this be cut short, what the cube says of itself is too little and never too much
             drop_marks(shelf)
+            # which may be what was lost
+            shelf.fill({}, (BLOCKS,))
         except OSError as error:
             raise cannot_use(shelf.address, error) from error
         try:

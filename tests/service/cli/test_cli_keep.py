@@ -43,7 +43,7 @@ def test_a_lost_block_is_computed_again(store: Store, linear_study: Path, state:
     (record,) = store.page().records
     before = store.cube(record.id).load()
     store.set_state(record.id, state)
-    next(Path(store.cube_path(record.id), "blocks").iterdir()).unlink()
+    shutil.rmtree(Path(store.cube_path(record.id), "blocks"))
     said = run("run", linear_study, "--data-dir", store.data_dir).stderr
     assert "lost the file" in said
     assert "nothing was computed" not in said

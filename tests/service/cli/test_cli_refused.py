@@ -147,6 +147,9 @@ NAMED = [
     ("refine x --boundary clearance_ratio --budget 3", "--budget"),
     ("refine x --at friction_ratio=1", "--boundary"),
     ("response x --with x --interpolate", "--interpolate"),
+    ("response x --at friction_ratio=1 --at friction_ratio=2", "given twice"),
+    ("optimum x --within clearance_ratio=1,5 --within clearance_ratio=2,9", "given twice"),
+    ("simulate --no-particle --at frequency_ratio=1 --at frequency_ratio=2", "given twice"),
     # a fit
     ("fit HERE/peaks.csv", "--fit restitution"),
     ("fit HERE/peaks.csv --fit natural_frequency_hz", "natural_frequency_hz=LOW,HIGH"),

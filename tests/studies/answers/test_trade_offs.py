@@ -76,6 +76,7 @@ def test_designs_that_none_is_surely_better_than_may_belong_to_the_front(cube, w
     assert (
         f"{answer.attrs['as_good']} more designs may belong to them within the errors" in answer.attrs["note"]
     )
+    assert "errors taken as normal" in answer.attrs["note"]
     exact = whole.assign(amplitude_error=0.0 * whole["amplitude_error"])
     assert pareto_front(exact, ["amplitude", "impact_speed"]).attrs["as_good"] == 0
     unknown = pareto_front(whole.drop_vars("amplitude_error"), ["amplitude", "impact_speed"])
