@@ -62,14 +62,15 @@ def read_remarks(document: object) -> Remarks:
 
 
 def _faults_of_tags(tags: Any) -> list[Fault]:
-    if not isinstance(tags, list | tuple) or len(set(map(str, tags))) > MOST_TAGS:
+    different = {(type(tag), str(tag)): tag for tag in tags} if isinstance(tags, list | tuple) else {}
+    if not isinstance(tags, list | tuple) or len(different) > MOST_TAGS:
         found = f"{len(tags)} tags" if isinstance(tags, list | tuple) else describe(tags)
         return [
             Fault(
                 "tags", found, f"a list of at most {MOST_TAGS} tags", "keep those by which it is looked for"
             )
         ]
-    return [fault for tag in tags for fault in faults_of_tag("tags", tag)]
+    return [fault for tag in different.values() for fault in faults_of_tag("tags", tag)]
 
 
 def faults_of_tag(field: str, tag: object) -> list[Fault]:

@@ -22,6 +22,8 @@ def test_tags_are_sorted_and_each_is_there_once_and_what_is_left_out_stays() -> 
         ({"tag": ["a"]}, ["tag"]),
         ({"tags": "rig"}, ["tags"]),
         ({"tags": ["Rig 2", "-a", "a" * 41, 3, "ok"]}, ["tags"] * 4),
+        ({"tags": ["A"] * 7000}, ["tags"]),
+        ({"tags": [3, "3"]}, ["tags"]),
         ({"tags": [f"t{i}" for i in range(MOST_TAGS + 1)]}, ["tags"]),
         ({"note": "n" * (MOST_NOTE + 1), "tags": [""]}, ["tags", "note"]),
         ({"note": "a\x00b"}, ["note"]),
