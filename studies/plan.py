@@ -41,6 +41,8 @@ _SAMPLES = {
 _FEWEST_SAMPLES = 3
 _SAMPLED = 16
 """Points of a block at which the cost is looked at: its middle may be the resonance."""
+_MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 4
+"""Points at which it is looked at in all, but for so many in each block: the cost of many blocks is known by fewer of each."""
 _BLOCKS_AT_ONCE = 1024
 
 
@@ -123,7 +125,7 @@ class Plan:
     def seconds_of(self, blocks: NDArray[np.int64]) -> NDArray[np.float64]:
         """Expected seconds of some blocks, (N,)."""
         seconds = np.empty(len(blocks))
-        samples = min(_SAMPLED, math.prod(self.chunk))
+        samples = min(_SAMPLED, math.prod(self.chunk), max(_FEWEST_SAMPLED, _MOST_SAMPLED // self.count))
         places = _lattice(samples, len(self.shape))
         for first in range(0, len(blocks), _BLOCKS_AT_ONCE):
             some = blocks[first : first + _BLOCKS_AT_ONCE]

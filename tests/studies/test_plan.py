@@ -171,3 +171,18 @@ def test_plan_depends_on_the_study_alone_and_is_rebuilt_from_its_chunk() -> None
     for outside in (-1, plan.count):
         with pytest.raises(IndexError):
             plan.block(outside)
+
+
+def test_the_cost_of_many_blocks_is_known_by_fewer_points_of_each() -> None:
+    looked_at = []
+
+    def cost(study: Any, at: Any) -> Any:
+        looked_at.append(at["mass_ratio"].size)
+        return np.full(at["mass_ratio"].shape, 1e-4) * (1.0 + at["frequency_ratio"])
+
+    plan = make_plan(grid(20_000, 1, 20_000), cost)
+    looked_at.clear()
+    seconds = plan.seconds
+    assert sum(looked_at) <= max(1 << 16, 4 * plan.count)
+    r = plan.study.coordinates["frequency_ratio"]
+    assert seconds == pytest.approx(20_000 * 1e-4 * (1.0 + r).sum(), rel=1e-3)
