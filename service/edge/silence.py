@@ -59,8 +59,9 @@ class Silence:
         """Ask, once for all requests that want to know."""
         if self._asking is None or self._asking.done():
             self._asking = asyncio.create_task(_ask(catalogue))
-        done, _ = await asyncio.wait([self._asking], timeout=SILENCE_SECONDS)
-        return bool(done) and self._asking.result()
+        asking = self._asking  # by the time this one has ended another may be asking anew
+        done, _ = await asyncio.wait([asking], timeout=SILENCE_SECONDS)
+        return bool(done) and asking.result()
 
     def _forget(self, served: "asyncio.Future[None]") -> None:
         self._left.discard(served)
