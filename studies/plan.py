@@ -42,7 +42,7 @@ _FEWEST_SAMPLES = 3
 _SAMPLED = 16
 """Points of a block at which the cost is looked at: its middle may be the resonance."""
 _MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 4
-"""Points at which it is looked at in all, but for so many in each block: the cost of many blocks is known by fewer of each."""
+"""Most points at which the cost of a plan is computed, and the fewest in each of its blocks, which take precedence."""
 _BLOCKS_AT_ONCE = 1024
 
 

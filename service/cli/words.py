@@ -71,10 +71,9 @@ def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted:
     if not known.size:
         return Brief(None, ("Nothing of this map is known yet.",), (), "damperlab run the study to its end.")
     what = phrases.shown(metric, answer[metric]).partition(" in ")[0]
-    if (shares := _class_shares(metric, known)) is not None:
-        return Brief(
-            None, (f"{what[:1].upper()}{what[1:]} over {known.size:,} places.",), shares, "-o map.png"
-        )
+    if (shares := _class_shares(metric, known, "places")) is not None:
+        told = f"{what[:1].upper()}{what[1:]} over {known.size:,} places."
+        return Brief(None, (told,), shares, "-o map.png")
 
     def spelled(place: int) -> tuple[str, str]:
         j, i = np.unravel_index(place, values.shape)
@@ -101,7 +100,9 @@ def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted:
     )
 
 
-def _class_shares(metric: str, known: "NDArray[Any]") -> "tuple[tuple[str, str, str], ...] | None":
+def _class_shares(
+    metric: str, known: "NDArray[Any]", points: str
+) -> "tuple[tuple[str, str, str], ...] | None":
     """Say how often each class occurs, the most frequent first; None of a quantity."""
     import numpy as np
 
@@ -109,11 +110,13 @@ def _class_shares(metric: str, known: "NDArray[Any]") -> "tuple[tuple[str, str, 
         return None
     codes, counts = np.unique(known, return_counts=True)
     often = sorted(zip(codes.tolist(), counts.tolist(), strict=True), key=lambda each: -each[1])
-    return tuple((cell(metric, code), f"{count / known.size:.0%}", "of the places") for code, count in often)
+    return tuple(
+        (cell(metric, code), f"{count / known.size:.0%}", f"of the {points}") for code, count in often
+    )
 
 
 def response_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Brief:
-    """Say where a curve is least and largest, and where that of a second study is another; of a class how often each occurs."""
+    """Say where a curve is least and largest, and where that of a second study differs; of classes, how often each occurs."""
     import numpy as np
 
     values, frequency = answer[metric].values, answer["frequency_ratio"].values
@@ -126,7 +129,7 @@ def response_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Bri
             None, (f"{what}: nothing is known yet.", unknown), (), "damperlab run the study to its end."
         )
     following = "-o response.png for the figure, -o response.csv for the table."
-    if (shares := _class_shares(metric, known)) is not None:
+    if (shares := _class_shares(metric, known, "frequencies")) is not None:
         return Brief(None, (f"{what} at {known.size:,} frequencies.", unknown), shares, following)
 
     def told(place: int) -> str:
@@ -134,10 +137,9 @@ def response_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Bri
         return f"{value} at {phrases.equal('frequency_ratio', float(frequency[place]), '.4g')}"
 
     largest, least = int(np.nanargmax(values)), int(np.nanargmin(values))
-    sentences = [f"{what}: largest {told(largest)}; least {told(least)}.", f"{words_of(answer)['note']}"]
-    if "differs" in answer:
-        sentences = [sentences[0], _difference(answer, metric, phrases)]
-    return Brief(None, (*sentences, unknown), (), following)
+    first = f"{what}: largest {told(largest)}; least {told(least)}."
+    second = _difference(answer, metric, phrases) if "differs" in answer else str(words_of(answer)["note"])
+    return Brief(None, (first, second, unknown), (), following)
 
 
 def _difference(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> str:

@@ -147,7 +147,8 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         # what exceeds a limit only here gives way to a damper that keeps it
         search.robust[best] = worst(judged)
         yield from within(search.reconsidered(), left, "dampers that keep the limits")
-        if best == (best := search.best()):
+        previous, best = best, search.best()
+        if best == previous:
             break
     over: Score | None = None
     shown: tuple[Amplitude, ...] = ()

@@ -169,7 +169,7 @@ class Search:
         ]
 
     def reconsidered(self) -> Asks:
-        """Find the best anew where the one that was is worth less than it seemed: others were left out for being worse."""
+        """Look at the dampers that were left out, now that the best is worse than it seemed, and find the best again."""
         bar = self.worth(self.robust[self.best()]) + MARGIN
         yield from self._look(
             [each for each, value in self.values.items() if each not in self.robust and value <= bar]

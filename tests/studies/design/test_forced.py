@@ -156,7 +156,7 @@ def test_a_damper_that_withstands_every_force_shown_has_a_report() -> None:
     )
     assert found.stated.most == 0.0
     assert "held" in draw_amplitudes(found).legends[0].get_texts()[-1].get_text()
-    assert "withstands the force" in design_report(found)
+    assert "A friction force of 200 N withstands the force at every frequency" in design_report(found)
 
 
 @pytest.mark.night
