@@ -65,6 +65,7 @@ lint: install-dev docs ## style, types, layers, documentation
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m tests.durations
 	@if [ -x node_modules/.bin/tsc ]; then node_modules/.bin/tsc; elif [ -n "$$CI" ]; then echo "npm is needed to check the page" >&2; exit 1; fi
 
 docs: install-dev ## the documentation site, in site/; a broken link is an error

@@ -41,7 +41,7 @@ _SAMPLES = {
 _FEWEST_SAMPLES = 3
 _SAMPLED = 16
 """Points of a block at which the cost is looked at: its middle may be the resonance."""
-_MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 4
+_MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 2
 """Most points at which the cost of a plan is computed, and the fewest in each of its blocks, which take precedence."""
 _BLOCKS_AT_ONCE = 1024
 

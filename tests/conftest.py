@@ -10,11 +10,11 @@ import json
 import os
 import sys
 from collections import defaultdict
-from pathlib import Path
 
 import pytest
 from hypothesis import settings
 from hypothesis.internal.conjecture import providers
+from tests.durations import HERE, measured
 from tests.ready import ready
 from tests.spawning import fork_from
 
@@ -23,7 +23,6 @@ sys.dont_write_bytecode = (
 )
 gc.disable()  # nothing that is loaded or collected is garbage
 fork_from(lambda: ready().loaded)
-HERE = Path(__file__).parent
 DEAREST = 10
 """Files that the end of a run names with their time."""
 UNKNOWN_SECONDS = 10.0
@@ -48,7 +47,7 @@ def anew(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Sort files by how long they take, longest first; tests of a file stay in their order."""
-    seconds: dict[str, float] = json.loads((HERE / "durations.json").read_text())
+    seconds = measured()
     items.sort(key=lambda item: -seconds.get(item.path.relative_to(HERE).as_posix(), UNKNOWN_SECONDS))
 
 

@@ -33,6 +33,7 @@ from damperlab.worker.solver.time_history import HISTORY_COLUMNS, sample_half
 from damperlab.worker.steady.response.closed_form import linear_response
 from damperlab.worker.steady.response.energy import energy_residual, stored_energy
 from damperlab.worker.steady.response.measures import Response
+from damperlab.worker.steady.response.trace import cycle_peaks
 from damperlab.worker.steady.settle import Settings, at_rest, settle
 
 _SEGMENTS_PER_CYCLE = 20_000
@@ -207,7 +208,7 @@ def _march(
     counts[BUDGET] = _SEGMENTS_PER_CYCLE * (cycles + 50)
     sums = np.zeros(METERS)
     meter = None if measured else Meter(sums)  # what has been measured is only shown
-    peaks = np.zeros((cycles, 2))
+    peaks = np.zeros((2 * cycles + 1, 2))
     state = at_rest(design.excitation, friction, particle) if start is None else start
     stored = stored_energy(state, base_rate_at_phase_zero(design.excitation), particle)
     log = empty_log(_LOG_SEGMENTS)
@@ -228,12 +229,11 @@ def _march(
             break
         if sampled:
             samples.append(sample_half(log, scene, half))
-        peaks[half // 2] = sums[PEAK], sums[RELATIVE_PEAK]
-        if half % 2 == 1:
-            sums[PEAK] = sums[RELATIVE_PEAK] = 0.0
-            done += 1
+        peaks[half + 1] = sums[PEAK], sums[RELATIVE_PEAK]
+        sums[PEAK] = sums[RELATIVE_PEAK] = 0.0
+        done = (half + 1) // 2
     if measured is None:
-        measured = _measures(design, sums, peaks[:done], counts, stored, state, done, outcome)
+        measured = _measures(design, sums, peaks[: 2 * done + 1], counts, stored, state, done, outcome)
         measured["run_time"] = thread_time() - began
     else:
         measured["run_time"] = thread_time() - began
@@ -283,14 +283,13 @@ def _measures(
     time = 2.0 * pi * cycles / design.frequency_ratio
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
-    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not of the last
+    sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not of the last half
     end = stored_energy(state, base_rate_at_phase_zero(design.excitation), design.particle)
     residual = energy_residual(sums, stored, end)
     return {
-        "amplitude_ratio": float(peaks[:, 0].mean()),
+        **_mean_peaks(peaks),
         "amplitude_ratio_max": float(peaks[:, 0].max()),
         "amplitude_ratio_rms": sqrt(2.0 * sums[SQUARE] / time),
-        "relative_amplitude_ratio": float(peaks[:, 1].mean()),
         "amplitude_error": nan,  # no steady amplitude is estimated
         "energy_residual": float(residual),
         "response_class": int(ResponseClass.UNKNOWN),
@@ -308,11 +307,19 @@ def _measures(
     }
 
 
+def _mean_peaks(peaks: np.ndarray) -> dict[str, float | int]:
+    """Means over cycles beginning at every half cycle, as of a steady response, from rows of half cycles; row 0 is none."""
+    of_cycles = np.empty((2, len(peaks) // 2))
+    cycle_peaks(peaks, len(peaks) - 1, of_cycles)
+    displacement, relative = of_cycles.mean(axis=1)
+    return {"amplitude_ratio": float(displacement), "relative_amplitude_ratio": float(relative)}
+
+
 def _simulate_rk4(
     design: Design, friction: float | None, cycles: int, steps_per_cycle: int, began: float
 ) -> Simulation:
     counts = np.zeros(COUNTS, np.int64)
-    peaks = np.zeros((cycles, 2))
+    peaks = np.zeros((2 * cycles + 1, 2))
     u, u_rate, p, p_rate = march_rk4(
         design.damping_ratio,
         design.frequency_ratio,
@@ -325,9 +332,8 @@ def _simulate_rk4(
     )
     bounded = bool(np.isfinite(peaks).all())
     metrics: dict[str, float | int] = {
-        "amplitude_ratio": float(peaks[:, 0].mean()),
+        **_mean_peaks(peaks),
         "amplitude_ratio_max": float(peaks[:, 0].max()),
-        "relative_amplitude_ratio": float(peaks[:, 1].mean()),
         "impacts_per_cycle": float(counts[IMPACTS] / cycles),
         "cycles": cycles,
         "status": int(Status.MAX_CYCLES if bounded else Status.UNBOUNDED),

@@ -60,8 +60,8 @@ def step_rk4(
         Excitation cycles.
     counts : int64 array, shape (COUNTS,)
         Impacts and sign changes of v', added to.
-    peaks : float64 array, shape (at least last, 2)
-        Rows first … last − 1 are filled with the largest sampled |u| and |v| of each cycle.
+    peaks : float64 array, shape (at least 2 last + 1, 2)
+        Rows 2 first + 1 … 2 last, one a half cycle, are filled with its largest sampled |u| and |v|.
 
     Returns
     -------
@@ -73,9 +73,9 @@ def step_rk4(
     h = 2.0 * pi / (r * steps_per_cycle)
     v, w, p, p_rate = state
     for cycle in range(first, last):
-        peak = 0.0
-        relative_peak = 0.0
+        peaks[2 * cycle + 1 : 2 * cycle + 3, :] = 0.0
         for step in range(steps_per_cycle):
+            half = 2 * cycle + (1 if 2 * step < steps_per_cycle else 2)
             start = 2.0 * pi * step / steps_per_cycle
             middle = 2.0 * pi * (step + 0.5) / steps_per_cycle
             end = 2.0 * pi * (step + 1) / steps_per_cycle
@@ -101,10 +101,8 @@ def step_rk4(
                     jump, p_rate = rebound(u_rate, p_rate, particle.restitution, particle.mass_ratio)
                     w += jump
                     counts[IMPACTS] += 1
-            peak = max(peak, abs(u))
-            relative_peak = max(relative_peak, abs(v))
-        peaks[cycle, 0] = peak
-        peaks[cycle, 1] = relative_peak
+            peaks[half, 0] = max(peaks[half, 0], abs(u))
+            peaks[half, 1] = max(peaks[half, 1], abs(v))
     return Stepped(v, w, p, p_rate)
 
 

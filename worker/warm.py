@@ -35,6 +35,7 @@ SHARE = 1 / 3
 """Of the machine's memory for each of its cores, what a process that compiles may hold and still go on with other parts."""
 LOOK_SECONDS = 1.0
 """Between two looks at whether the process is there that started one that compiles."""
+_LOADING = threading.RLock()
 _PARTICLE = Particle(1.0, 0.5, 0.1)
 _CONTACT_TIME = 0.1
 
@@ -49,9 +50,14 @@ def missing(wanted: Iterable[Scene]) -> list[Scene]:
     return sorted((scene for scene in set(wanted) if not is_ready(scene)), key=lambda scene: -scene.seconds)
 
 
-@cache
 def warm(scene: Scene) -> None:
-    """Load the kernels of a scene; where they are missing compile them, while no other process does the same."""
+    """Load the kernels of a scene; where they are missing compile them, while no other thread or process does the same."""
+    with _LOADING:
+        _loaded(scene)
+
+
+@cache
+def _loaded(scene: Scene) -> None:
     if not is_ready(scene):
         _made(scene, wait=True)
     _compute_once(scene)

@@ -20,7 +20,8 @@ SILENCE_SECONDS = 0.4
 class Silence:
     """ASGI middleware: answers 503 for a request that has no answer yet while the catalogue gives none.
 
-    The thread of such a request cannot be ended: it goes on, and what it answers is dropped.
+    The thread of such a request cannot be ended: it goes on, and what it answers is dropped. A catalogue in a file has no
+    server that could fall silent: what is late there is this machine, and refusing would only add to its work.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -31,6 +32,10 @@ class Silence:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request, or refuse it."""
         if scope["type"] != "http" or not scope["path"].startswith("/api/"):
+            await self.app(scope, receive, send)
+            return
+        catalogue: Catalogue = scope["app"].state.service.store.catalogue
+        if catalogue.is_file:
             await self.app(scope, receive, send)
             return
         begun = refused = False
@@ -44,7 +49,7 @@ class Silence:
         served = asyncio.ensure_future(self.app(scope, receive, send_noted))
         try:
             while not begun and not (await asyncio.wait([served], timeout=PATIENCE_SECONDS))[0]:
-                refused = not await self._answers(scope["app"].state.service.store.catalogue) and not begun
+                refused = not await self._answers(catalogue) and not begun
                 if refused:
                     self._left.add(served)
                     served.add_done_callback(self._forget)

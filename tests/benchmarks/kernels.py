@@ -98,7 +98,7 @@ def measure(point: Point, repeats: int = REPEATS) -> dict[str, Any]:
         "metered": Meter(np.zeros(METERS)),
     }
     seconds: dict[str, list[float]] = {name: [] for name in (*meters, "rk4")}
-    peaks = np.empty((STEPPED_CYCLES, 2))
+    peaks = np.empty((2 * STEPPED_CYCLES + 1, 2))
     stepped = np.zeros(COUNTS, np.int64)
     for meter in meters.values():
         state, _outcome, _ = _march(state, scene, meter, TRANSIENT)

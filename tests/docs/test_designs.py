@@ -42,6 +42,7 @@ def test_a_kept_answer_is_of_today_s_specification(name: str) -> None:
     assert answer(name)["specification"] == specification(name).digest
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("name", NAMES)
 def test_the_points_that_decide_an_answer_are_what_is_computed_today(name: str) -> None:
     """The worst cases of the recommended damper, of friction alone and of the particle alone."""

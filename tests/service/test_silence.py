@@ -12,7 +12,7 @@ from damperlab.service.edge import silence
 
 def test_requests_that_wait_at_once_are_all_served(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(silence, "PATIENCE_SECONDS", 0.002)
-    catalogue = SimpleNamespace(greet=lambda: time.sleep(0.001))
+    catalogue = SimpleNamespace(is_file=False, greet=lambda: time.sleep(0.001))
     state = SimpleNamespace(service=SimpleNamespace(store=SimpleNamespace(catalogue=catalogue)))
     scope = {"type": "http", "path": "/api/v1/studies", "app": SimpleNamespace(state=state)}
 

@@ -74,7 +74,7 @@ def paper_march(design: Design, cycles: int, steps: float) -> State | None:
     if design.particle is not None and design.particle.wall is not None:
         end = march_rk4_wall(*start)
     else:
-        end = march_rk4(*start, np.zeros(COUNTS, np.int64), np.zeros((cycles, 2)))
+        end = march_rk4(*start, np.zeros(COUNTS, np.int64), np.zeros((2 * cycles + 1, 2)))
     state = tuple(float(value) for value in end)
     if not np.isfinite(state).all():
         return None

@@ -1,62 +1,74 @@
-"""Blocks computed in this process, one after the other: what a study needs that ends before a cluster has started."""
+"""Blocks computed by threads of this process: what a study needs that ends before a cluster has started."""
 
 import uuid
 from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from typing import Any
 
 from damperlab.studies.store.record import BlockOutcome
+from damperlab.worker.cores import core_count
 from damperlab.worker.outcomes import Failure, judged
 
 
 class InThisProcess:
-    """Computes blocks in the thread that asks for them; stands in the place of `damperlab.worker.dispatch.window.Window`.
+    """Computes a block on each core; stands in the place of `damperlab.worker.dispatch.window.Window`.
+
+    Kernels hold no lock of the interpreter, so that threads share the cores as processes would.
 
     Parameters
     ----------
-    run : callable
-        Computes and stores the block of the given index under the given task key.
+    call : callable
+        Gives the function that computes and stores the block of the given index under the given task key, and its arguments.
     indices : iterator of int
-        The blocks, in the order in which they shall run.
+        The blocks, in the order in which they shall begin.
     """
 
-    def __init__(self, run: Callable[[int, str], BlockOutcome], indices: Iterator[int]) -> None:
-        self._run = run
+    def __init__(self, call: Callable[[int, str], tuple[Any, ...]], indices: Iterator[int]) -> None:
+        self._call = call
         self._indices = indices
-        self._next = next(indices, None)
+        self._cores = core_count()
+        self._threads = ThreadPoolExecutor(self._cores, "block")
+        self._running: dict[Future[BlockOutcome], tuple[int, int]] = {}
 
     @property
     def empty(self) -> bool:
-        """Whether no block is left."""
-        return self._next is None
+        """Whether no block is under way; after `fill`, whether none is left."""
+        return not self._running
 
     def fill(self) -> None:
-        """Do nothing: a block begins when its outcome is asked for."""
+        """Begin blocks until every core has one."""
+        while len(self._running) < self._cores and (index := next(self._indices, None)) is not None:
+            self._begin(index)
 
-    def collect(self, wait_seconds: float) -> Iterator[BlockOutcome | Failure]:
-        """Compute the next block, however long it takes, and hand back what became of it.
+    def _begin(self, index: int, failures: int = 0) -> None:
+        function, *arguments = self._call(index, f"block-{uuid.uuid4().hex[:12]}")
+        self._running[self._threads.submit(function, *arguments)] = index, failures
+
+    def collect(self, wait_seconds: float | None) -> Iterator[BlockOutcome | Failure]:
+        """Wait until a block has ended, and hand back what became of it; nothing where none has in time.
 
         Raises
         ------
         Interrupted
             The data cannot be read or written.
         """
-        if self._next is None:
-            return
-        index, self._next = self._next, next(self._indices, None)
-        failures = 0
-        while True:
+        for future in wait(self._running, wait_seconds, FIRST_COMPLETED).done:
+            index, failures = self._running.pop(future)
             ended: BlockOutcome | Failure | None
             try:
-                ended = self._run(index, f"block-{uuid.uuid4().hex[:12]}")
+                ended = future.result()
             except Exception as error:
                 ended = judged(error, index, failures)
             if ended is not None:
                 yield ended
-                return
-            failures += 1
+            else:
+                self._begin(index, failures + 1)
 
     def drain(self, grace_seconds: float) -> Iterator[BlockOutcome | Failure]:
-        """Hand back nothing: between two calls no block is under way."""
-        yield from ()
+        """Wait for the blocks under way, however long they take: a thread cannot be ended."""
+        while self._running:
+            yield from self.collect(None)
 
     def close(self) -> None:
-        """Do nothing: there is no cluster to tell."""
+        """Wait for the blocks under way, whose outcomes nobody wants any more."""
+        self._threads.shutdown(cancel_futures=True)

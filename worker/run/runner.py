@@ -17,7 +17,7 @@ from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, may_pass
 from damperlab.studies.store.files.places import open_shelf
 from damperlab.studies.store.files.shelf import ShelfAway
-from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.record import Record
 from damperlab.studies.store.reuse.measured import measured_blocks
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import STATES
@@ -297,12 +297,8 @@ class _Run:
         self._compile_here(missing(scenes(self._plan.study)))
         self._account.begin_blocks(self._record, work_left)
 
-        def run(index: int, key: str) -> BlockOutcome:
-            function, *arguments = recipe.call(index, key)
-            outcome: BlockOutcome = function(*arguments)
-            return outcome
-
-        self._pump(InThisProcess(run, map(int, self._plan.order(pending))))
+        with closing(InThisProcess(recipe.call, map(int, self._plan.order(pending)))) as here:
+            self._pump(here)
 
     def _require_readable(self) -> None:
         try:

@@ -1,6 +1,6 @@
 """Steady response by the paper's own method: step from rest until the sampled peaks have settled."""
 
-from math import isfinite, nan
+from math import exp, inf, isfinite, nan, pi
 
 import numpy as np
 
@@ -9,7 +9,8 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import Stepped, step_rk4
 from damperlab.worker.solver.events import COUNTS, IMPACTS
 from damperlab.worker.steady.response.measures import Response, failed
-from damperlab.worker.steady.response.standard_errors import grows, mean_and_error
+from damperlab.worker.steady.response.standard_errors import estimate, grows
+from damperlab.worker.steady.response.trace import cycle_peaks
 
 _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
@@ -44,19 +45,22 @@ def settle_stepped(damping_ratio, frequency_ratio, friction, particle, steps_per
 
     Notes
     -----
-    The run stops when the peaks of the last 64 cycles agree to `tolerance`; or, beyond a burn-in, when the batch-means
-    error of their mean is below it; or at `max_cycles`. `amplitude_error` speaks of the run alone: the error of the
-    method itself, of first order in the step, comes on top and is not known to it.
+    The run stops when what the peaks of the last 64 cycles differ by, and all that may be to come, is within `tolerance`; or,
+    beyond a burn-in, when the peaks show no trend and the standard error of their mean is below it; or at `max_cycles`. To
+    come is a geometric series: a free vibration of the structure falls as exp(−ζτ), other motions faster. `amplitude_error`
+    speaks of the run alone: the error of the method itself, of first order in the step, comes on top and is not known to it.
     """
-    peaks = np.empty((settings.max_cycles, 2))
+    halves = np.empty((2 * settings.max_cycles + 1, 2))
+    peaks = np.empty((2, settings.max_cycles))
+    left = exp(-2.0 * pi * _CHUNK * damping_ratio / frequency_ratio)  # of a free vibration after a chunk
     counts = np.zeros(COUNTS, np.int64)
     state = Stepped(0.0, -frequency_ratio, 0.0, 0.0)
     cycles = 0
     burn_in = int(_BURN_IN * settings.max_cycles)
     impacts_before = 0  # those of the transient
     status = _MAX_CYCLES
-    first = 0
-    mean = nan
+    first = 0  # cycle from which the run is measured, and from which its mean is taken
+    begin = 0
     error = nan
     while cycles < settings.max_cycles:
         last = min(cycles + _CHUNK, settings.max_cycles)
@@ -71,40 +75,44 @@ def settle_stepped(damping_ratio, frequency_ratio, friction, particle, steps_per
             cycles,
             last,
             counts,
-            peaks,
+            halves,
         )
         chunk = cycles
         cycles = last
-        if not isfinite(peaks[cycles - 1, 0]):
+        if not isfinite(halves[2 * cycles, 0]):
             return failed(_UNBOUNDED, cycles)
-        lowest = peaks[chunk:cycles, 0].min()
-        highest = peaks[chunk:cycles, 0].max()
-        if chunk > 0 and cycles - chunk == _CHUNK and highest - lowest <= settings.tolerance * highest:
-            first = chunk
+        cycle_peaks(halves, 2 * cycles, peaks)
+        highest = peaks[0, chunk:cycles].max()
+        differ = highest - peaks[0, chunk:cycles].min()
+        within = differ / (1.0 - left) if left < 1.0 else inf
+        if chunk > 0 and cycles - chunk == _CHUNK and within <= settings.tolerance * highest:
+            first = begin = chunk
             impacts_before = impacts_of_run
-            error = highest - lowest
+            error = within
             status = _CONVERGED
             break
         if chunk < burn_in <= cycles:
             first = cycles
             impacts_before = counts[IMPACTS]
         if first > 0 and cycles - first >= _FEWEST_STEPPED:
-            mean, error = mean_and_error(peaks[:, 0], first, cycles)
-            if error <= settings.tolerance * mean:
+            known = estimate(peaks[0], first, cycles)
+            begin, error = known.first, known.error
+            if known.stationary and error <= settings.tolerance * known.mean:
                 status = _CONVERGED
                 break
     if status == _MAX_CYCLES and cycles - first < _CHUNK:  # too little is left after the burn-in
         first = 0
         impacts_before = 0
     if status == _MAX_CYCLES:
-        if grows(peaks[:, 0], first, cycles):
+        if grows(peaks[0], first, cycles):
             return failed(_UNBOUNDED, cycles)
-        mean, error = mean_and_error(peaks[:, 0], first, cycles)
+        known = estimate(peaks[0], first, cycles)
+        begin, error = known.first, known.error
     return Response(
-        peaks[first:cycles, 0].mean(),
-        peaks[first:cycles, 0].max(),
+        peaks[0, begin:cycles].mean(),
+        halves[2 * first + 1 : 2 * cycles + 1, 0].max(),
         nan,
-        peaks[first:cycles, 1].mean(),
+        peaks[1, begin:cycles].mean(),
         nan,
         nan,
         error,

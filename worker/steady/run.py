@@ -46,6 +46,8 @@ class Notes(NamedTuple):
     ----------
     ring : array, shape (RING, SECTION_SIZE)
         The last section points.
+    struck : array, shape (RING,)
+        Impacts of the run up to each of them.
     recurrences, recurrences_before : array, shape (LONGEST + 1,)
         The recurrence of each period at this look and at the one before.
     trace : array, shape (half cycles + 1, columns)
@@ -67,6 +69,7 @@ class Notes(NamedTuple):
     """
 
     ring: NDArray[np.float64]
+    struck: NDArray[np.int64]
     recurrences: NDArray[np.float64]
     recurrences_before: NDArray[np.float64]
     trace: NDArray[np.float64]
@@ -109,6 +112,7 @@ def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None
     cycles = max_cycles + LONGEST
     return Notes(
         zero_matrix(RING, SECTION_SIZE),
+        zero_counts(RING),
         filled(LONGEST + 1, inf),
         filled(LONGEST + 1, inf),
         make_trace(2 * cycles + 1, acceleration),
@@ -126,10 +130,12 @@ def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None
 @inlined
 def notes_on_addresses(notes: Notes) -> Notes:
     """The same notes with addresses for the arrays of meter and log; the arrays must outlive it."""
-    ring, apart, before, trace, cycles, series, meter, log, monodromy, orbit, departure, jacobian = notes
+    ring, struck, apart, before, trace, cycles, series, meter, log, monodromy, orbit, departure, jacobian = (
+        notes
+    )
     meter, log = meter_on_addresses(meter), log_on_addresses(log)
     return Notes(
-        ring, apart, before, trace, cycles, series, meter, log, monodromy, orbit, departure, jacobian
+        ring, struck, apart, before, trace, cycles, series, meter, log, monodromy, orbit, departure, jacobian
     )
 
 
@@ -177,7 +183,8 @@ def advance(
         ARRIVED, or how the run ended early.
     """
     # taken apart once: numba counts references to whatever is taken apart, which would cost a third of the run time
-    trace, ring, meter, counts = notes.trace, notes.ring, notes.meter, scene.counts
+    trace, ring, struck = notes.trace, notes.ring, notes.struck
+    meter, counts = notes.meter, scene.counts
     counts[BUDGET] = counts[SEGMENTS] + _room(scene, halves)
     counts[IDLE] = 0
     outcome = ARRIVED
@@ -193,4 +200,5 @@ def advance(
         if outcome != ARRIVED:
             break
         coordinates(state, scene.particle, ring[half % RING])
+        struck[half % RING] = counts[IMPACTS]
     return state, half, outcome

@@ -153,6 +153,7 @@ def test_a_fit_makes_a_specification_that_is_accepted(measured: Path, tmp_path: 
         assert abs(value - true) <= 2 * asked.tolerances[name].of(value) < 0.1 * true
 
 
+@pytest.mark.night
 def test_a_fit_corrects_a_specification_and_a_design_of_it_runs(measured: Path, tmp_path: Path) -> None:
     planned, corrected = tmp_path / "planned.json", tmp_path / "corrected.json"
     planned.write_text(json.dumps(PLANNED))

@@ -75,6 +75,7 @@ def test_no_clearance_of_a_grid_is_better(floor) -> None:
         assert max(accelerations(clearance, at)[0] for at in hertz) >= 0.95 * found.compared.value
 
 
+@pytest.mark.night
 def test_studies_are_asked_for_the_acceleration_where_it_is_judged(floor) -> None:
     _, cubes = floor
     for cube in cubes.values():
@@ -89,6 +90,7 @@ def test_studies_are_asked_for_the_acceleration_where_it_is_judged(floor) -> Non
     assert [sum("acceleration" in name for name in Book(one, 10).variables) for one in asked] == [0, 1]
 
 
+@pytest.mark.night
 def test_the_answer_is_in_metres_per_second_squared(floor) -> None:
     found, _ = floor
     document = answer_document(found)

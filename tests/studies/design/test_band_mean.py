@@ -98,6 +98,7 @@ def test_it_is_not_the_damper_with_the_least_peak(floor) -> None:
     assert floor.stated.value <= 1.02 * own
 
 
+@pytest.mark.night
 def test_it_is_told_as_over_the_band_and_at_no_frequency(floor) -> None:
     told = words_of(floor)[1]
     assert "the rms displacement of the structure over the whole band (the root of the mean" in told
@@ -111,6 +112,7 @@ def test_it_is_told_as_over_the_band_and_at_no_frequency(floor) -> None:
         assert each["worst_ratio"] is each["worst_frequency_hz"] is None
 
 
+@pytest.mark.night
 def test_the_tuned_mass_damper_beside_it_is_the_best_for_the_same_rms(floor) -> None:
     """No tuning and damping of a grid about it gives less, by a closed form of this test's own."""
     zeta, r = FLOOR["structure"]["damping_ratio"], np.linspace(0.875, 1.125, 2001)

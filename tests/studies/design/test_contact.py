@@ -91,6 +91,7 @@ def test_a_response_over_the_band_is_that_of_single_points_with_this_contact(
         assert alone == pytest.approx(value, rel=0.05)
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(("material", "restitution", "time_s"), [(RUBBER, 0.5, TIME_S), (STEEL, 0.8, 0.0)])
 def test_a_response_under_a_record_is_that_of_this_contact(
     material: tuple[float], restitution: float, time_s: float

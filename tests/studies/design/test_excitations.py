@@ -48,6 +48,7 @@ def worst_m(found: Found, build: Build, excitation: Excitation, *more: float) ->
     return max(values)
 
 
+@pytest.mark.night
 def test_the_worst_over_every_excitation_is_stated_and_what_binds_is_named(both: Found) -> None:
     truth = [
         worst_m(both, both.build, each, judged.frequency_ratio)
@@ -67,6 +68,7 @@ def test_the_worst_over_every_excitation_is_stated_and_what_binds_is_named(both:
     assert "from 7 Hz to 9 Hz" in told
 
 
+@pytest.mark.night
 def test_no_other_force_keeps_both_lower(both: Found) -> None:
     stated = both.nominal.most
     for force in np.linspace(0.0, 60.0, 13):
@@ -80,6 +82,7 @@ def test_one_excitation_in_a_list_is_that_excitation() -> None:
     assert listed.keys() == alone.keys()
 
 
+@pytest.mark.night
 def test_an_excitation_that_never_binds_changes_no_damper(both: Found) -> None:
     weak = {"name": "weak", "base_amplitude_m": 1e-4, "frequency_hz": {"start": 7.5, "stop": 8.5}}
     with_it = pursued(CHOSEN | {"excitation": [DAMPED["excitation"], weak]}, BUDGET)[0]

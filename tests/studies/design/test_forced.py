@@ -80,6 +80,7 @@ def test_no_damper_of_a_grid_is_better(press) -> None:
             assert corners(clearance, friction, hertz) >= 0.98 * found.compared.value
 
 
+@pytest.mark.night
 def test_studies_say_what_excites_the_structure(press) -> None:
     _, cubes = press
     definitions = [json.loads(cube.attrs["study"]) for cube in cubes.values()]
@@ -93,6 +94,7 @@ def test_studies_say_what_excites_the_structure(press) -> None:
     assert ends == pytest.approx((0.5 * static, 2.0 * static), rel=1e-14)
 
 
+@pytest.mark.night
 def test_the_tuned_mass_damper_answers_to_the_force(press) -> None:
     """Both equations of motion, in kilograms and newtons, at every corner of the structure's tolerances."""
     found, _ = press
@@ -122,6 +124,7 @@ def test_the_tuned_mass_damper_answers_to_the_force(press) -> None:
     assert beside.nominal == pytest.approx(peak(MASS, NATURAL), rel=1e-5)
 
 
+@pytest.mark.night
 def test_the_answer_is_in_newtons(press) -> None:
     found, _ = press
     document = answer_document(found)

@@ -65,6 +65,7 @@ def test_the_tuned_mass_damper_of_every_mass_is_that_of_its_closed_form(given: F
         assert 0.97 * min(tops) <= each.absorber / 0.001 <= 1.003 * min(tops)
 
 
+@pytest.mark.night
 def test_the_particle_alone_is_told_of_the_mass_it_was_looked_for(given: Found) -> None:
     told = {each.mass_kg: each.particle_alone for each in given.front}
     alone = given.alternatives["particle_alone"]

@@ -49,6 +49,7 @@ def test_the_responses_at_a_frequency_are_told_apart(light: Found) -> None:
     assert starts.worst_of_several.highest == max(at.highest for at in starts.where)
 
 
+@pytest.mark.night
 def test_the_response_from_rest_is_that_of_a_single_point(light: Found) -> None:
     starts, build, structure = light.starts, light.build, light.asked.structure
     assert starts is not None
@@ -63,6 +64,7 @@ def test_the_response_from_rest_is_that_of_a_single_point(light: Found) -> None:
         assert each.response_class == ResponseClass(int(point["response_class"])).name.lower()
 
 
+@pytest.mark.night
 def test_the_worst_of_several_is_told_in_words(light: Found) -> None:
     document = answer_document(light)
     at = light.starts.worst_of_several  # type: ignore[union-attr]

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 import threading
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, closing
 from itertools import count
 from pathlib import Path
 
@@ -100,19 +100,40 @@ def test_it_stops_between_two_blocks(tmp_path: Path) -> None:
 def test_a_block_is_tried_again_and_given_up_as_on_a_cluster() -> None:
     attempts = count()
 
-    def run(index: int, key: str) -> BlockOutcome:
+    def run() -> BlockOutcome:
         next(attempts)
         raise ArithmeticError("no number")
 
-    here = InThisProcess(run, iter([7]))
-    assert list(here.collect(0.0)) == [Failure(7, "ArithmeticError: no number")]
-    assert next(attempts) == RETRIES + 1
-    assert here.empty
+    with closing(InThisProcess(lambda index, key: (run,), iter([7]))) as here:
+        here.fill()
+        assert list(here.drain(0.0)) == [Failure(7, "ArithmeticError: no number")]
+        assert next(attempts) == RETRIES + 1
+        assert here.empty
 
 
 def test_data_out_of_reach_is_an_outage_at_once() -> None:
-    def run(index: int, key: str) -> BlockOutcome:
+    def run() -> BlockOutcome:
         raise ShelfAway("the bucket is away")
 
-    with pytest.raises(Outage, match="the bucket is away"):
-        list(InThisProcess(run, iter([0])).collect(0.0))
+    with closing(InThisProcess(lambda index, key: (run,), iter([0]))) as here:
+        here.fill()
+        with pytest.raises(Outage, match="the bucket is away"):
+            list(here.drain(0.0))
+
+
+def test_every_core_has_a_block(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("damperlab.worker.run.in_this_process.core_count", lambda: 3)
+    together = threading.Barrier(3, timeout=AMPLE_SECONDS)
+
+    def run(index: int) -> BlockOutcome:
+        if index < 3:
+            together.wait()  # each goes on once all three are at it
+        return BlockOutcome(index, 1, 0, 1.0, 1.0)
+
+    with closing(InThisProcess(lambda index, key: (run, index), iter(range(4)))) as here:
+        ended: set[int] = set()
+        here.fill()
+        while not here.empty:
+            ended |= {outcome.index for outcome in here.collect(AMPLE_SECONDS)}
+            here.fill()
+    assert ended == {0, 1, 2, 3}

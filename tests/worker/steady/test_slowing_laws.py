@@ -52,7 +52,10 @@ def particle_of(
     return Particle(clearance, restitution, mass_ratio)
 
 
-@pytest.mark.parametrize("kind", ["instantaneous", "given time", "compliant"])
+@pytest.mark.parametrize(
+    "kind",
+    ["instantaneous", *(pytest.param(kind, marks=pytest.mark.night) for kind in ("given time", "compliant"))],
+)
 def test_a_mass_ends_as_near_to_its_limit_as_is_said(kind: str) -> None:
     """By a march from the same start, four times as long as any run; what still creeps then goes on to the edge."""
     random = np.random.default_rng(5)
@@ -94,6 +97,7 @@ def test_all_starts_lead_to_one_response() -> None:
     assert len(attractors(found)) == 1
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("speed", [0.3, 0.1, 0.03, 0.01])
 def test_walls_that_push_less_than_friction_holds_do_not_move_the_mass(speed: float) -> None:
     """Up to the speed at which the wall pushes with the margin of 0.4, 0.46 here: one outcome, known at once."""
@@ -144,6 +148,7 @@ def test_a_mean_of_zero_is_looked_at_again_soon(form: str) -> None:
     assert in_form(next_estimate, form)(of_zero, SETTINGS) == 840, "a twentieth later, the soonest there is"
 
 
+@pytest.mark.night
 def test_a_mass_at_zero_stays_there_beside_a_particle_that_is_hardly_slowed() -> None:
     r, particle = Forced(1.0), particle_of("compliant", 0.5, 0.999, 0.1, 0.3)
     start = State(0.0, 0.0, 0.0, 1.0, 0.5, 1.0, 0.0, 0, 0, Dwell(0.0, 0.0))

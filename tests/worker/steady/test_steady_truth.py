@@ -58,6 +58,22 @@ def test_an_unstable_orbit_that_chaos_comes_back_to_is_not_the_response() -> Non
     assert response.amplitude_ratio == pytest.approx(windows.mean(), rel=1e-9)
 
 
+def test_an_orbit_that_strikes_less_often_than_the_run_is_not_the_response() -> None:
+    """The run closes in on it as its linearisation says, with 2, 7, 2 and 1 impacts a half cycle; the orbit has one."""
+    point = Point(
+        0.02938829498296216,
+        2.0022119508323226,
+        None,
+        Particle(0.30084777945557656, 0.08719964108263989, 0.01920346939838433),
+    )
+    response, _ = solved(point)
+    halves = np.empty((400, 3))
+    _, outcome = march_halves(*point, point.rest(), 16_000, halves)
+    assert outcome == ARRIVED
+    assert response.impacts_per_cycle == 2.0 * halves[:, 2].mean() == 4.0
+    assert response.amplitude_ratio == pytest.approx(halves[:, 0].max(), rel=1e-9)
+
+
 def test_just_beyond_a_period_doubling_the_shorter_orbit_is_not_the_response() -> None:
     """It repels, and lies within 1e-6 of the longer one: a march repeats after four cycles, not after two."""
     point = Point(

@@ -52,6 +52,18 @@ def test_a_point_without_friction_and_particle_is_stepped_too_and_meets_the_clos
     assert (values["cycles"] > 0).all()
 
 
+@pytest.mark.parametrize("zeta", [1e-3, 5e-4, 2e-4, 0.0])
+def test_a_slow_transient_is_not_taken_for_the_response(zeta: float) -> None:
+    """The peaks of 64 cycles agree long before the resonance has risen."""
+    found = settle_stepped(zeta, 1.0, None, None, 40, Settings(4000, 0.02, 1e-9, None))
+    if zeta == 0.0:
+        assert found.status == Status.UNBOUNDED
+        return
+    exact = np.hypot(1.0, 1.0 / (2.0 * zeta))
+    assert abs(found.amplitude_ratio / exact - 1.0) <= found.amplitude_error / exact + 0.01
+    assert found.status == Status.MAX_CYCLES or found.amplitude_error <= 0.02 * found.amplitude_ratio
+
+
 def test_a_study_by_steps_stores_what_steps_tell_and_no_more() -> None:
     study = study_of(400)
     assert isinstance(study.solver, Rk4Solver)

@@ -167,8 +167,15 @@ def halves(model: str, has_friction: bool, forced: bool = False) -> list[Half]:
 
 
 @pytest.mark.parametrize("has_friction", [True, False], ids=["friction", "no friction"])
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("forced", [False, True], ids=["base", "force"])
+@pytest.mark.parametrize(
+    ("model", "forced"),
+    [
+        *((model, False) for model in MODELS),
+        ("instant", True),
+        pytest.param("dwell", True, marks=pytest.mark.night),
+        pytest.param("compliant", True, marks=pytest.mark.night),
+    ],
+)
 def test_jacobians_are_central_differences(model: str, has_friction: bool, forced: bool) -> None:
     for half in halves(model, has_friction, forced):
         off = np.abs(half.jacobian - half.differences) - half.allowed

@@ -59,18 +59,21 @@ class Candidate(NamedTuple):
         Half cycle of the run's departure from it that was noted last.
     share : float
         Of the first distance, what was left then.
+    struck : int
+        Impacts of the run by then.
     """
 
     orbit: Orbit
     met: int
     since: int
     share: float
+    struck: int
 
 
 @kernel
 def no_candidate(state: State) -> Candidate:
     """That no orbit waits."""
-    return Candidate(no_orbit(state), 0, 0, 1.0)
+    return Candidate(no_orbit(state), 0, 0, 1.0, 0)
 
 
 @kernel
@@ -111,7 +114,7 @@ def stable_orbit_nearby(
                 return nothing, False, halves
     copy_matrix(notes.monodromy, notes.candidate_jacobian)
     confirmed = attracts_all(orbit, point, scene, probe, notes)
-    return Candidate(orbit, look.half, look.half, 1.0), confirmed, halves
+    return Candidate(orbit, look.half, look.half, 1.0, scene.counts[IMPACTS]), confirmed, halves
 
 
 @kernel
@@ -161,8 +164,9 @@ def closing_in(
 
     The run has to close in on the orbit just as its linearisation says, stretch after stretch, until its distance has shrunk
     to the share `_CLOSED_IN` of the first one; after `_LONG` half cycles of following, `_CLOSED_IN_SLOWLY` is enough. For a
-    run may look for a while as if it approached an orbit whose basin ends close by. Without impacts the orbit must attract
-    every motion within reach; otherwise it is dropped.
+    run may look for a while as if it approached an orbit whose basin ends close by. A stretch in which it strikes more or less
+    often than the orbit is none that the linearisation speaks of: what follows is judged as if the orbit were met after it.
+    Without impacts the orbit must attract every motion within reach; otherwise it is dropped.
     """
     orbit = candidate.orbit
     nothing = no_candidate(orbit.state)
@@ -191,10 +195,26 @@ def closing_in(
         first += notes.candidate_departure[i] ** 2
         notes.candidate_departure[i] = point[i] - notes.candidate_point[i]
         now += notes.candidate_departure[i] ** 2
+    struck = notes.struck[at % RING]
+    if struck - candidate.struck != periods * _impacts_of(orbit, scene, probe):
+        return Candidate(orbit, at, at, 1.0, struck), False
     share = candidate.share * (sqrt(now / first) if first > 0.0 else 0.0)
     enough = _CLOSED_IN_SLOWLY if look.half - candidate.met >= _LONG else _CLOSED_IN
     confirmed = share <= enough or sqrt(now) <= _AT_THE_ORBIT * look.scale
-    return Candidate(orbit, candidate.met, at, share), confirmed
+    return Candidate(orbit, candidate.met, at, share, struck), confirmed
+
+
+@kernel
+def _impacts_of(orbit: Orbit, scene: Scene, probe: Scene) -> int:
+    """Impacts in a period of an orbit; −1 where it cannot be followed."""
+    begin_probe(probe, scene, orbit.period_halves)
+    before: int = probe.counts[IMPACTS]
+    state = orbit.state
+    for _ in range(orbit.period_halves):
+        state, outcome = half_cycle_on_addresses(state, probe, None, None)
+        if outcome != ARRIVED:
+            return -1
+    return int(probe.counts[IMPACTS]) - before
 
 
 @kernel
