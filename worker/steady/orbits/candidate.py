@@ -165,8 +165,8 @@ def closing_in(
     The run has to close in on the orbit just as its linearisation says, stretch after stretch, until its distance has shrunk
     to the share `_CLOSED_IN` of the first one; after `_LONG` half cycles of following, `_CLOSED_IN_SLOWLY` is enough. For a
     run may look for a while as if it approached an orbit whose basin ends close by. A stretch in which it strikes more or less
-    often than the orbit is none that the linearisation speaks of: what follows is judged as if the orbit were met after it.
-    Without impacts the orbit must attract every motion within reach; otherwise it is dropped.
+    often than the orbit confirms nothing: the linearisation does not speak of it. Without impacts the orbit must attract
+    every motion within reach; otherwise it is dropped.
     """
     orbit = candidate.orbit
     nothing = no_candidate(orbit.state)
@@ -195,12 +195,12 @@ def closing_in(
         first += notes.candidate_departure[i] ** 2
         notes.candidate_departure[i] = point[i] - notes.candidate_point[i]
         now += notes.candidate_departure[i] ** 2
-    struck = notes.struck[at % RING]
-    if struck - candidate.struck != periods * _impacts_of(orbit, scene, probe):
-        return Candidate(orbit, at, at, 1.0, struck), False
     share = candidate.share * (sqrt(now / first) if first > 0.0 else 0.0)
     enough = _CLOSED_IN_SLOWLY if look.half - candidate.met >= _LONG else _CLOSED_IN
     confirmed = share <= enough or sqrt(now) <= _AT_THE_ORBIT * look.scale
+    struck = notes.struck[at % RING]
+    if confirmed:
+        confirmed = struck - candidate.struck == periods * _impacts_of(orbit, scene, probe)
     return Candidate(orbit, candidate.met, at, share, struck), confirmed
 
 
