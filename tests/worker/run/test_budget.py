@@ -25,16 +25,21 @@ def go_on(store: Store, study_id: str, **more: Any) -> Any:
     return run_study(store, study_id, never, lambda now: None, threading.Event(), here_seconds=60.0, **more)
 
 
-def test_study_stops_when_its_budget_is_spent_and_goes_on_to_the_same_bits(tmp_path: Path) -> None:
+@pytest.mark.parametrize("cores", [1, 2])
+def test_study_stops_when_its_budget_is_spent_and_goes_on_to_the_same_bits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cores: int
+) -> None:
+    """A block under way is ended: of each core one."""
+    monkeypatch.setattr("damperlab.worker.run.in_this_process.core_count", lambda: cores)
     store = Store.open(tmp_path / "data")
     try:
         record = submit(store)
         # any block takes longer
         stopped = go_on(store, record.id, budget_seconds=1e-9)
-        assert (stopped.state, stopped.blocks_done, stopped.points_failed) == ("cancelled", 1, 0)
-        assert f"is spent; 1 of {BLOCKS} blocks are kept" in (stopped.message or "")
+        assert (stopped.state, stopped.blocks_done, stopped.points_failed) == ("cancelled", cores, 0)
+        assert f"is spent; {cores} of {BLOCKS} blocks are kept" in (stopped.message or "")
         # of each run its own
-        assert go_on(store, record.id, budget_seconds=1e-9).blocks_done == 2
+        assert go_on(store, record.id, budget_seconds=1e-9).blocks_done == 2 * cores
         ended = go_on(store, record.id, budget_seconds=3600.0)
         assert (ended.state, ended.blocks_done, ended.message) == ("done", BLOCKS, None)
         study = friction_study()
