@@ -31,11 +31,11 @@ class Silence:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request, or refuse it."""
-        if scope["type"] != "http" or not scope["path"].startswith("/api/"):
-            await self.app(scope, receive, send)
-            return
-        catalogue: Catalogue = scope["app"].state.service.store.catalogue
-        if catalogue.is_file:
+        if (
+            scope["type"] != "http"
+            or not scope["path"].startswith("/api/")
+            or scope["app"].state.service.store.catalogue.is_file
+        ):
             await self.app(scope, receive, send)
             return
         begun = refused = False
@@ -49,7 +49,7 @@ class Silence:
         served = asyncio.ensure_future(self.app(scope, receive, send_noted))
         try:
             while not begun and not (await asyncio.wait([served], timeout=PATIENCE_SECONDS))[0]:
-                refused = not await self._answers(catalogue) and not begun
+                refused = not await self._answers(scope["app"].state.service.store.catalogue) and not begun
                 if refused:
                     self._left.add(served)
                     served.add_done_callback(self._forget)
