@@ -45,6 +45,7 @@ from damperlab.studies.store.submitter import submitter
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.niceness import stand_back
 from damperlab.worker.provenance import provenance
+from damperlab.worker.run.handful import AT_ONCE, compute_together
 from damperlab.worker.run.runner import run_study
 from damperlab.worker.scenes import scenes
 from damperlab.worker.warm import missing
@@ -192,8 +193,12 @@ class _Search:
         here = [record.id for study, record in left if self._is_small(study)]
         if len(here) < len(left):
             self._tell()
+        self._compute_together(
+            [record.id for _, record in left if record.id in here and record.blocks_total == 1]
+        )
         for study_id in here:
-            self._compute(study_id)
+            if self.store.find(study_id).state == "queued":
+                self._compute(study_id)
         return [self._cube(self._ended(record.id)) for record in records]
 
     def _is_small(self, study: "AnyStudy") -> bool:
@@ -205,6 +210,16 @@ class _Search:
         if elsewhere or missing(scenes(study)):
             return False
         return make_plan(study, seconds_per_point).seconds <= HERE_SECONDS
+
+    def _compute_together(self, ids: list[str]) -> None:
+        """Compute studies of one block that wait, on every core; what is out of the ordinary is left to `_compute`."""
+        for start in range(0, len(ids), AT_ONCE):
+            self._require_wanted()
+            self.stop.computing = True
+            compute_together(self.store, ids[start : start + AT_ONCE], self.stop.is_set)
+            self.stop.computing = False
+            if self.stop.is_set():
+                raise _Over
 
     def _compute(self, study_id: str) -> None:
         """Compute a study that waits, unless the service has begun it meanwhile; what became of it its record says."""

@@ -4,7 +4,7 @@ import inspect
 import shlex
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass, fields
 from datetime import datetime
@@ -220,6 +220,25 @@ class Computer(ExitStack):
                         "store-away",
                         f"{error} Computed points are kept. Continue with: {self.go_on(record.id)}",
                     ) from error
+
+    def compute_together(self, records: "Sequence[Record]") -> None:
+        """Compute those of some studies that are small on every core of this machine; the others are left as they are."""
+        from damperlab.studies.store.cube.definition import parse_stored
+        from damperlab.worker.run.handful import compute_together
+        from damperlab.worker.scenes import scenes
+        from damperlab.worker.warm import missing
+
+        small = [
+            record.id
+            for record in records
+            if record.state == "queued"
+            and record.blocks_total == 1
+            and not missing(scenes(parse_stored(record.definition, record.digest)))
+        ]
+        if self._stopped or not small or not self._here_seconds:
+            return
+        with _stop_on_signals() as stop, self._noting(stop):
+            compute_together(self.store, small, stop.is_set)
 
     def go_on(self, study_id: str) -> str:
         """Give the command that goes on with a study."""

@@ -11,19 +11,20 @@ from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import AsJson, DataDir, Details
 from damperlab.service.cli.output import note, print_brief, print_json, say, working
 from damperlab.service.cli.places import file_option
-from damperlab.service.cli.run import find_or_submit
 from damperlab.service.cli.store import data_folder, open_store
 from damperlab.studies.store.provenance import DESIGNS
 
 if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
+    from collections.abc import Sequence
 
     import xarray as xr
 
-    from damperlab.service.cli.progress import Shown
+    from damperlab.service.cli.design_progress import DesignProgress
+    from damperlab.studies.design.design import Ask
     from damperlab.studies.design.found import Found
     from damperlab.studies.kind import AnyStudy
     from damperlab.studies.specification.specification import Specification
+    from damperlab.studies.store.record import Record
 
 
 @computes
@@ -102,32 +103,56 @@ class _Evaluation:
         self._computer = computer
         self._more = {DESIGNS: asked.digest}
 
-    def cube(self, study: "AnyStudy", shown: "AbstractContextManager[Shown]") -> "xr.Dataset":
-        """Compute a study, unless it is stored, and read its results.
-
-        Parameters
-        ----------
-        study : Study or Suite
-            Which.
-        shown : context of Shown
-            Shows its progress.
+    def cubes(self, ask: "Ask", progress: "DesignProgress") -> "list[xr.Dataset]":
+        """Compute the studies of a round, unless they are stored, and read their results.
 
         Raises
         ------
         Exit
-            If the study did not get done.
+            If one of them did not get done.
         """
+        from damperlab.worker.run.handful import AT_ONCE
+
         store = self._computer.store
-        record = find_or_submit(store, study, True, self._more)
-        if record.state != "done":
-            record = self._computer.compute(record, shown=shown)
-        if record.state != "done":
-            note(
-                "damperlab: stopped before the design was done. Run the same command again to go on with it; its study "
-                f"{record.id} is {record.state}."
-            )
-            raise typer.Exit(FAILED)
-        return store.cube(record.id).load()
+        records = self._entered(ask.studies)
+        points = ask.spent + sum(record.points_total for record in records if record.state == "done")
+        left = [record for record in records if record.state != "done"]
+        for start in range(0, len(left), AT_ONCE):
+            some = left[start : start + AT_ONCE]
+            self._computer.compute_together(some)
+            points += sum(record.points_total for record in some)
+            progress.update(points)
+        points = ask.spent
+        for record in records:
+            now = store.find(record.id)
+            if now.state != "done":
+                now = self._computer.compute(now, shown=progress.of_study(points))
+            if now.state != "done":
+                note(
+                    "damperlab: stopped before the design was done. Run the same command again to go on with it; its study "
+                    f"{now.id} is {now.state}."
+                )
+                raise typer.Exit(FAILED)
+            points += now.points_total
+        return [store.cube(record.id).load() for record in records]
+
+    def _entered(self, several: "Sequence[AnyStudy]") -> "list[Record]":
+        """Find studies in the store, or put them there, all at once."""
+        from damperlab.studies.plan import make_plan
+        from damperlab.studies.store.life_cycle.entering import Submission
+        from damperlab.worker.dispatch.cost_model import seconds_per_point
+        from damperlab.worker.provenance import provenance
+
+        store = self._computer.store
+        known = {study.digest: store.newest(study.digest) for study in several}
+        by = provenance() | self._more
+        new = [
+            Submission(study, make_plan(study, seconds_per_point), by)
+            for study in several
+            if known[study.digest] is None
+        ]
+        known |= {record.digest: record for record, _ in store.submit_all(new)} if new else {}
+        return [record for study in several if (record := known[study.digest]) is not None]
 
 
 def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "Found":
@@ -145,11 +170,7 @@ def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "Fo
             while True:
                 best = "" if ask.ahead is None else best_so_far(plain(known_document(asked, ask.ahead)))
                 progress.begin(ask.spent, ask.stage, best)
-                points, cubes = ask.spent, []
-                for study in ask.studies:
-                    cubes.append(evaluation.cube(study, progress.of_study(points)))
-                    points += study.points
-                ask = rounds.send(cubes)
+                ask = rounds.send(evaluation.cubes(ask, progress))
         except StopIteration as end:
             found: Found = end.value
             return found

@@ -111,11 +111,13 @@ def judge(
         keep &= ~outside
     rows = np.flatnonzero(keep)
     amplitude, error, kind, locked = amplitude[rows], error[rows], kind[rows], locked[rows]
+    # a run that was cut off may be farther off than it says
+    bounded = np.where(status[rows] == Status.MAX_CYCLES, np.nan, error)
     place = amplitude.argmax(axis=1) if rows.size else np.zeros(0, np.intp)
     each = np.arange(rows.size)
     value, doubt = _weigh(question, amplitude, error, place)
     lowest, highest = (
-        _weigh_alone(question, side) for side in limits(amplitude, error, question.standard_errors)
+        _weigh_alone(question, side) for side in limits(amplitude, bounded, question.standard_errors)
     )
     corner = np.unravel_index(rows, [index[name].size for name in DESIGN])
     found = {name: index[name][at] for name, at in zip(DESIGN, corner, strict=True)}

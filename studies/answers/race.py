@@ -124,11 +124,13 @@ def race_designs(
     elif rounds >= LOOKS:
         stopped = f"{LOOKS} rounds are done"
     if stopped:
-        note = (
-            f"Not decided: {stopped}. {others[0].upper()}{others[1:]}; with {confidence:.0%} confidence, errors "
-            f"taken as normal, the best shown is at most {regret / best:.2g} of its value worse than the best there is among "
-            f"them. {say_spent(spent)}"
-        )
+        worse = "how much better one of them may be is unknown: a response of the best ended at `max_cycles`"
+        if np.isfinite(regret):
+            worse = (
+                f"with {confidence:.0%} confidence, errors taken as normal, the best shown is at most {regret / best:.2g} of "
+                "its value worse than the best there is among them"
+            )
+        note = f"Not decided: {stopped}. {others[0].upper()}{others[1:]}; {worse}. {say_spent(spent)}"
         return replace(answer, note=note)
     steady = {"tolerance": tolerance, "max_cycles": cycles}
     studies = tuple(

@@ -95,8 +95,9 @@ def verdict(
         none = _none_left(cube, question, ranked.attrs)
         nothing = {"verdict": list(none.sentences), "brief": none.document(), "doubts": []}
         return said(cube, lambda _: nothing)
-    values, errors = ranked["value"].values, ranked["error"].values
-    may_be = contend(ranked["lowest"].values, ranked["highest"].values)
+    values, highest = ranked["value"].values, ranked["highest"].values
+    errors = np.where(np.isnan(highest), np.nan, ranked["error"].values)
+    may_be = contend(ranked["lowest"].values, highest)
     # the first is the best, and may be it: its lower limit is below every value
     chance = chance_of_another(values[may_be], errors[may_be], 0)
     found: dict[str, Any] = {"confidence": question.doubt.confidence, "as_good": int(may_be[1:].sum())}

@@ -1,25 +1,18 @@
-"""Many small studies run together: what each costs beside its points is shared by all of them."""
+"""A handful of small studies run together at a cluster."""
 
-import logging
 import threading
-import uuid
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, suppress
 from typing import Any
 
 from distributed import Client, Future
 
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.cube.definition import parse_stored
-from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import BlockOutcome, Record
-from damperlab.studies.store.reuse.reuse import Boxes, Overlaps
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import Outage, asking_the_cluster
-from damperlab.worker.provenance import WrongCode, code_hash, computing, one_identity
-from damperlab.worker.run.background import Background
-from damperlab.worker.run.lease import RENEW_SECONDS, held_owner
+from damperlab.worker.provenance import WrongCode, computing, one_identity
+from damperlab.worker.run.handful import hold, tasks_of
 from damperlab.worker.scenes import scenes
 from damperlab.worker.worker_process.preparation import all_ready
 from damperlab.worker.worker_process.sealed_call import sealed
@@ -30,8 +23,6 @@ MOST = 64
 A_TASK = 8
 """Studies in one task."""
 POLL_SECONDS = 0.05
-
-_log = logging.getLogger(__name__)
 
 
 def run_small_studies(
@@ -64,10 +55,10 @@ def run_small_studies(
         # looked at before any is claimed: a study that waits for the compiler says so
         if not identity or store.trouble() is not None or not _ready(client, [store.find(ids[0])]):
             return list(ids)
-        with _hold(store, ids, identity) as (owner, records):
+        with hold(store, ids, identity) as (owner, records):
             if not records or not _ready(client, records):
                 return list(ids)
-            tasks = _tasks(store, records, identity)
+            tasks = tasks_of(store, records, identity)
             futures = [
                 client.submit(*sealed(run_blocks, tasks[start : start + A_TASK]), pure=False)
                 for start in range(0, len(tasks), A_TASK)
@@ -97,40 +88,6 @@ def _ready(client: Client, records: Sequence[Record]) -> bool:
     """Whether the workers have every kernel that some studies need."""
     wanted = (scenes(parse_stored(record.definition, record.digest)) for record in records)
     return all_ready(client, sorted({scene for some in wanted for scene in some}))
-
-
-@contextmanager
-def _hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str, list[Record]]]:
-    """Claim studies for the time of the context; what is not ended in it is queued again."""
-    with held_owner() as owner:
-        runner = threading.current_thread()
-        renewing = Background("lease-handful", lambda: store.renew_all(owner), RENEW_SECONDS, runner.is_alive)
-        renewing.start(at_once=False)
-        try:
-            yield owner, store.take(ids, owner, identity)
-        finally:
-            renewing.close()
-            try:
-                store.put_back(owner)
-            except StoreFault as error:
-                # of an owner that lives no more the next one takes the claims over
-                _log.warning("the claims of %s could not be released: %s", owner, error)
-
-
-def _tasks(store: Store, records: Sequence[Record], identity: str) -> list[tuple[Any, ...]]:
-    """Give the arguments of `run_block` for each study."""
-    boxes: dict[str, Boxes] = {}
-    tasks: list[tuple[Any, ...]] = []
-    for record in records:
-        study = parse_stored(record.definition, record.digest)
-        block = plan_with_chunk(study, record.chunk, seconds_per_point).block(0)
-        family = repr(study.settings())
-        if record.reuse and family not in boxes:
-            boxes[family] = Boxes(store, record)
-        sources = Overlaps(store, record, boxes.get(family)).of(block)
-        path = store.cube_path(record.id)
-        tasks.append((path, record.digest, block, code_hash(), uuid.uuid4().hex[:12], sources, identity))
-    return tasks
 
 
 def _outcomes(client: Client, futures: Sequence[Future], stop: threading.Event) -> list[BlockOutcome | None]:

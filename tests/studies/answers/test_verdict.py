@@ -243,6 +243,16 @@ def test_an_optimum_whose_run_was_cut_off_is_doubted():
         assert told == ([{"responses": 1, "of": 3}] if of_the_optimum else [])
 
 
+def test_a_design_whose_run_was_cut_off_is_never_ruled_out_by_its_stated_error():
+    cube = made([[2.0, 9.0, 2.0], [1.0, 2.5, 1.0]], errors=0.01)
+    assert optimal_designs(cube).attrs["as_good"] == 0
+    cube["status"].values[0, 0, 0, 0, 0, 1] = Status.MAX_CYCLES
+    answer = optimal_designs(cube)
+    assert answer.attrs["as_good"] == 1
+    assert "chance_of_another" not in answer.attrs
+    assert merged_designs({"a": cube}).attrs["as_good"] == 1
+
+
 def test_a_design_in_two_studies_has_the_value_of_the_longer_run():
     lucky, long = made([1.0, 1.2], errors=0.1), made([1.3, 1.2], errors=[0.01, 0.1])
     merged = merged_designs({"a": lucky, "b": long})
