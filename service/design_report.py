@@ -29,7 +29,7 @@ from damperlab.studies.design.words import CALLED as QUANTITIES
 from damperlab.studies.design.words import words_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import Case
-from damperlab.studies.specification.specification import CHOSEN, Specification
+from damperlab.studies.specification.specification import CHOSEN, JUDGES, Specification
 
 OF_THE_STRUCTURE = {
     "mass_kg": "mass of the structure",
@@ -113,6 +113,8 @@ def _asked(found: Found) -> Iterable[tuple[str, str, str]]:
         yield _named("excitation", records.name), under_records(records), ""
     largest = "" if asked.measure.mean else "largest "
     yield "judged by", f"{largest}{asked.measure.judged}", ""
+    if asked.judge != "rest":
+        yield "of several responses", JUDGES[asked.judge], ""
     yield "confidence", f"{asked.confidence:.3g}", ""
 
 

@@ -9,9 +9,6 @@ from damperlab.worker.warm import compile_apart, missing
 
 SCENES = (
     "acceleration-friction-particle-instant",
-    "acceleration-friction-particle-instant-forced",
-    "acceleration-particle-instant",
-    "acceleration-particle-instant-forced",
     "orbit-friction",
     "orbit-friction-particle-instant",
     "orbit-linear",
@@ -33,10 +30,7 @@ SCENES = (
     "steady-friction-particle-dwell",
     "steady-friction-particle-instant",
     "steady-friction-particle-instant-forced",
-    "steady-particle-compliant",
-    "steady-particle-dwell",
     "steady-particle-instant",
-    "steady-particle-instant-forced",
     "stepped-friction",
     "stepped-friction-particle-instant",
     "stepped-linear",

@@ -27,6 +27,7 @@ from damperlab.service.cli.run import resume, run
 from damperlab.service.cli.searches import race, refine
 from damperlab.service.cli.serve import serve
 from damperlab.service.cli.simulate import simulate
+from damperlab.service.cli.store import warn_of_unknown_variables
 from damperlab.service.cli.studies import cancel, delete, remark, show, studies
 from damperlab.service.cli.tmd import robust, tmd
 from damperlab.service.cli.verify import verify
@@ -61,6 +62,7 @@ def _before(
     ] = False,
 ) -> None:
     """Parameter studies of a hybrid vibration damper: particle impact and Coulomb friction."""
+    warn_of_unknown_variables()
 
 
 for name, command, panel in (

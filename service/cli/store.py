@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Collection, Mapping
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +34,6 @@ def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
 
     from damperlab.service.settings import Settings
 
-    _warn_of_unknown_variables()
     named = {"data_dir": data_dir, **given}
     try:
         return Settings(**{name: value for name, value in named.items() if value is not None})
@@ -44,9 +42,10 @@ def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
         raise UsageFault(*(_fault(one, options) for one in error.errors(include_url=False))) from None
 
 
-@cache
-def _warn_of_unknown_variables() -> None:
-    """Say once that a variable is none of ours: its setting would have its default without a word."""
+def warn_of_unknown_variables() -> None:
+    """Say that a variable is none of ours: its setting would have its default without a word."""
+    if not any(name.upper().startswith("DAMPERLAB_") for name in os.environ):
+        return
     from damperlab.service.settings import OTHER_VARIABLES, PREFIX, Settings
 
     known = {_variable(name) for name in (*Settings.model_fields, *OTHER_VARIABLES)}

@@ -22,7 +22,7 @@ from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.measure import LIMITS, MEASURES
 from damperlab.studies.specification.records import ONCE, Case, Under
-from damperlab.studies.specification.specification import Specification
+from damperlab.studies.specification.specification import STARTS, Specification
 from damperlab.studies.variables import Status
 
 VARIABLES = (
@@ -37,8 +37,10 @@ VARIABLES = (
 """What is kept of a point, beside what limits are about."""
 BESIDE = {ratio: name for name, ratio in RATIOS_OF.items()}
 """The dimension that stands in the place of a ratio where something else than the displacement of the base is constant."""
+WORST = "amplitude_ratio_worst"
+"""The largest amplitude that any start leads to."""
 OF_STARTS = (
-    "amplitude_ratio_worst",
+    WORST,
     "attractors",
     "attractor_share",
     "attractor_share_second",
@@ -47,6 +49,8 @@ OF_STARTS = (
     "amplitude_ratio_third",
 )
 """What is stored of several starts."""
+SEED = 20
+"""Of starts, and of builds drawn within the tolerances."""
 ABOUT_THE_RUN = ("cycles", "run_time", "status")
 """What is stored as well."""
 STUDY_COST = 40
@@ -192,6 +196,10 @@ class Book:
             "particle": particle,
             "metrics": [*self.variables, *ABOUT_THE_RUN],
         }
+        if self.asked.judge != "rest":
+            document["start"] = {"kind": "ensemble", "n": STARTS, "seed": SEED}
+        if self.asked.judge == "worst":
+            document["metrics"] = [*self.variables, *ABOUT_THE_RUN, WORST]
         if kind.contact_time:
             document["contact"] = {"model": "dwell", "contact_time": kind.contact_time}
         if kind.law == FORCE:
@@ -210,14 +218,14 @@ class Book:
         axes |= {"friction_ratio": friction} | ({"clearance_ratio": clearance} if particle else {})
         return parse_harmonic(document | {"axes": axes} | self._physical(kind.amplitude_m) | more)
 
-    def from_starts(self, wanted: Wanted, starts: int, seed: int) -> tuple[Study, ...]:
+    def from_starts(self, wanted: Wanted) -> tuple[Study, ...]:
         """Make the study that computes a build from several starts."""
         assert isinstance(wanted.amplitude, Amplitude)  # a record begins at rest
         law, place, contact = wanted.build.spot(self.asked.structure, wanted.amplitude)
         more = {
             "name": f"{self.asked.name}, starts" if self.asked.name else "starts",
             "metrics": [*self.variables, *ABOUT_THE_RUN, *OF_STARTS],
-            "start": {"kind": "ensemble", "n": starts, "seed": seed},
+            "start": {"kind": "ensemble", "n": STARTS, "seed": SEED},
         }
         grid = [np.array([value]) for value in place]
         kind = _Kind(wanted.amplitude.reference_m, place[2] > 0.0, law, contact)
@@ -251,7 +259,10 @@ class Book:
             names = [BESIDE.get(name, name) if AMPLITUDE in cube.sizes else name for name in DESIGN]
             axes = [cube[name].values.tolist() for name in names]
             frequencies = cube["frequency_ratio"].values.tolist()
-            columns = np.stack([cube[name].values.astype(np.float64) for name in self.variables], axis=-1)
+            stored = {"amplitude_ratio": WORST} if WORST in cube else {}
+            columns = np.stack(
+                [cube[stored.get(name, name)].values.astype(np.float64) for name in self.variables], axis=-1
+            )
             status = cube["status"].values
             columns[..., 0][status > Status.MAX_CYCLES] = np.inf
             # there is one base amplitude where there is a dimension of it

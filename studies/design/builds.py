@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from damperlab.studies.design.book import BudgetSpent, Wanted
+from damperlab.studies.design.book import SEED, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.frequencies import between
 from damperlab.studies.design.intervals import clopper_pearson
@@ -16,8 +16,6 @@ from damperlab.studies.design.steps import Step, within
 from damperlab.studies.specification.records import ONCE, Case
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, Specification
 
-SEED = 20
-"""Of builds and starts drawn: the same ones in every run."""
 FOR_BUILDS = 0.5
 """Share of what is left of the budget that builds may take."""
 WORST = 5

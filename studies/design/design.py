@@ -16,13 +16,13 @@ from damperlab.studies.design.corners import amplitudes_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score, binding, over_bands, score, worst
 from damperlab.studies.design.search import CLOSE, FEW, Search
-from damperlab.studies.design.starts import STARTS, started, starts_of
+from damperlab.studies.design.starts import started, starts_of
 from damperlab.studies.design.steps import Step, within
 from damperlab.studies.design.surroundings import Surroundings
 from damperlab.studies.faults import Fault, StudyFaults, counted
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.specification.excitation import Amplitude, Excitation
-from damperlab.studies.specification.specification import Specification
+from damperlab.studies.specification.specification import STARTS, Specification
 
 __all__ = ["Ask", "Found", "Rounds", "designing", "next_round"]
 

@@ -6,7 +6,7 @@ from math import isfinite
 from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.spelling import frequency, length, level, plural, response
-from damperlab.studies.design.starts import Reached, Several, Starts
+from damperlab.studies.design.starts import FROM, Reached, Several, Starts
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.specification import Specification
 
@@ -29,7 +29,7 @@ def words_of_starts(found: Found) -> Iterator[str]:
         yield (
             f"{looked}, the damper as drawn reaches up to {response(asked, starts.worst)}, near "
             f"{frequency(asked, starts.frequency_ratio)}: at {starts.beyond} of these ratios a disturbance can take it "
-            "beyond what is stated, which holds from rest."
+            f"beyond what is stated, which holds{FROM[asked.judge]}."
         )
     worst = starts.worst_of_several
     if worst is not None:

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 from damperlab.studies.design.found import Found
 from damperlab.studies.faults import counted
+from damperlab.studies.specification.specification import JUDGES
 
 
 def words_of_known(found: Found) -> Iterator[str]:
@@ -28,4 +29,5 @@ def words_of_known(found: Found) -> Iterator[str]:
         if found.ended in ("budget", "converged")
         else ""
     )
-    yield f"Every response is the one reached from rest.{better}"
+    counts = f"Where there are several responses, {JUDGES[found.asked.judge]} counts."
+    yield f"{'Every response is the one reached from rest.' if found.asked.judge == 'rest' else counts}{better}"

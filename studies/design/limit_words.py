@@ -30,7 +30,8 @@ def limits_in_words(found: Found) -> Iterator[str]:
                 f"({100 * reached / limit:.0f} %){where}{_doubt(asked, name, limit, at_most, stated.noise)}."
             )
             if (
-                reached == 0.0
+                asked.judge == "rest"
+                and reached == 0.0
                 and IMPACTS & {*about.over_band}
                 and found.starts is not None
                 and found.starts.several

@@ -8,17 +8,20 @@ import xarray as xr
 
 from damperlab.studies.design.book import Book, Wanted
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.search import Search
 from damperlab.studies.design.steps import Step
 from damperlab.studies.specification.excitation import Amplitude
-from damperlab.studies.specification.specification import Specification
+from damperlab.studies.specification.specification import STARTS, Specification
 from damperlab.studies.variables import ResponseClass
 
-STARTS = 12
-"""Starts of the damper as drawn, one of them rest."""
+FROM = {
+    "rest": " from rest",
+    "worst": f" from the worst of {STARTS} starts",
+    "likely": f" in the responses that most of {STARTS} starts lead to",
+}
+"""Where the responses begin that count, for sentences."""
 BY_RANK = (
     ("attractor_share", "amplitude_ratio"),
     ("attractor_share_second", "amplitude_ratio_second"),
@@ -118,7 +121,7 @@ def started(search: Search, build: Build, over: Score) -> Step[None]:
     """Compute the damper as drawn, whose worst case over the bands is given, from several starts."""
     largest = binding(search.asked, over).largest
     at = (*search.sample(build, largest, False), build.own(over.frequency_ratio))
-    yield search.book.from_starts(Wanted(build, largest, tuple(sorted(set(at)))), STARTS, SEED)
+    yield search.book.from_starts(Wanted(build, largest, tuple(sorted(set(at)))))
 
 
 def starts_of(
@@ -170,9 +173,10 @@ def _several(asked: Specification, cube: xr.Dataset, largest: Amplitude, rest: C
         if int(at["attractors"]) < 2:
             continue
         base_m = float(largest.base_m(r))
+        known = _from_rest(rest, r) if asked.judge == "rest" else {}
         measure = asked.measured(largest)
         unit = measure.factor * base_m * rest.rate**measure.order
-        found = tuple(_reached(measure.variable, unit, at, base_m, _from_rest(rest, r)))
+        found = tuple(_reached(measure.variable, unit, at, base_m, known))
         yield Several(
             frequency_ratio=r,
             attractors=int(at["attractors"]),

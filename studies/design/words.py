@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from math import isinf
 
+from damperlab.studies.design.book import SEED
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.builds import SEED
 from damperlab.studies.design.elsewhere import words_of_amplitudes, words_of_starts
 from damperlab.studies.design.ends import at_ends, locked
 from damperlab.studies.design.found import Found
@@ -22,6 +22,7 @@ from damperlab.studies.design.spelling import (
     spelled_out,
     under_records,
 )
+from damperlab.studies.design.starts import FROM
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification
@@ -92,9 +93,9 @@ def _worst(found: Found) -> Iterator[str]:
     most = f"{allowing(asked, stated.noise)} it is at most {response(asked, rounded_up(stated.most))}"
     other = ""
     if asked.excitations and found.starts is not None and found.starts.beyond:
-        other = f" from rest, and from other starts it reaches {response(asked, found.starts.worst)}"
+        other = f"{FROM[asked.judge]}, and from other starts it reaches {response(asked, found.starts.worst)}"
     error = f"; {most}{other}" if asked.excitations else ""
-    rest = " from rest" if asked.excitations else ""
+    rest = FROM[asked.judge] if asked.excitations else ""
     over = f"{shaken[:1].upper()}{shaken[1:]}"
     count = len(asked.excitations) + len(asked.records)
     if count > 1:

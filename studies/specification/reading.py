@@ -21,7 +21,7 @@ from damperlab.studies.specification.measure import (
     RECORD_MEASURES,
     Measure,
 )
-from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification, Structure
+from damperlab.studies.specification.specification import CHOSEN, JUDGES, RATIO_OF, Specification, Structure
 from damperlab.studies.text import MAX_BYTES, Format, load_text
 
 KEYS = (
@@ -35,6 +35,7 @@ KEYS = (
     "tolerances",
     "limits",
     "measure",
+    "judge",
     "confidence",
     "budget_minutes",
     "budget_points",
@@ -168,6 +169,7 @@ class _Reader(LimitFields):
         excitations = () if alone else self._excitations(structure)
         name = self._name()
         measure = self._measure()
+        judge = self._judge(measure)
         confidence = self._number("confidence", CONFIDENCE, 0.9)
         minutes = self._number("budget_minutes", BUDGET_MINUTES, 8.0)
         points = self._count("budget_points", 100, 10_000_000, None)
@@ -189,6 +191,8 @@ class _Reader(LimitFields):
         tolerances = self._tolerances(choices, largest_m, structure)
         limits = self._limits(largest_m, structure)
         bounds = self._within_limits(choices, limits, tolerances, self._limit_units(largest_m, structure))
+        if judge == "worst" and (limits.keys() & LIMITS.keys()) - {"displacement_m"}:
+            self._not_the_worst()
         if self.faults or measure is None or confidence is None or minutes is None:
             return None
         return Specification(
@@ -201,6 +205,7 @@ class _Reader(LimitFields):
             bounds=bounds,
             tolerances=tolerances,
             measure=self._measures[measure],
+            judge=judge,
             confidence=confidence,
             budget_points=points,
             budget_minutes=minutes,
@@ -237,6 +242,24 @@ class _Reader(LimitFields):
         told = f"{{field}} cannot be {raw}: {why}." if why else ""
         self._fault("measure", describe(raw), f"one of {listing(self._measures)}", "choose one of them", told)
         return None
+
+    def _judge(self, measure: str | None) -> str:
+        raw = self.document.get("judge", "rest")
+        if raw == "rest":
+            return "rest"
+        if not (isinstance(raw, str) and raw in JUDGES):
+            self._fault("judge", describe(raw), f"one of {listing(JUDGES)}", "choose one of them")
+        elif not self._shaken_over_bands:
+            told = "{field} cannot be " + raw + ": under a record the structure begins at rest."
+            self._fault("judge", raw, "rest", "leave it out", told)
+        elif raw == "worst" and measure not in (None, "worst_displacement"):
+            self._not_the_worst()
+        return str(raw)
+
+    def _not_the_worst(self) -> None:
+        told = "{field} cannot be worst: of every response the displacement of the structure alone is known."
+        advice = "choose likely, or measure and limit the displacement of the structure alone"
+        self._fault("judge", "worst", "rest or likely", advice, told)
 
     def _name(self) -> str:
         raw = self.document.get("name", "")

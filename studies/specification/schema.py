@@ -29,7 +29,7 @@ from damperlab.studies.specification.scene import (
     STIFFNESS,
     STRUCTURE_KEYS,
 )
-from damperlab.studies.specification.specification import OF_STRUCTURE
+from damperlab.studies.specification.specification import JUDGES, OF_STRUCTURE
 from damperlab.studies.specification.tolerance_fields import ANYTHING
 
 Schema = dict[str, Any]
@@ -95,6 +95,13 @@ def specification_schema() -> Schema:
                 {name: _limit(name) for name in LIMIT_QUANTITIES | RATIO_QUANTITIES}, "What must not be exceeded."
             ),
             "measure": {"type": "string", "enum": measures, "description": MEASURE_WORDS},
+            "judge": {
+                "type": "string",
+                "enum": list(JUDGES),
+                "default": "rest",
+                "description": "Which response counts where there are several: "
+                + "; ".join(f"`{name}`, {words}" for name, words in JUDGES.items()),
+            },
             "confidence": CONFIDENCE.schema(0.9),
             "budget_minutes": BUDGET_MINUTES.schema(8.0),
             "budget_points": _count("most points, in place of core minutes", 100),

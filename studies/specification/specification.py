@@ -28,6 +28,14 @@ RATIO_OF = {
     "restitution": "restitution",
 }
 """The dimension of a study that each of them makes."""
+STARTS = 12
+"""Starts of one damper, one of them rest."""
+JUDGES = {
+    "rest": "the response from rest",
+    "worst": f"the largest response to {STARTS} starts",
+    "likely": f"the response that most of {STARTS} starts lead to",
+}
+"""Which response over a band counts where there are several."""
 OF_STRUCTURE = ("mass_kg", "natural_frequency_hz", "damping_ratio")
 """What else may be off by a tolerance, always a share."""
 
@@ -215,6 +223,8 @@ class Specification:
         By the names of `CHOSEN` and `OF_STRUCTURE`; absent where a quantity is exact.
     measure : Measure
         What shall be small.
+    judge : str
+        Which response over a band counts where there are several: one of `JUDGES`.
     confidence : float
         Of errors and intervals.
     budget_points : int or None
@@ -240,6 +250,7 @@ class Specification:
     bounds: dict[str, str]
     tolerances: dict[str, Tolerance]
     measure: Measure
+    judge: str
     confidence: float
     budget_points: int | None
     budget_minutes: float

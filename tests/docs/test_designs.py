@@ -54,6 +54,7 @@ def test_the_points_that_decide_an_answer_are_what_is_computed_today(name: str) 
         assert value == pytest.approx(point["value"], rel=SAME if repeats or exact else IRREGULAR)
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("name", NAMES)
 def test_the_absorber_beside_is_that_of_the_closed_form(name: str) -> None:
     asked, told = specification(name), answer(name)["tuned_mass_damper"]
@@ -64,6 +65,7 @@ def test_the_absorber_beside_is_that_of_the_closed_form(name: str) -> None:
     assert told["nominal"]["value"] == pytest.approx(beside.nominal, rel=1e-9)
 
 
+@pytest.mark.night
 def test_the_cheapest_specification_is_answered_as_the_page_says() -> None:
     told, found = answer(CHEAPEST), kept(designed(specification(CHEAPEST)))
     for one, other in zip(told["verdict"]["sentences"], found["verdict"]["sentences"], strict=True):

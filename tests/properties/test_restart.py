@@ -131,7 +131,9 @@ RESTARTS = (st.integers(0, 1000), st.floats(1e-3, 0.999))
 FEW = settings(max_examples=25, deadline=None)
 
 
-@pytest.mark.parametrize("scene", ["instant", "dwell", "compliant"])
+@pytest.mark.parametrize(
+    "scene", ["instant", *(pytest.param(one, marks=pytest.mark.night) for one in ("dwell", "compliant"))]
+)
 def test_restart_after_any_event_comes_to_the_same_end(scene: str) -> None:
     @FEW
     @given(st.builds(Design, damping_ratios, frequency_ratios, st.just(0.0), SCENES[scene]), *RESTARTS)
@@ -141,7 +143,14 @@ def test_restart_after_any_event_comes_to_the_same_end(scene: str) -> None:
     holds()
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize(
+    "scene",
+    [
+        "friction alone",
+        "instant",
+        *(pytest.param(one, marks=pytest.mark.night) for one in ("dwell", "compliant")),
+    ],
+)
 def test_restart_after_any_event_with_friction_comes_to_the_same_end(scene: str) -> None:
     @FEW
     @given(st.builds(Design, damping_ratios, frequency_ratios, friction_ratios, SCENES[scene]), *RESTARTS)
@@ -151,6 +160,7 @@ def test_restart_after_any_event_with_friction_comes_to_the_same_end(scene: str)
     holds()
 
 
+@pytest.mark.night
 def test_a_touch_without_speed_holds_nothing() -> None:
     """A particle that rode on a held mass is released where the base is fastest: at the end of a half cycle, or just before."""
     particle = Particle(1.0, 0.0, 0.1, contact_time=0.5)

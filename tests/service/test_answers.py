@@ -466,6 +466,7 @@ def test_a_simulation_is_the_same_from_every_door(
     assert rows["u"][-1] == pytest.approx(local["state"]["u"], rel=1e-9)
 
 
+@pytest.mark.night
 def test_a_simulation_under_a_force_and_without_a_particle_is_the_closed_form(remote: Client) -> None:
     found = remote.simulate(1.1, damping_ratio=0.05, particle=False, excitation="force", history=1)
     assert found.metrics["amplitude_ratio"] == pytest.approx(1.0 / np.hypot(1.0 - 1.21, 0.11), rel=1e-12)

@@ -29,6 +29,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> dict[
     return answer
 
 
+@pytest.mark.night
 def test_the_answer_is_that_of_the_command_line(design: dict[str, Any], undisturbed: dict[str, Any]) -> None:
     assert design["state"] == "done", design["message"]
     assert design["answer"] == undisturbed

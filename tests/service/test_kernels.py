@@ -26,6 +26,7 @@ def bare_service(own_service: Callable[..., Any], tmp_path: Path) -> Any:
     return own_service(DAMPERLAB_CACHE_DIR=str(tmp_path / "kernels"))
 
 
+@pytest.mark.night
 def test_what_must_be_compiled_is_said_first_and_only_then(
     bare_service: Any, helpers: Any, tmp_path: Path
 ) -> None:

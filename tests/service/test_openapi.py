@@ -6,6 +6,7 @@ from typing import Any
 
 import httpx
 import jsonschema
+import pytest
 
 
 def _operations(client: httpx.Client) -> dict[tuple[str, str], Any]:
@@ -37,6 +38,7 @@ def test_every_example_is_what_its_schema_allows(client: httpx.Client) -> None:
     assert tried >= 4
 
 
+@pytest.mark.night
 def test_every_example_works_when_pasted(client: httpx.Client, helpers: Any) -> None:
     tried = 0
     lacking = set()

@@ -88,6 +88,7 @@ def test_a_study_and_its_report_as_pdf_say_the_same(
     assert client.get(where, params={"format": "docx"}).status_code == 422
 
 
+@pytest.mark.night
 def test_a_design_as_pdf_says_what_its_answer_says(client: httpx.Client, design: dict[str, Any]) -> None:
     answer = client.get(f"/api/v1/designs/{design['id']}/report", params={"format": "pdf"}).raise_for_status()
     words = sheets(answer.content)[1].replace(" ", "")

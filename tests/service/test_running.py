@@ -112,6 +112,7 @@ def test_resumed_study_keeps_its_blocks(client: httpx.Client, long: dict[str, An
     assert going["started"] == stopped["started"]
 
 
+@pytest.mark.night
 def test_service_answers_while_it_computes(client: httpx.Client, service: Any) -> None:
     """A simulation of seconds is under way; meanwhile other requests are answered."""
     point = {"frequency_ratio": 1, "clearance_ratio": 10, "friction_ratio": 0.3, "method": "rk4"}

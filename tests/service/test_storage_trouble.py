@@ -196,7 +196,7 @@ def test_a_damaged_record_is_named_and_written_anew_by_uploading_it_again(
     assert running.stop() == 0
 
 
-@pytest.mark.parametrize("shelf", ["designs", "records"])
+@pytest.mark.parametrize("shelf", ["designs", pytest.param("records", marks=pytest.mark.night)])
 def test_a_folder_that_cannot_be_used_is_told_and_no_defect(
     own_service: Callable[..., Any], tmp_path: Path, shelf: str
 ) -> None:

@@ -67,7 +67,7 @@ def flight(end: State, r: float, particle: Particle | None, forced: bool) -> lis
 
 
 @pytest.mark.parametrize("r", [1e-2, 0.5, 1.0, 3.0, 100.0])
-@pytest.mark.parametrize("forced", [False, True])
+@pytest.mark.parametrize("forced", [False, pytest.param(True, marks=pytest.mark.night)])
 def test_a_linear_response_accelerates_by_its_frequency_squared(r: float, forced: bool) -> None:
     """|u''| = r² |u|; rounding of x − f where a slow force and the spring nearly balance is that over r²."""
     zeta = 0.3

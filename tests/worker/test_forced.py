@@ -31,6 +31,7 @@ SCENES = [
 ]
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("scene", SCENES, ids=str)
 def test_a_march_agrees_with_the_reference_simulator(scene) -> None:
     """Rounding of hundreds of events, at most some hundred times 1e-14 of a motion of ten, which impacts amplify."""

@@ -57,6 +57,7 @@ def python(*arguments: str, **environment: str) -> str:
     return done.stdout
 
 
+@pytest.mark.night
 @pytest.mark.skipif(not X86_64, reason="for other processors OpenBLAS has no such names")
 def test_an_older_processor_has_the_same_bits() -> None:
     here = python("-m", "tests.worker.portable_run")

@@ -56,6 +56,7 @@ def test_a_process_that_compiles_ends_with_whoever_started_it(tmp_path: Path) ->
     assert not (folder / marker(SCENES[0])).exists()
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(("share", "others"), [(0.0, False), (1e3, True)])
 def test_a_process_goes_on_with_that_in_which_the_same_acts_and_while_memory_is_left_with_others(
     share: float, others: bool, tmp_path: Path
@@ -75,6 +76,7 @@ def test_a_process_goes_on_with_that_in_which_the_same_acts_and_while_memory_is_
     assert ended == sorted(ended)
 
 
+@pytest.mark.night
 def test_processes_share_what_they_are_given_and_say_how_long_each_took(tmp_path: Path) -> None:
     began = time.monotonic()
     ready = dict(compile_apart(SCENES, 2, tmp_path))

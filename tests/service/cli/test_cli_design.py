@@ -37,6 +37,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, A
     return folder, json.loads(ended.stdout)
 
 
+@pytest.mark.night
 def test_studies_of_a_design_are_listed_where_they_are_asked_for(
     written: tuple[Path, dict[str, Any]], linear_study: Path
 ) -> None:

@@ -31,6 +31,7 @@ def test_records_are_listed_and_kept(tmp_path: Path) -> None:
     assert swept["source"] == "Swept from 2 to 3 Hz at 0.1 Hz/s with a base amplitude of 1 mm"
 
 
+@pytest.mark.night
 def test_a_comparison_prints_its_table_and_draws_it(tmp_path: Path) -> None:
     arguments = ("earthquake", "northridge", "--starts", "1", "--data-dir", tmp_path)
     table = run(*arguments, "--details").stdout

@@ -101,6 +101,7 @@ def decay(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.night
 def test_a_time_history_is_fitted_as_well(decay: Path, tmp_path: Path) -> None:
     figure, report = tmp_path / "fit.png", tmp_path / "fit.html"
     known = ("--no-particle", "--natural-frequency-hz", "2.5", "--mass-kg", "1.6", "--damping-ratio", "0")

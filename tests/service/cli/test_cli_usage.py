@@ -160,6 +160,6 @@ def test_a_variable_that_is_no_setting_is_named_with_the_one_that_is_meant(
 ) -> None:
     monkeypatch.setenv("DAMPERLAB_CATALOG", "postgresql://nobody")
     monkeypatch.setenv("DAMPERLAB_CACHE_DIR", str(tmp_path))
-    said = run("studies", "--data-dir", tmp_path).stderr
+    said = run("simulate", "--no-particle").stderr  # reads no setting itself
     assert said.count("DAMPERLAB_CATALOGUE") == 1
     assert "CACHE_DIR" not in said

@@ -32,7 +32,7 @@ def test_a_point_without_end_is_ended_at_its_limit(own_service: Callable[..., An
         helpers.wait_until(lambda: not psutil.pid_exists(process.pid))
 
 
-@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("how", [pytest.param(signal.SIGTERM, marks=pytest.mark.night), signal.SIGKILL])
 def test_a_service_that_ends_leaves_nothing_that_computes(
     own_service: Callable[..., Any], helpers: Any, how: signal.Signals
 ) -> None:
@@ -52,6 +52,7 @@ def test_a_service_that_ends_leaves_nothing_that_computes(
     helpers.wait_until(lambda: not psutil.pid_exists(process.pid))
 
 
+@pytest.mark.night
 def test_a_machine_that_is_too_busy_is_not_a_request_that_asks_too_much(
     own_service: Callable[..., Any], helpers: Any
 ) -> None:
@@ -67,6 +68,7 @@ def test_a_machine_that_is_too_busy_is_not_a_request_that_asks_too_much(
     helpers.wait_until(lambda: not psutil.pid_exists(idle.pid))
 
 
+@pytest.mark.night
 def test_time_in_which_others_have_the_processors_does_not_count(
     own_service: Callable[..., Any], helpers: Any
 ) -> None:

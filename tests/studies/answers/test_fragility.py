@@ -46,6 +46,7 @@ def test_counts_in_four_intervals_have_the_two_parameters_that_give_their_shares
     assert fitted.dispersion_interval[0] < fitted.dispersion < fitted.dispersion_interval[1]
 
 
+@pytest.mark.night
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     rng = np.random.default_rng(3)
     held = 0

@@ -109,7 +109,7 @@ def test_the_answer_is_in_metres_per_second_squared(floor) -> None:
         {"base_amplitude_m": BASE},
         pytest.param({"base_velocity_m_per_s": 0.05}, marks=pytest.mark.night),
         pytest.param({"base_acceleration_m_per_s2": 2.5}, marks=pytest.mark.night),
-        {"force_n": 40.0},
+        pytest.param({"force_n": 40.0}, marks=pytest.mark.night),
     ],
     ids=lambda motion: next(iter(motion)),
 )

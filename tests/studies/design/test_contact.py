@@ -111,6 +111,7 @@ def test_a_response_under_a_record_is_that_of_this_contact(
         )
 
 
+@pytest.mark.night
 def test_the_answer_names_the_material_and_its_contact_time() -> None:
     document = {**DAMPED, "choose": {"friction_force_n": {"start": 30.0, "stop": 50.0}}, "clearance_m": 0.003}
     found, _ = pursued(document | {"tolerances": {}, "contact_time_s": TIME_S})

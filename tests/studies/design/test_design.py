@@ -162,6 +162,7 @@ def test_no_build_within_the_tolerances_is_a_tenth_worse_than_stated(damped) -> 
         assert drawn <= 1.1 * found.stated.most
 
 
+@pytest.mark.night
 def test_friction_alone_is_den_hartogs(damped) -> None:
     found, _ = damped
     alone = found.alternatives["friction_alone"]

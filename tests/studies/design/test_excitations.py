@@ -76,6 +76,7 @@ def test_no_other_force_keeps_both_lower(both: Found) -> None:
         assert max(worst_m(both, other, each) for each in both.asked.excitations) > stated * 0.98
 
 
+@pytest.mark.night
 def test_one_excitation_in_a_list_is_that_excitation() -> None:
     alone = pursued(CHOSEN, BUDGET)[1]
     listed = pursued(CHOSEN | {"excitation": [DAMPED["excitation"]]}, BUDGET)[1]

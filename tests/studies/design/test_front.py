@@ -97,11 +97,13 @@ def test_masses_end_at_their_limit_and_lists_are_kept_to() -> None:
     ]
 
 
+@pytest.mark.night
 def test_what_a_lighter_mass_does_as_well_is_not_on_the_front(given: Found) -> None:
     worse = replace(given.front[1], score=given.front[0].score)
     assert undominated((given.front[0], worse, given.front[2])) == (given.front[0], given.front[2])
 
 
+@pytest.mark.night
 def test_a_budget_that_ends_before_the_masses_says_which_are_left_out() -> None:
     found, _ = pursued(GIVEN, 1200)
     assert found.book.spent <= 1200

@@ -97,6 +97,7 @@ def test_no_other_force_keeps_both_lower(both) -> None:
     assert found.nominal.value == max(found.under[0].value, found.under_records[0].value)
 
 
+@pytest.mark.night
 def test_what_binds_and_what_each_reaches_is_told(both) -> None:
     found, _ = both
     answer = answer_document(found)
@@ -157,6 +158,7 @@ def test_a_limit_on_accelerations_holds_under_both() -> None:
     )
 
 
+@pytest.mark.night
 def test_the_tuned_mass_damper_is_judged_under_both(both) -> None:
     found, _ = both
     assert found.absorber is not None

@@ -36,6 +36,7 @@ def test_the_interval_of_a_probability_is_that_of_the_beta_distribution(
     assert clopper_pearson(passed, drawn, confidence) == pytest.approx((low, high), rel=1e-9)
 
 
+@pytest.mark.night
 @given(
     zeta=st.floats(0.001, 0.05),
     mass=st.floats(0.0, 0.3),
@@ -176,7 +177,9 @@ def test_amplitudes_cover_a_range_by_equal_shares() -> None:
     assert [each.reference_m for each in amplitudes_of(parse_specification(PROTOTYPE), 3)] == [0.0015]
 
 
-@pytest.mark.parametrize("measure", ["worst_displacement", "worst_relative_displacement"])
+@pytest.mark.parametrize(
+    "measure", ["worst_displacement", pytest.param("worst_relative_displacement", marks=pytest.mark.night)]
+)
 @pytest.mark.parametrize(
     ("order", "key"),
     [
@@ -224,9 +227,17 @@ def test_the_absorber_beside_is_judged_over_band_and_detuning(measure: str, orde
 
 
 @pytest.mark.parametrize(
-    "band", [(0.8, 1.25), (0.9, 1.1), (0.97, 1.0), (1.05, 1.5), (0.6, 0.95), (0.1, 10.0), (2.25, 2.375)]
+    "band",
+    [
+        (0.8, 1.25),
+        (0.97, 1.0),
+        *(
+            pytest.param(band, marks=pytest.mark.night)
+            for band in ((0.9, 1.1), (1.05, 1.5), (0.6, 0.95), (0.1, 10.0), (2.25, 2.375))
+        ),
+    ],
 )
-@pytest.mark.parametrize("mass_ratio", [0.02, 0.2])
+@pytest.mark.parametrize("mass_ratio", [0.02, pytest.param(0.2, marks=pytest.mark.night)])
 @pytest.mark.parametrize("forced", [False, True])
 def test_no_other_absorber_of_the_mass_does_better_over_the_band(
     band: tuple[float, float], mass_ratio: float, forced: bool

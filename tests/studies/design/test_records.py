@@ -204,7 +204,13 @@ def test_an_acceleration_is_measured_in_its_unit() -> None:
 @pytest.mark.parametrize(
     ("limit", "measure", "variable", "most_n"),
     [
-        ("acceleration_m_per_s2", "worst_acceleration", "peak_absolute_acceleration_m_s2", 120.0),
+        pytest.param(
+            "acceleration_m_per_s2",
+            "worst_acceleration",
+            "peak_absolute_acceleration_m_s2",
+            120.0,
+            marks=pytest.mark.night,
+        ),
         ("rms_acceleration_m_per_s2", "worst_rms_acceleration", "rms_absolute_acceleration_m_s2", 5.0),
     ],
 )

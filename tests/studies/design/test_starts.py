@@ -4,10 +4,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.studies.design.test_design import DAMPED, pursued
+from tests.studies.design.test_design import BUDGET, DAMPED, pursued
 
 from damperlab.studies.design.answer import answer_document
+from damperlab.studies.design.design import Ask, next_round
 from damperlab.studies.design.found import Found
+from damperlab.studies.specification.reading import parse_specification
+from damperlab.studies.specification.specification import JUDGES
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.point import Design, simulate_ready
 from damperlab.worker.solver.particle import Particle
@@ -47,6 +50,27 @@ def test_the_responses_at_a_frequency_are_told_apart(light: Found) -> None:
         assert sum(each.from_rest for each in at.responses) <= 1
     assert starts.worst_of_several is not None
     assert starts.worst_of_several.highest == max(at.highest for at in starts.where)
+
+
+@pytest.mark.parametrize("judge", JUDGES)
+def test_every_study_of_a_search_computes_the_response_that_counts(judge: str) -> None:
+    ask = next_round(parse_specification(DAMPED | {"judge": judge}), BUDGET, {})
+    assert isinstance(ask, Ask)
+    for study in ask.studies:
+        document = study.document()
+        assert (document["start"] == "rest") == (judge == "rest")
+        assert ("amplitude_ratio_worst" in document["metrics"]) == (judge == "worst")
+
+
+@pytest.mark.night
+def test_no_start_leads_beyond_the_worst_response_where_that_counts(light: Found) -> None:
+    given = {"clearance_m": light.build.clearance_m, "builds": 0}
+    asked = {key: value for key, value in LIGHT.items() if key != "choose"} | given
+    worst, _ = pursued(asked | {"judge": "worst"})
+    assert worst.starts is not None
+    assert worst.starts.beyond == 0
+    assert worst.nominal.value >= light.nominal.value
+    assert worst.nominal.value >= worst.starts.worst * (1 - 1e-9)
 
 
 @pytest.mark.night
@@ -94,6 +118,7 @@ def test_of_another_measure_the_value_is_that_of_the_responses_it_is_known_of() 
     assert np.isfinite(starts.worst)
 
 
+@pytest.mark.night
 def test_an_acceleration_is_told_in_metres_per_second_squared() -> None:
     """Without impacts the motion is nearly a sine: friction is a 20th of the spring's force at the base amplitude."""
     found, _ = pursued(LIGHT | {"measure": "worst_acceleration"})

@@ -172,6 +172,8 @@ def test_every_fault_is_named_at_once() -> None:
         ("excitation.sweep", 0.1, "excitation.sweep", "must be a mapping"),
         ("excitation.records", [], "excitation.records", "a list of 1 to 50 records"),
         ("measure", 3, "measure", "one of worst_displacement"),
+        ("judge", "often", "judge", "one of rest, worst"),
+        ("judge", "worst", "judge", "the displacement of the structure alone"),
         ("limits.cavity_length_m", 0.002, "limits.cavity_length_m", "relax it to at least 0.004"),
         ("tolerances.clearance_m", 0.001, "tolerances.clearance_m", "more than half of the smallest value asked for, 0.0015"),
         ("tolerances.mass_kg", "60%", "tolerances.mass_kg", "from 0% to 50%, not the text \"60%\""),
@@ -509,6 +511,12 @@ def test_time_spent_sticking_is_limited_over_bands_and_under_records(document: d
     }
     assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": 1.5}})
     assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": 0}})
+
+
+@pytest.mark.parametrize("judge", ["worst", "likely"])
+def test_under_records_alone_every_response_begins_at_rest(judge: str) -> None:
+    assert list(faults_of(SHAKEN | {"judge": judge})) == ["judge"]
+    assert parse_specification(SHAKEN | {"judge": "rest"}).judge == "rest"
 
 
 RUBBER = {"name": "rubber", "restitution": 0.3, "contact_time_s": 0.004}

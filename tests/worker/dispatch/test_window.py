@@ -49,6 +49,7 @@ def pump(window: Window, seconds: float = 900.0) -> list[BlockOutcome | Failure]
     return ended
 
 
+@pytest.mark.night
 def test_every_block_ends_once_and_few_are_at_the_cluster(client: Client) -> None:
     sent = 0
     most = 0

@@ -19,6 +19,7 @@ def hold(fitted: FittedHistory, truth: dict[str, float]) -> list[bool]:
     return [each.low <= truth[each.name] <= each.high for each in fitted.estimates]
 
 
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("kind", "shaken"),
     [
@@ -79,6 +80,7 @@ def test_without_a_deviation_the_scatter_is_estimated() -> None:
     assert fitted.probability is None
 
 
+@pytest.mark.night
 def test_the_same_question_has_the_same_answer_bit_for_bit() -> None:
     question = made_history("hybrid", 3).question
     one, same, other = (fit_history(replace(question, seed=seed)) for seed in (0, 0, 1))
@@ -116,6 +118,7 @@ def test_what_no_parameters_describe_is_refused_and_says_what_to_do() -> None:
     assert "fit steady amplitudes over frequency" in fault.advice
 
 
+@pytest.mark.night
 def test_parameters_without_effect_are_said_to_be_undetermined() -> None:
     # so long a cavity that the particle meets no wall
     one = made_history("particle", 0)

@@ -79,6 +79,7 @@ def test_a_named_specification_is_corrected_by_the_same_fit(fitted: Fitted) -> N
     assert asked.limits == before.limits
 
 
+@pytest.mark.night
 def test_a_fitted_history_makes_a_specification_and_a_study() -> None:
     one = made_history("hybrid", 1, shaken=True)
     fitted = fit_history(one.question)

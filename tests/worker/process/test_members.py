@@ -105,6 +105,7 @@ def catches(pid: int, number: signal.Signals) -> bool:
     return bool(mask >> (number - 1) & 1)
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("how", ["notice", pytest.param("lifetime", marks=pytest.mark.night)])
 def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path, how: str) -> None:
     notice = tmp_path / "notice"
@@ -172,6 +173,7 @@ def test_notice_is_an_answer_that_says_so(spot_market: str, monkeypatch: pytest.
         assert faulty(wrong) is not None
 
 
+@pytest.mark.night
 def test_worker_leaves_when_its_address_says_so(spot_market: str) -> None:
     SpotMarket.answer, before = (404, b"not here"), SpotMarket.asked
     with scheduler_process() as (address, _), member(address, f"--notice-url={spot_market}") as process:
@@ -196,6 +198,7 @@ def test_worker_without_a_scheduler_leaves_as_one_with_it_does(how: str) -> None
             assert process.wait(GONE_SECONDS) == (0 if how == "told" else 1)
 
 
+@pytest.mark.night
 def test_worker_without_blocks_gives_its_core_back() -> None:
     with scheduler_process() as (address, _), member(address, "--leave-idle=8") as process:
         assert process.wait(GONE_SECONDS) == 0
@@ -292,6 +295,7 @@ def _environment() -> dict[str, str]:
     return dict(os.environ)
 
 
+@pytest.mark.night
 @pytest.mark.usefixtures("anew")
 def test_embedded_cluster_is_reached_by_its_own_process_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cryptography")

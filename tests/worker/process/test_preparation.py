@@ -26,6 +26,7 @@ def _study(damping_ratio: float) -> Study:
     )
 
 
+@pytest.mark.night
 def test_what_is_missing_is_compiled_first_and_said_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,6 +16,7 @@ from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.section.coordinates import coordinates, state_at
 
+pytestmark = pytest.mark.night
 MODELS = ("dwell", "compliant")
 DRAWN = 24
 PLAIN_CYCLES = 4000

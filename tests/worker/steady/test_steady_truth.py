@@ -16,8 +16,6 @@ from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings, settle
 from damperlab.worker.steady.stopping_rules import FEWEST_MEASURED
 
-MODELS = ("instant", "instant", "dwell", "instant", "instant", "compliant")
-
 
 def solved(point: Point, settings: Settings = SETTINGS, start: State | None = None) -> tuple[Response, State]:
     """Steady response from rest, or from a given start."""
@@ -25,19 +23,27 @@ def solved(point: Point, settings: Settings = SETTINGS, start: State | None = No
     return found
 
 
-def test_random_answers_of_every_contact_model_are_what_plain_marches_come_to() -> None:
+@pytest.mark.parametrize(
+    ("model", "number"),
+    [
+        ("instant", 120),
+        pytest.param("dwell", 30, marks=pytest.mark.night),
+        pytest.param("compliant", 30, marks=pytest.mark.night),
+    ],
+)
+def test_random_answers_are_what_plain_marches_come_to(model: str, number: int) -> None:
     """A short form of the benchmark `steady`; a point with several responses may be met in another than the march is."""
-    answers = list(every(islice(points(5, MODELS), 180), 5000))
+    answers = list(every(islice(points(5, (model,)), number), 5000))
     wrong = [
         one
         for one in answers
         if not one.verdict.startswith(("agrees", "several responses", TRANSIENT, WARNED))
     ]
-    assert len(answers) >= 175
+    assert len(answers) >= number - 4
     assert wrong == []
-    assert sum(one.verdict.startswith("several responses") for one in answers) <= 6
-    # one irregular answer of a hundred settles after its run has ended (docs/accuracy.md): of the thirty here, hardly three
-    assert sum(one.verdict == TRANSIENT for one in answers) <= 2
+    assert sum(one.verdict.startswith("several responses") for one in answers) <= 4
+    # one irregular answer of a hundred settles after its run has ended (docs/accuracy.md): of the twenty here, hardly two
+    assert sum(one.verdict == TRANSIENT for one in answers) <= 1
 
 
 def test_an_unstable_orbit_that_chaos_comes_back_to_is_not_the_response() -> None:
@@ -87,12 +93,48 @@ def test_just_beyond_a_period_doubling_the_shorter_orbit_is_not_the_response() -
     assert response.floquet_multiplier < 1.0
 
 
-def test_a_run_that_does_not_repeat_beside_a_stable_orbit_goes_on_until_it_is_caught() -> None:
+@pytest.mark.parametrize(
+    ("point", "period", "amplitude"),
+    [
+        (
+            Point(
+                0.0033761187698884477,
+                0.978118903312964,
+                None,
+                Particle(5.647954248171946, 0.7734920644219078, 0.12917198227863555),
+            ),
+            2,
+            7.827611794647,
+        ),
+        (
+            Point(
+                0.022413983658043594,
+                0.9601026383762801,
+                None,
+                Particle(2.648643418947877, 0.8572730983034805, 0.40219345254106503),
+            ),
+            1,
+            1.485634969011,
+        ),
+        (
+            Point(
+                0.0026352902322289047,
+                0.8603016675426848,
+                0.36169473853945333,
+                Particle(2.347257698625658, 0.9394384673573526, 0.28112166505672337),
+            ),
+            1,
+            21.947252036164,
+        ),
+    ],
+)
+def test_a_run_that_does_not_repeat_beside_a_stable_orbit_goes_on_until_it_is_caught(
+    point: Point, period: int, amplitude: float
+) -> None:
     """Irregular for thousands of cycles, while its mean is known to the tolerance after one thousand."""
-    particle = Particle(5.647954248171946, 0.7734920644219078, 0.12917198227863555)
-    response, _ = solved(Point(0.0033761187698884477, 0.978118903312964, None, particle))
-    assert response.period == 2
-    assert response.amplitude_ratio == pytest.approx(7.827611794647, rel=1e-10)
+    response, _ = solved(point)
+    assert response.period == period
+    assert response.amplitude_ratio == pytest.approx(amplitude, rel=1e-10)
 
 
 CHAOTIC = Point(0.0038, 1.0, 0.6, Particle(5.0, 0.47, 0.1))

@@ -54,6 +54,7 @@ def test_a_particle_in_the_way_of_the_creep_is_struck() -> None:
         assert limit.v - (PARTICLE.clearance_ratio - limit.gap) == pytest.approx(position, abs=1e-14)
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("damping", [0.0038, 0.2])
 def test_what_is_measured_of_a_run_that_does_not_repeat_leaves_the_start_out(damping: float) -> None:
     """A mass that friction holds once it has stopped: of its first slip nothing is in the losses.

@@ -182,9 +182,9 @@ def find_orbit(
         is_closed = norm(residual, size) <= _CLOSED * scale
         if is_closed and (step_length <= _CLOSED * scale or step_length > 0.5 * previous_length):
             return here, step_length, halves  # no step makes it better
-        previous_length = step_length
-        if not step_length <= reach:
+        if not step_length <= min(reach, 2.0 * previous_length):  # far from any orbit most tries end here
             return state, inf, halves
+        previous_length = step_length
         for i in range(size):
             point[i] += step[i]
         here, possible = state_at(point, here, particle)

@@ -20,7 +20,10 @@ _BETWEEN_TRIES = 32  # half cycles of the run from one try at a stable orbit to 
 # Half cycles spent on looking for orbits nearby, over those of the run: in its burn-in, and once it is metered.
 _SHARE_IN_BURN_IN = 0.1
 _SHARE_METERED = 0.05
-_FAR_EVERY = 128  # half cycles between tries at a stable orbit farther off, once the run is metered
+# Half cycles between tries at a stable orbit farther off, once the run is metered; and the periods tried in turn: the shorter
+# ones more often, for of the orbits that chaos ends on they attract most.
+_FAR_EVERY = 64
+_FAR_PERIODS = (1, 2, 3, 1, 2, 4)
 
 
 class Nearby(NamedTuple):
@@ -92,9 +95,7 @@ def look_farther(
         return nearby
     if scene.particle is not None:
         if scene.counts[IMPACTS] > 0:
-            period_halves = (
-                1 + metered_halves // _FAR_EVERY % 2
-            )  # now half a cycle, a symmetric orbit, now a whole one
+            period_halves = _FAR_PERIODS[metered_halves // _FAR_EVERY % len(_FAR_PERIODS)]
             rival = is_beside_stable_orbit(state, period_halves, look, scene, probe, notes)
             return Nearby(nearby.candidate, nearby.next_try, nearby.halves_spent, rival)
     return nearby
