@@ -559,7 +559,7 @@ def answer_schemas() -> dict[str, Schema]:
             phase=_enum(("ready", "compiling")), phase_done=COUNT, phase_total=COUNT, compiling_seconds=NUMBER
         ),
         "Simulated": _object(
-            ("attractors", "wall"),
+            ("attractors", "wall", "settles_after_cycles"),
             metrics=_object(metrics, **metrics),
             status=TEXT,
             response_class=TEXT,
@@ -567,6 +567,7 @@ def answer_schemas() -> dict[str, Schema]:
             events=_by_name(COUNT),
             cycles=COUNT,
             history=_by_name(NUMBERS),
+            settles_after_cycles=NUMBER,
             attractors=_object(
                 starts=COUNT, failed=COUNT, decided_by_a_rounding=FLAG, met=_list(TABLE), note=TEXT
             ),

@@ -113,6 +113,7 @@ def _asked(found: Found) -> Iterable[tuple[str, str, str]]:
         yield _named("excitation", records.name), under_records(records), ""
     largest = "" if asked.measure.mean else "largest "
     yield "judged by", f"{largest}{asked.measure.judged}", ""
+    yield "assumed", "the cavity lies level; the particle slides without friction of its own", ""
     if asked.judge != "rest":
         yield "of several responses", JUDGES[asked.judge], ""
     yield "confidence", f"{asked.confidence:.3g}", ""

@@ -1,5 +1,6 @@
 """One design point on request: read from a document, bounded in what it may cost, and put into a document."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -44,6 +45,8 @@ HISTORY_PERIODS = 1000
 """Natural periods that a time history may cover: it is sampled in Python, some tens of samples each."""
 HISTORY_CYCLES = 10
 SAMPLES = 1000
+SETTLED = 0.01
+"""Share of a disturbance that is left when a response counts as settled."""
 
 
 @dataclass(frozen=True)
@@ -218,8 +221,8 @@ def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
     -------
     dict
         ``metrics`` (the cube's variables), ``state``, ``events``, ``cycles``, ``history`` (columns by name),
-        ``status`` and ``response_class`` in words; ``attractors`` where starts were asked for; ``wall`` with the
-        ``stiffness`` over k and the ``damping`` over k/ω_n of a compliant one.
+        ``status`` and ``response_class`` in words; ``settles_after_cycles`` where the response repeats; ``attractors`` where
+        starts were asked for; ``wall`` with the ``stiffness`` over k and the ``damping`` over k/ω_n of a compliant one.
     """
     settings = _settings(asked, cycles_limit)
     answer = simulate(
@@ -254,6 +257,7 @@ def _settings(asked: Asked, cycles_limit: int) -> Steadiness:
 def simulation_document(answer: Simulation, samples: int) -> dict[str, Any]:
     """Put a simulation into a document with at most `samples` samples of its time history."""
     metrics = answer.metrics
+    after = settles_after(metrics)
     return {
         "metrics": metrics,
         "status": Status(int(metrics["status"])).sentence,
@@ -262,7 +266,19 @@ def simulation_document(answer: Simulation, samples: int) -> dict[str, Any]:
         "events": answer.events,
         "cycles": answer.cycles,
         "history": decimated(answer.history, samples),
+        **({} if after is None else {"settles_after_cycles": after}),
     }
+
+
+def settles_after(metrics: Mapping[str, float]) -> float | None:
+    """Give the cycles in which a small disturbance falls to `SETTLED`: by the Floquet multiplier each period.
+
+    None where there is no multiplier, and where it is 0: what is disturbed is then back after a period.
+    """
+    multiplier = metrics.get("floquet_multiplier", math.nan)
+    if not 0.0 < multiplier < 1.0:
+        return None
+    return float(metrics["period"] * math.log(SETTLED) / math.log(multiplier))
 
 
 def attractors_document(found: Attractors) -> dict[str, Any]:

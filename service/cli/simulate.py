@@ -140,6 +140,8 @@ def _print(answer: dict[str, Any], steady: bool) -> None:
     elif answer["state"]["u"] == answer["state"]["u"]:
         say(f"Steady response where a cycle of the base begins: {state}.")
     say(answer["status"])
+    if "settles_after_cycles" in answer:
+        say(f"A small disturbance falls to a hundredth within {answer['settles_after_cycles']:.3g} cycles.")
     if "attractors" in answer:
         _print_attractors(answer["attractors"])
 

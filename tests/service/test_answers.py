@@ -466,6 +466,16 @@ def test_a_simulation_is_the_same_from_every_door(
     assert rows["u"][-1] == pytest.approx(local["state"]["u"], rel=1e-9)
 
 
+@pytest.mark.parametrize(("damping_ratio", "cycles"), [(0.05, np.log(100.0) / (0.1 * np.pi)), (0.0, None)])
+def test_a_disturbance_dies_out_as_soon_as_is_said(damping_ratio: float, cycles: float | None) -> None:
+    """Without a damper as e^(−ζτ)."""
+    point = {"frequency_ratio": 0.5, "damping_ratio": damping_ratio, "particle": False, "history": 0}
+    found = compute(read_simulation(point, 10_000, 1000), 10_000)
+    assert found.get("settles_after_cycles") == (
+        None if cycles is None else pytest.approx(0.5 * cycles, rel=1e-12)
+    )
+
+
 @pytest.mark.night
 def test_a_simulation_under_a_force_and_without_a_particle_is_the_closed_form(remote: Client) -> None:
     found = remote.simulate(1.1, damping_ratio=0.05, particle=False, excitation="force", history=1)
