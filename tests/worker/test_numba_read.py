@@ -1,0 +1,43 @@
+"""The methods of numba that the compiler overrides or calls although they are private: as they were when it was written.
+
+None of them is promised by numba. A newer version whose sources differ is read again before it is allowed in pyproject.toml.
+"""
+
+import hashlib
+import inspect
+from importlib import import_module
+
+import pytest
+
+READ = {
+    "numba.core.codegen:CodeLibrary._ensure_finalized": "fe8a6e1f04e7",
+    "numba.core.codegen:CodeLibrary._raise_if_finalized": "1da89a71b49d",
+    "numba.core.codegen:CPUCodeLibrary.finalize": "4b4c34b83488",
+    "numba.core.codegen:CPUCodeLibrary._optimize_final_module": "e405bd473752",
+    "numba.core.codegen:CPUCodeLibrary._get_compiled_object": "13a61024bb35",
+    "numba.core.codegen:CPUCodeLibrary.serialize_using_object_code": "a895c26d01ba",
+    "numba.core.lowering:Lower._find_singly_assigned_variable": "64279ab677bd",
+    "numba.core.lowering:Lower.incref": "e2e2f87b8105",
+    "numba.core.lowering:Lower.decref": "e116c5e12395",
+    "numba.core.lowering:Lower.lower_binop": "254bcd18aacc",
+    "numba.core.typed_passes:NativeLowering.run_pass": "0b482df48654",
+    "numba.core.compiler:CompilerBase.__init__": "394d87ab2f36",
+    "numba.core.compiler:CompilerBase.compile_extra": "09b90ed8a19d",
+    "numba.core.compiler:CompileResult._reduce": "5f86eacfa520",
+    "numba.core.compiler:CompileResult._rebuild": "44fa9dc22558",
+    "numba.core.targetconfig:TargetConfig.__hash__": "4d15a6c75137",
+    "numba.core.targetconfig:TargetConfig.__eq__": "6d8774572d07",
+    "numba.core.types:Dispatcher.get_call_type": "ae1ef289d128",
+    "numba.core.base:BaseContext.insert_user_function": "f7ed5d870e5a",
+}
+"""Where each is, and the beginning of the SHA-256 of its source."""
+
+
+@pytest.mark.parametrize("where", READ)
+def test_what_is_overridden_is_what_was_read(where: str) -> None:
+    module, _, names = where.partition(":")
+    found = import_module(module)
+    for name in names.split("."):
+        found = inspect.getattr_static(found, name)
+    source = inspect.getsource(getattr(found, "__func__", found))
+    assert hashlib.sha256(source.encode()).hexdigest()[:12] == READ[where]
