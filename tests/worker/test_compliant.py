@@ -194,6 +194,7 @@ def test_history_is_the_motion(friction: float, stiffness: float) -> None:
     assert np.isfinite(v).all()
 
 
+@pytest.mark.night
 def test_a_study_has_the_same_bits_in_blocks_of_any_size() -> None:
     document = {
         "axes": {"clearance_ratio": [0.5, 2.0], "friction_ratio": 0.3, "frequency_ratio": [0.9, 1.0]},
@@ -207,6 +208,7 @@ def test_a_study_has_the_same_bits_in_blocks_of_any_size() -> None:
         assert (part[name][0, 0, 0, 0] == whole[name][0, 0, 0, 1]).all()
 
 
+@pytest.mark.night
 def test_steady_response_in_a_study_is_that_of_the_point_alone() -> None:
     document = {
         "damping_ratio": 0.02,
@@ -228,6 +230,7 @@ def test_steady_response_in_a_study_is_that_of_the_point_alone() -> None:
         assert found["status"].flat[i] in (Status.CONVERGED, Status.MAX_CYCLES)
 
 
+@pytest.mark.night
 def test_particle_without_mass_needs_no_wall() -> None:
     document = {
         "axes": {

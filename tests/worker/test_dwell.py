@@ -111,6 +111,7 @@ def test_energy_balances(friction: float, particle: tuple[float, float], contact
     assert found["energy_residual"] <= 1e-12
 
 
+@pytest.mark.night
 def test_study_with_contact_time_by_name() -> None:
     """The presets are the paper's times over 1/ω_n at 2.5 Hz, and a block answers as the point alone does."""
     document = {

@@ -79,7 +79,10 @@ def test_energy_dissipated_per_cycle_is_that_of_its_mechanisms() -> None:
     assert lost == pytest.approx(2 * one, rel=1e-9)
 
 
-@pytest.mark.parametrize("contact", [None, CompliantContact(model="compliant", contact_time=1e-3)])
+@pytest.mark.parametrize(
+    "contact",
+    [None, pytest.param(CompliantContact(model="compliant", contact_time=1e-3), marks=pytest.mark.night)],
+)
 def test_what_is_measured_does_not_change_the_motion_nor_the_rest_of_the_measures(
     contact: CompliantContact | None,
 ) -> None:

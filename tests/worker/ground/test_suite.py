@@ -102,6 +102,7 @@ def test_scaled_with_its_design_a_suite_repeats() -> None:
     assert peak[1, 1, 1] == pytest.approx(3 * peak[0, 0, 0], rel=1e-12)
 
 
+@pytest.mark.night
 def test_a_contact_time_is_the_particles_stay_on_the_wall() -> None:
     """As it goes to zero, dwelling becomes the rebound at once; the structure's frequency is its unit."""
     axes = {"natural_frequency_hz": [1.5, 2.5], "clearance_m": 0.001, "scale": 3}
