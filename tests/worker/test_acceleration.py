@@ -98,9 +98,9 @@ RIGID = [
     (0.95, 0.8, (0.5, 0.5, 0.1), False),
     (0.6, 0.3, (0.5, 0.5, 0.1), False),
     (1.3, 0.3, (0.5, 0.0, 0.1), False),
-    (1.3, 0.3, (0.5, 0.0, 0.1), True),
-    (0.95, 0.8, (0.5, 0.5, 0.1), True),
-    (0.95, 0.0, (5.0, 0.5, 0.1), False),
+    pytest.param((1.3, 0.3, (0.5, 0.0, 0.1), True), marks=pytest.mark.night),
+    pytest.param((0.95, 0.8, (0.5, 0.5, 0.1), True), marks=pytest.mark.night),
+    pytest.param((0.95, 0.0, (5.0, 0.5, 0.1), False), marks=pytest.mark.night),
 ]
 
 
@@ -278,7 +278,7 @@ def test_fixed_steps_are_not_asked_for_it() -> None:
         parse_study(ASKED | {"solver": {"method": "rk4"}, "metrics": ["acceleration_ratio"]})
 
 
-@pytest.mark.parametrize("gamma", [0.0, 0.3])
+@pytest.mark.parametrize("gamma", [pytest.param(0.0, marks=pytest.mark.night), 0.3])
 def test_a_point_alone_tells_it_where_it_is_asked_for(gamma: float) -> None:
     design = Design(0.03, 0.6, gamma, Particle(0.5, 0.5, 0.1))
     asked = simulate_ready(design, settings=METERED, followed=False).metrics

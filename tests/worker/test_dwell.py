@@ -61,7 +61,7 @@ def test_end_state_agrees_with_a_general_integrator(scene: Scene) -> None:
 
 def test_fixed_steps_refuse_a_contact_time() -> None:
     with pytest.raises(ValueError, match="contact_time"):
-        simulate(design_of(SCENES[0]), 2, method="rk4")
+        simulate(Design(0.02, 1.0, 0.4, Particle(2.0, 0.6, 0.2, 0.5)), 2, method="rk4")
 
 
 def test_held_particle_keeps_its_wall_whatever_the_force() -> None:

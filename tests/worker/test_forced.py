@@ -136,6 +136,7 @@ def test_friction_alone_is_the_relative_motion_on_a_shaken_base(r: float) -> Non
     assert forced["floquet_multiplier"] == pytest.approx(shaken["floquet_multiplier"], abs=1e-6)
 
 
+@pytest.mark.night
 def test_a_particle_alone_moves_as_on_a_base_that_exerts_the_same_force() -> None:
     """Without friction a base exerts ks + cs' alone: a force of √(1 + (2ζr)²) kZ, at another phase."""
     zeta, r, clearance = 0.02, 0.97, 3.0

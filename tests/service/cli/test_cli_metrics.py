@@ -58,7 +58,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-AT_ONCE = ("ratios", "forced-units")
+AT_ONCE = ("ratios",)
 """What guards a change; the other scenes follow at night."""
 
 
