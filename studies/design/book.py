@@ -51,6 +51,8 @@ OF_STARTS = (
 """What is stored of several starts."""
 SEED = 20
 """Of starts, and of builds drawn within the tolerances."""
+ENSEMBLE = {"kind": "ensemble", "n": STARTS, "seed": SEED}
+"""Several starts, as a study asks for them."""
 ABOUT_THE_RUN = ("cycles", "run_time", "status")
 """What is stored as well."""
 STUDY_COST = 40
@@ -197,7 +199,7 @@ class Book:
             "metrics": [*self.variables, *ABOUT_THE_RUN],
         }
         if self.asked.judge != "rest":
-            document["start"] = {"kind": "ensemble", "n": STARTS, "seed": SEED}
+            document["start"] = ENSEMBLE
         if self.asked.judge == "worst":
             document["metrics"] = [*self.variables, *ABOUT_THE_RUN, WORST]
         if kind.contact_time:
@@ -225,7 +227,7 @@ class Book:
         more = {
             "name": f"{self.asked.name}, starts" if self.asked.name else "starts",
             "metrics": [*self.variables, *ABOUT_THE_RUN, *OF_STARTS],
-            "start": {"kind": "ensemble", "n": STARTS, "seed": SEED},
+            "start": ENSEMBLE,
         }
         grid = [np.array([value]) for value in place]
         kind = _Kind(wanted.amplitude.reference_m, place[2] > 0.0, law, contact)

@@ -1,8 +1,6 @@
 """A study read back from what a store kept of it: the same coordinates to the last bit, or none at all."""
 
-import json
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -36,13 +34,6 @@ def parse_stored(definition: Any, digest: str) -> Study | Suite:
     DefinitionDamaged
         If the definition does not have this digest by either rule.
     """
-    return _parsed(json.dumps(definition), digest)
-
-
-@lru_cache(256)
-def _parsed(text: str, digest: str) -> Study | Suite:
-    """Read a definition; a search asks for those of its earlier rounds in each round."""
-    definition = json.loads(text)
     try:
         study = parse_study(definition)
         if study.digest == digest:

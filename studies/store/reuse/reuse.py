@@ -44,8 +44,9 @@ class Overlaps:
         self._studies: list[_Overlap] = []
         if record.reuse:
             study = parse_stored(record.definition, record.digest)
-            near = (boxes or Boxes(store, record)).near(record, box_of(study))
-            overlaps = (_overlap(study, other) for other in near)
+            boxes = boxes or Boxes(store, record)
+            near = boxes.near(record, box_of(study))
+            overlaps = (_overlap(study, other, boxes.study(other)) for other in near)
             self._studies = [overlap for overlap in overlaps if overlap is not None]
         # those with most in common first: the others then have little to add
         self._studies.sort(key=lambda overlap: -math.prod(len(own) for own, _ in overlap.common))
@@ -108,6 +109,7 @@ class Boxes:
             )
             rows = connection.execute(query).all()
         self._numbers = [row.number for row in rows]
+        self._read: dict[str, AnyStudy] = {}
         self._boxes = np.array([json.loads(row.box) for row in rows], np.float64)
 
     def near(self, record: Record, box: list[list[float]]) -> Iterator[Record]:
@@ -123,6 +125,12 @@ class Boxes:
                 found = connection.execute(query).all()
             yield from (record_of(row) for row in found if row.id != record.id)
 
+    def study(self, record: Record) -> AnyStudy:
+        """Read the definition of one of the family's studies, once for all that ask for it."""
+        if record.digest not in self._read:
+            self._read[record.digest] = parse_stored(record.definition, record.digest)
+        return self._read[record.digest]
+
 
 @dataclass(frozen=True)
 class _Overlap:
@@ -131,8 +139,7 @@ class _Overlap:
     common: tuple[tuple[np.ndarray, np.ndarray], ...]
 
 
-def _overlap(study: AnyStudy, other: Record) -> _Overlap | None:
-    earlier = parse_stored(other.definition, other.digest)
+def _overlap(study: AnyStudy, other: Record, earlier: AnyStudy) -> _Overlap | None:
     if not {v.name for v in stored_variables(study)} <= {v.name for v in stored_variables(earlier)}:
         return None
     common = []

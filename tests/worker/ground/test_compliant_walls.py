@@ -11,6 +11,8 @@ from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Damper, Structure, friction_of, particle_of, scale_of
 from damperlab.worker.ground.response import ground_history, ground_response
 
+pytestmark = pytest.mark.night
+
 
 def compliant(contact_time: float) -> CompliantContact:
     return CompliantContact(model="compliant", contact_time=contact_time)
@@ -28,7 +30,6 @@ DAMPERS = [
 ]
 
 
-@pytest.mark.night
 @pytest.mark.parametrize(("record_id", "start", "damper"), DAMPERS, ids=str)
 def test_a_record_agrees_with_a_plain_march(record_id: str, start: float, damper: Damper) -> None:
     """The march rounds some 10⁴ steps, and impacts amplify; it scans at 1/40 of the fastest rate."""
@@ -67,7 +68,6 @@ def test_a_record_agrees_with_a_plain_march(record_id: str, start: float, damper
     assert found.energy_residual < 1e-11
 
 
-@pytest.mark.night
 @pytest.mark.parametrize("friction", [0.0, 0.41])
 def test_stiff_walls_tend_to_the_instantaneous_law(friction: float) -> None:
     """With order one in the contact time: a hundredth of it, a hundredth of the difference."""
@@ -85,7 +85,6 @@ def test_stiff_walls_tend_to_the_instantaneous_law(friction: float) -> None:
     assert away[2] == pytest.approx(away[1] / 100, rel=0.01)
 
 
-@pytest.mark.night
 @pytest.mark.parametrize("contact_time", [1e-8, 1e-5, 1e-3, 0.05, 1.0])
 @pytest.mark.parametrize("restitution", [1e-6, 1e-3, 0.2, 0.82, 1.0])
 def test_extreme_walls_keep_the_balance(contact_time: float, restitution: float) -> None:
@@ -98,7 +97,6 @@ def test_extreme_walls_keep_the_balance(contact_time: float, restitution: float)
             assert found.energy_residual < 1e-9
 
 
-@pytest.mark.night
 def test_finer_samples_on_the_same_lines_change_nothing() -> None:
     motion = part("loma-prieta-000", 2.0, 4.0)
     size = motion.acceleration_m_s2.size
@@ -113,7 +111,6 @@ def test_finer_samples_on_the_same_lines_change_nothing() -> None:
         assert two.values()[name] == pytest.approx(one.values()[name], rel=1e-9)
 
 
-@pytest.mark.night
 def test_the_history_lies_on_the_response() -> None:
     motion = part("el-centro-180", 0.0, 4.0)
     damper = Damper(0.41, MASS, 0.0075, contact=compliant(0.02))
@@ -127,7 +124,6 @@ def test_the_history_lies_on_the_response() -> None:
     assert gap.max() > damper.clearance_m  # it presses into its wall
 
 
-@pytest.mark.night
 @pytest.mark.parametrize(
     ("samples", "damper"),
     [
@@ -150,7 +146,6 @@ def test_a_mass_that_is_held_accelerates_with_its_base_through_a_contact(
     assert found.peak_absolute_acceleration_m_s2 == pytest.approx(motion.peak_m_s2, rel=1e-14)
 
 
-@pytest.mark.night
 def test_a_rebound_that_rounding_would_drown_is_none() -> None:
     motion = part("el-centro-180", 0.0, 1.0)
     particle = particle_of(Damper(0.0, MASS, 0.01, 1e-15, InstantContact()), scale_of(PAPER, motion, 1.0))
@@ -158,7 +153,6 @@ def test_a_rebound_that_rounding_would_drown_is_none() -> None:
     assert particle.restitution == 0.0
 
 
-@pytest.mark.night
 def test_a_history_is_whole_whatever_room_there_was_at_first(monkeypatch: pytest.MonkeyPatch) -> None:
     motion = part("el-centro-180", 0.0, 2.0)
     damper = Damper(0.41, MASS, 0.0075, contact=compliant(0.02))

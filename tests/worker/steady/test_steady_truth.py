@@ -24,26 +24,30 @@ def solved(point: Point, settings: Settings = SETTINGS, start: State | None = No
 
 
 @pytest.mark.parametrize(
-    ("model", "number"),
+    ("model", "number", "failed", "several", "transient"),
     [
-        ("instant", 120),
-        pytest.param("dwell", 30, marks=pytest.mark.night),
-        pytest.param("compliant", 30, marks=pytest.mark.night),
+        ("instant", 120, 3, 4, 1),
+        pytest.param("dwell", 30, 1, 1, 0, marks=pytest.mark.night),
+        pytest.param("compliant", 30, 1, 1, 0, marks=pytest.mark.night),
     ],
 )
-def test_random_answers_are_what_plain_marches_come_to(model: str, number: int) -> None:
-    """A short form of the benchmark `steady`; a point with several responses may be met in another than the march is."""
+def test_random_answers_are_what_plain_marches_come_to(
+    model: str, number: int, failed: int, several: int, transient: int
+) -> None:
+    """A short form of the benchmark `steady`; a point with several responses may be met in another than the march is.
+
+    One irregular answer of a hundred settles after its run has ended (docs/accuracy.md).
+    """
     answers = list(every(islice(points(5, (model,)), number), 5000))
     wrong = [
         one
         for one in answers
         if not one.verdict.startswith(("agrees", "several responses", TRANSIENT, WARNED))
     ]
-    assert len(answers) >= number - 4
+    assert len(answers) >= number - failed
     assert wrong == []
-    assert sum(one.verdict.startswith("several responses") for one in answers) <= 4
-    # one irregular answer of a hundred settles after its run has ended (docs/accuracy.md): of the twenty here, hardly two
-    assert sum(one.verdict == TRANSIENT for one in answers) <= 1
+    assert sum(one.verdict.startswith("several responses") for one in answers) <= several
+    assert sum(one.verdict == TRANSIENT for one in answers) <= transient
 
 
 def test_an_unstable_orbit_that_chaos_comes_back_to_is_not_the_response() -> None:
