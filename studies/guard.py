@@ -72,7 +72,7 @@ def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:
         Where the document is no mapping, or is too deep, too large or too odd to look at closely.
     """
     if not isinstance(document, dict):
-        raise StudyFaults([_not_a_study(document)])
+        raise StudyFaults([_no_mapping(document)])
     faults: list[Fault] = []
     pending: list[tuple[tuple[object, ...], Any]] = [((), document)]
     containers = values = 0
@@ -145,14 +145,13 @@ def _repeats(where: tuple[object, ...], held: dict[str, Any]) -> list[Fault]:
     ]
 
 
-def _not_a_study(document: object) -> Fault:
-    advice = "write keys and values, at least `axes: {frequency_ratio: 1.0, clearance_ratio: 10}`"
-    return Fault("study", describe(document), "a mapping", advice)
+def _no_mapping(document: object) -> Fault:
+    return Fault("document", describe(document), "a mapping", "write keys and their values")
 
 
 def _too_much(where: tuple[object, ...], found: str, limit: str) -> Fault:
     return Fault(
-        path(where) or "study",
+        path(where) or "document",
         found,
         f"at most {limit}",
         "write long axes as {start, stop, num}, and nest no deeper than a study needs",

@@ -83,7 +83,7 @@ _SHORTER = "write long axes as {start, stop, num}, and long lists as JSON"
 
 
 def _refused(found: str, allowed: str, advice: str, told: str = "") -> StudyFaults:
-    return StudyFaults([Fault("study", found, allowed, advice, told)])
+    return StudyFaults([Fault("document", found, allowed, advice, told)])
 
 
 def _load_json(text: str, studies: int) -> Any:
@@ -135,7 +135,7 @@ def _tab(text: str, line: int) -> Fault | None:
     place = f"line {line + 1}, column {indent[0].index(chr(9)) + 1}"
     told = f"The document is not valid YAML at {place}: a tab indents the line, and YAML allows only spaces there."
     return Fault(
-        "study", f"a tab at {place}", "spaces before a key", "write spaces in place of the tab", told
+        "document", f"a tab at {place}", "spaces before a key", "write spaces in place of the tab", told
     )
 
 

@@ -117,11 +117,8 @@ def load_specification(text: bytes | str, written_in: Format) -> Any:
 
 def _of_specification(fault: Fault) -> Fault:
     """Say of a specification what the reader of texts says of a study, whose axes may be long."""
-    field = "specification" if fault.field == "study" else fault.field
     advice = "write less: a specification has few values" if "axes" in fault.advice else fault.advice
-    return replace(
-        fault, field=field, advice=advice, message=fault.message.replace("a study", "a specification")
-    )
+    return replace(fault, advice=advice, message=fault.message.replace("a study", "a specification"))
 
 
 def parse_specification(document: object, shelf: Shelf | None = None) -> Specification:

@@ -119,7 +119,7 @@ def test_every_fault_is_reported_at_once() -> None:
 
 @pytest.mark.parametrize("document", [None, True, 3, "figure-11", [], [MINIMAL], b"{}", {1, 2}, object()])
 def test_what_is_no_mapping_is_no_study(document: object) -> None:
-    assert set(faults(document)) == {"study"}
+    assert set(faults(document)) == {"document"}
 
 
 def test_required_axes_are_named_when_missing() -> None:
