@@ -170,7 +170,7 @@ def _single(field: Field) -> Any:
         more["examples"] = [field.example]
     # a list that is not given is told from one without a name in it
     optional = default is None
-    if "http" in field.explicit:
+    if field.needed:
         optional, default = False, ...
     return kind | None if optional else kind, Described(
         default, alias=field.key, description=described(field), **more

@@ -52,8 +52,6 @@ class Field:
         Its spellings on the command line; a list is given by repeating it.
     doors : tuple of str
         Who offers it; what a door does itself needs no field there.
-    explicit : tuple of str
-        Who asks for it all the same: the default is another door's.
     default : object
         Its default; `MISSING` for none.
     name, type
@@ -71,7 +69,6 @@ class Field:
     key: str = ""
     options: tuple[str, ...] = ()
     doors: tuple[Door, ...] = DOORS
-    explicit: tuple[Door, ...] = ()
     default: Any = None
     name: str = ""
     type: Any = str
@@ -115,8 +112,6 @@ def asked(default: Any, help: str, **more: Any) -> Any:
 
     Parameters
     ----------
-    explicit : tuple of str
-        Who asks for it all the same: the default is another door's.
     default : object
         Its default; `MISSING` for none.
     help, **more

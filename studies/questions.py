@@ -1,6 +1,6 @@
 """What is asked of a study's results, as frozen values; their fields are what every door offers."""
 
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 
 from damperlab.studies.field import NONE, At, Range, Ranges, asked, asked_at
 from damperlab.studies.kinds import EVERY_DIMENSION, EVERY_VARIABLE
@@ -115,7 +115,6 @@ class Amplitudes(Listed):
         "Range of the base amplitude, relative to the nominal one.",
         form="LO,HI",
         example="0.5,2",
-        explicit=("http", "client"),
     )
 
 
@@ -180,10 +179,7 @@ class Fragile:
     """Which limit is exceeded, by what, and of which damper of a ground-motion suite."""
 
     threshold: float = asked(
-        0.02,
-        "Limit that the result exceeds, in its SI unit; 0.02 for 20 mm.",
-        above=0,
-        explicit=("http", "client"),
+        MISSING, "Limit that the result exceeds, in its SI unit; 0.02 for 20 mm.", above=0
     )
     metric: str | None = asked(
         None,

@@ -180,6 +180,8 @@ def _option(field: Field) -> Any:
 
 
 def _default(field: Field) -> Any:
+    if field.needed:
+        return inspect.Parameter.empty
     if field.is_repeated or field.is_named:
         return None
     if field.is_range and field.default is not None:

@@ -42,8 +42,7 @@ def parameters(*questions: object) -> dict[str, Any]:
     for question in questions:
         kind: Any = type(question)
         fields = {each.name: each for each in fields_of(kind)}
-        explicit = {name: getattr(question, name) for name, each in fields.items() if "http" in each.explicit}
-        for name, value in (explicit | given(question)).items():
+        for name, value in given(question).items():
             found |= value if fields[name].is_named else {fields[name].key: value}
     return found
 

@@ -153,7 +153,7 @@ class Questions(Asked):
     @explained(Amplitudes, Judging)
     def robust_designs(
         self,
-        amplitudes: Range,
+        amplitudes: Range = Amplitudes.amplitudes,
         objective: Objective | None = None,
         band: Range | None = None,
         top: int = Amplitudes.top,

@@ -108,11 +108,11 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
     kept.keep({ limit: Number(box.value) > 0 ? Number(box.value) : null });
   }
 
-  /** A limit to begin with: the middle of what is there. @param {(number | null)[][]} rows */
+  /** The middle of what is there, as an example: no limit counts that nobody named. @param {(number | null)[][]} rows */
   function suggest(rows) {
     const known = rows.flat().filter((value) => value !== null).sort((a, b) => Number(a) - Number(b));
-    if (known.length === 0) return;
-    box.value = String(Number(short(known[Math.floor(known.length / 2)], 2)));
+    box.value = "";
+    box.placeholder = known.length === 0 ? "" : `e.g. ${short(known[Math.floor(known.length / 2)], 2)}`;
     box.dataset.metric = view.metric;
   }
 
@@ -120,6 +120,7 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
   const exceeded = debounced(200, async (/** @type {number} */ mine) => {
     if (mine !== number) return;
     const limit = Number(box.value);
+    curve.element.hidden = !(limit > 0);
     if (!(limit > 0)) return fill(note, "Name a limit above 0.");
     asked = { threshold: limit / factor(), metric: view.metric, ...damper() };
     try {

@@ -1,12 +1,14 @@
 """How likely a damper under a ground-motion suite exceeds a limit, as the records are scaled up: a fragility curve."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize, minimize_scalar
+from scipy.special import log_ndtr, ndtr
 
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.leading import leading_place
@@ -37,7 +39,6 @@ DROP = 1.9207
 WIDEST = 4.0
 """Largest dispersion that is looked at; buildings and dampers have 0.1 to 1."""
 NARROWEST = 1e-3
-CELLS, ZOOMS = 24, 14
 SETTLED, MANY = 3.0, 10
 """A median is settled whose interval is no wider than this factor; from this many records on more of them help little."""
 FAILED_RUNS = (Status.TOO_MANY_EVENTS, Status.UNBOUNDED, Status.NO_PROGRESS)
@@ -66,9 +67,10 @@ class Fitted(NamedTuple):
 def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     """Fit the probability that a result exceeds a limit, over the factor on the records.
 
-    Of each record it is known between which two scales the limit is first exceeded, or that it never is: one observation a
-    record, since the runs of one record are no independent ones. A lognormal distribution of that scale is fitted to them
-    by maximum likelihood with censored observations [1]_ [2]_.
+    Each record gives one observation, since its runs are not independent: the scale at which its result reaches the limit,
+    interpolated between the two scales around it, as in incremental dynamic analysis [2]_. It is an interval where a run is
+    missing, where the limit is never exceeded, and for all records where a failed run counts as exceeding. A lognormal
+    distribution is fitted to these observations by maximum likelihood [1]_.
 
     Parameters
     ----------
@@ -123,9 +125,13 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     exceeds, keeps = (known & (values > asked.threshold)) | beyond, known & ~(values > asked.threshold)
     some = (exceeds | keeps).any(axis=1)
     scales = cube[SCALE].values
-    low, high = bounds(exceeds[some], scales, keeps[some])
-    fitted = fit_lognormal(low, high)
     values = np.where(known, values, np.nan)
+    low, high = bounds(exceeds[some], scales, keeps[some])
+    observed = (low, high)
+    if not beyond.any():
+        # Runs fail where results are large: interpolating between the others alone would move the median.
+        observed = reached(values[some], asked.threshold, scales, low, high)
+    fitted = fit_lognormal(*observed)
     attributes: dict[str, Any] = {
         **completeness(*count(status), status.size),
         "threshold": asked.threshold,
@@ -141,7 +147,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
             "dispersion_interval": list(fitted.dispersion_interval),
         }
     where = say(cube, index, asked.at, Phrases.of(cube), lead)
-    attributes["note"] = _note(cube, metric, attributes, where, may_be_one(low, high), int(beyond.sum()))
+    attributes["note"] = _note(cube, metric, attributes, where, may_be_one(*observed), int(beyond.sum()))
     attributes["brief"] = _brief(cube, index, attributes).document()
     nothing = np.full(scales.size, np.nan)
     by, not_by = (high[:, None] <= scales).sum(axis=0), (low[:, None] >= scales).sum(axis=0)
@@ -151,7 +157,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
             "share of the records that exceed the limit",
         ),
         "probability": (
-            nothing if fitted is None else cumulative(np.log(scales / fitted.median) / fitted.dispersion),
+            nothing if fitted is None else ndtr(np.log(scales / fitted.median) / fitted.dispersion),
             "probability of exceeding the limit",
         ),
         "lowest": (np.fmin.reduce(values, axis=0), "smallest over the records"),
@@ -191,97 +197,108 @@ def bounds(
     return edges[last], edges[first + 1]
 
 
+def reached(
+    values: Floats, threshold: float, scales: Floats, low: Floats, high: Floats
+) -> tuple[Floats, Floats]:
+    """Give the scales at which results reach a limit, linear in logarithms between neighbouring scales.
+
+    Parameters
+    ----------
+    values : ndarray, (n, m)
+        Results of n records; NaN where unknown.
+    threshold : float
+        The limit.
+    scales : ndarray, (m,)
+        Ascending.
+    low, high : ndarray, (n,)
+        From `bounds`.
+
+    Returns
+    -------
+    low, high : ndarray, (n,)
+        Equal where the scale is interpolated; else as given.
+    """
+    after = np.searchsorted(scales, high)
+    between = (low > 0) & np.isfinite(high) & (np.searchsorted(scales, low) == after - 1)
+    rows, after = np.flatnonzero(between), after[between]
+    below, above = values[rows, after - 1], values[rows, after]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.log(threshold / below) / np.log(above / below)
+        scale = scales[after - 1] * (scales[after] / scales[after - 1]) ** share
+    usable = np.isfinite(scale)
+    low, high = low.copy(), high.copy()
+    low[rows[usable]] = high[rows[usable]] = scale[usable]
+    return low, high
+
+
 def may_be_one(low: Floats, high: Floats) -> bool:
     """Whether one number is in, or at an end of, every interval: the likelihood then grows as the dispersion falls to 0."""
     return low.size < 2 or float(low.max()) <= float(high.min())
 
 
 def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
-    """Fit a lognormal distribution to positive numbers that are known to lie in intervals, by maximum likelihood.
+    """Fit a lognormal distribution to positive numbers by maximum likelihood.
+
+    The likelihood has one maximum: it is log-concave in μ/σ and 1/σ (J. Burridge, J. R. Stat. Soc. B 43 (1981) 41).
 
     Parameters
     ----------
     low, high : ndarray, (n,)
-        Ends of the intervals; 0 and infinity where one is open.
+        Ends of the intervals that hold the numbers; 0 and infinity where one is open, equal where a number is known.
 
     Returns
     -------
     Fitted or None
         None where the data give no dispersion: see `may_be_one`, or `WIDEST` or more.
     """
-    finite = np.concatenate((low[low > 0], high[np.isfinite(high)]))
+    finite = np.log(np.concatenate((low[low > 0], high[np.isfinite(high)])))
     if not finite.size or may_be_one(low, high):
         return None
-    centre, span = np.log(finite).mean(), np.ptp(np.log(finite)) + WIDEST
-    corner = (centre - span, math.log(NARROWEST), centre + span, math.log(WIDEST))
-    box = corner
-    for _ in range(ZOOMS):
-        medians, widths, likely = _grid(box, low, high)
-        i, j = np.unravel_index(int(likely.argmax()), likely.shape)
-        reach = [2.0 * (axis[1] - axis[0]) for axis in (medians, widths)]
-        top = min(widths[j] + reach[1], corner[3])
-        box = (medians[i] - reach[0], widths[j] - reach[1], medians[i] + reach[0], top)
-    if widths[j] == corner[3]:
+    span = np.ptp(finite) + WIDEST
+    box = [(finite.mean() - span, finite.mean() + span), (math.log(NARROWEST), math.log(WIDEST))]
+
+    def unlikely(place: Sequence[float]) -> float:
+        return -_log_likelihood(place[0], math.exp(place[1]), low, high)
+
+    start = (finite.mean(), math.log(max(NARROWEST, min(1.0, float(finite.std())))))
+    found = minimize(
+        unlikely, start, method="Nelder-Mead", bounds=box, options={"xatol": 1e-9, "fatol": 1e-12}
+    )
+    if found.x[1] > box[1][1] - 1e-6:
         return None
-    best, median, width = float(likely.max()), float(medians[i]), float(widths[j])
+
+    def too_unlikely(at: float, axis: int) -> float:
+        """Say by how much the profile of the likelihood is outside the interval of 95 %."""
+
+        def held(other: float) -> float:
+            return unlikely((at, other) if axis == 0 else (other, at))
+
+        best = minimize_scalar(held, bounds=box[1 - axis], method="bounded", options={"xatol": 1e-9})
+        return float(best.fun - found.fun - DROP)
 
     def interval(axis: int) -> tuple[float, float]:
-        place = (median, width)[axis]
-        ends = []
-        for edge in (corner[axis], corner[axis + 2]):
-            inside, outside = place, edge
-            if _profile(axis, outside, corner, low, high) > best - DROP:
-                ends.append(0.0 if edge < place else math.inf)
-                continue
-            for _ in range(40):
-                middle = 0.5 * (inside + outside)
-                within = _profile(axis, middle, corner, low, high) > best - DROP
-                inside, outside = (middle, outside) if within else (inside, middle)
-            ends.append(math.exp(inside))
+        ends = [
+            math.exp(brentq(too_unlikely, found.x[axis], edge, args=(axis,), xtol=1e-9))
+            if too_unlikely(edge, axis) > 0
+            else open_end
+            for edge, open_end in zip(box[axis], (0.0, math.inf), strict=True)
+        ]
         return ends[0], ends[1]
 
-    return Fitted(math.exp(median), math.exp(width), interval(0), interval(1))
+    return Fitted(math.exp(found.x[0]), math.exp(found.x[1]), interval(0), interval(1))
 
 
-def cumulative(z: Floats) -> Floats:
-    """The normal distribution function."""
-    return np.asarray(0.5 * np.vectorize(math.erfc, otypes=[float])(-z / math.sqrt(2)))
-
-
-def _grid(box: tuple[float, ...], low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
-    medians, widths = np.linspace(box[0], box[2], CELLS), np.linspace(box[1], box[3], CELLS)
-    return medians, widths, _log_likelihood(medians[:, None], widths[None, :], low, high)
-
-
-def _profile(axis: int, at: float, corner: tuple[float, ...], low: Floats, high: Floats) -> float:
-    """The largest log-likelihood where one of the two parameters is held."""
-    other = 1 - axis
-    start, stop = corner[other], corner[other + 2]
-    best = -math.inf
-    for _ in range(6):
-        line = np.linspace(start, stop, CELLS)
-        held = np.full(CELLS, at)
-        median, width = (held, line) if axis == 0 else (line, held)
-        likely = _log_likelihood(median, width, low, high)
-        place = int(likely.argmax())
-        best = max(best, float(likely[place]))
-        start, stop = line[max(0, place - 2)], line[min(CELLS - 1, place + 2)]
-    return best
-
-
-def _log_likelihood(median: Floats, width: Floats, low: Floats, high: Floats) -> Floats:
-    """Log-likelihood at ln median and ln dispersion, arrays that broadcast."""
-    median, width = np.broadcast_arrays(median, width)
-    total = np.zeros(median.shape)
-    pairs, number = np.unique(np.column_stack((low, high)), axis=0, return_counts=True)
+def _log_likelihood(median: float, width: float, low: Floats, high: Floats) -> float:
+    """Log-likelihood of intervals, and of known numbers but for a constant, at ln median and the dispersion."""
+    known = low == high
     with np.errstate(divide="ignore"):
-        for (below, above), times in zip(pairs, number, strict=True):
-            a, b = ((np.log(end) - median) / np.exp(width) for end in (below, above))
-            # in the nearer tail, so that no digit is lost
-            flip = a > 0
-            share = cumulative(np.where(flip, -a, b)) - cumulative(np.where(flip, -b, a))
-            total = total + times * np.log(np.maximum(share, 1e-300))
-    return total
+        a, b = (np.log(low) - median) / width, (np.log(high) - median) / width
+    density = -0.5 * a[known] ** 2 - math.log(width)
+    a, b = a[~known], b[~known]
+    # in the nearer tail, so that no digit is lost
+    flip = a > 0
+    a, b = np.where(flip, -b, a), np.where(flip, -a, b)
+    return float(density.sum() + (log_ndtr(b) + np.log1p(-np.exp(log_ndtr(a) - log_ndtr(b)))).sum())
 
 
 def _median(values: Floats) -> Floats:

@@ -102,7 +102,7 @@ def written(field: Field) -> Any:
     """A field's default as text of a query or an option."""
     if field.is_range and field.default is not None:
         return "{:g},{:g}".format(*field.default)
-    return None if field.is_list or field.is_named else field.default
+    return None if field.is_list or field.is_named or field.needed else field.default
 
 
 @pytest.mark.parametrize(("path", "questions"), [(each[0], each[3]) for each in QUESTIONS])
@@ -118,7 +118,7 @@ def test_a_route_takes_the_fields_of_its_question_and_no_others(
         description, default = found.pop(field.key)
         if field.key != "record" or path.startswith(STUDY):  # a body may hold what generates one
             assert description.startswith(field.help)
-        if "http" in field.explicit:
+        if field.needed:
             assert default is None
         elif (path, field.key) not in OWN_HTTP_DEFAULTS:
             assert default == written(field), field
@@ -158,7 +158,7 @@ def test_a_method_takes_the_fields_of_its_question_and_no_others(
         assert field.help in inspect.getdoc(method), field
         if field.is_named:
             assert parameter.kind is inspect.Parameter.VAR_KEYWORD
-        elif "client" in field.explicit:
+        elif field.needed:
             assert parameter.default is inspect.Parameter.empty
         elif (method.__name__, field.name) in OWN_DEFAULTS:
             assert parameter.default == OWN_DEFAULTS[method.__name__, field.name]

@@ -166,7 +166,7 @@ def spread(
             "lowest": float(np.min(column)),
             "highest": float(np.max(column)),
             "mean": float(np.mean(column)),
-            "std": float(np.std(column)),
+            "std": float(np.std(column, ddof=1)) if starts > 1 else 0.0,
         }
         for name, column in found.items()
     }

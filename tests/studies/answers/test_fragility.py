@@ -39,7 +39,7 @@ def test_counts_in_four_intervals_have_the_two_parameters_that_give_their_shares
     assert fitted is not None
     a, b = (NormalDist().inv_cdf(share) for share in (0.3, 0.8))
     dispersion = math.log(2.0) / (b - a)
-    # the grid is zoomed to steps of 1e-11; where a likelihood is flat its place is known to the root of a rounding
+    # where a likelihood is flat its place is known to the root of a rounding
     assert fitted.dispersion == pytest.approx(dispersion, rel=1e-6)
     assert fitted.median == pytest.approx(math.exp(-a * dispersion), rel=1e-6)
     assert fitted.median_interval[0] < fitted.median < fitted.median_interval[1]
@@ -57,6 +57,25 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
         held += fitted.median_interval[0] <= 1.4 <= fitted.median_interval[1]
     # 95 % of 25 is 23.75 with a standard deviation of 1.09; four of them below
     assert held >= 20
+
+
+def test_known_numbers_have_their_own_mean_and_deviation() -> None:
+    numbers = np.array([0.7, 1.1, 1.3, 2.9])
+    fitted = fit_lognormal(numbers, numbers)
+    assert fitted is not None
+    assert fitted.median == pytest.approx(np.exp(np.log(numbers).mean()), rel=1e-6)
+    assert fitted.dispersion == pytest.approx(np.log(numbers).std(), rel=1e-6)
+
+
+def test_results_that_grow_as_a_power_of_the_scale_reach_the_limit_where_they_do() -> None:
+    """Of two suites that exceed a limit between the same scales, the one with the higher results exceeds it earlier."""
+    rng = np.random.default_rng(7)
+    capacity = np.exp(rng.normal(math.log(1.3), 0.3, 40))
+    capacity = capacity[(capacity > SCALES[0]) & (capacity < SCALES[-1])]
+    values = 0.02 * (SCALES / capacity[:, None]) ** 1.7
+    answer = fragility(suite_of(values), Fragile(0.02))
+    assert answer.attrs["median_scale"] == pytest.approx(np.exp(np.log(capacity).mean()), rel=1e-6)
+    assert answer.attrs["dispersion"] == pytest.approx(np.log(capacity).std(), rel=1e-6)
 
 
 def test_the_curve_is_that_of_the_scales_at_which_records_first_exceed() -> None:
@@ -114,8 +133,9 @@ def test_a_record_that_fails_as_it_is_scaled_up_exceeds_the_limit() -> None:
     failed = values > 0.03
     whole = fragility(suite_of(values), Fragile(0.02))
     broken = fragility(suite_of(np.where(failed, np.nan, values), np.where(failed, 2, 0)), Fragile(0.02))
-    assert broken.attrs["median_scale"] == whole.attrs["median_scale"]
-    assert broken.attrs["dispersion"] == whole.attrs["dispersion"]
+    fitted = fit_lognormal(*bounds(capacity < SCALES, SCALES))
+    assert fitted is not None
+    assert (broken.attrs["median_scale"], broken.attrs["dispersion"]) == fitted[:2]
     np.testing.assert_array_equal(broken["exceeded"], whole["exceeded"])
     assert broken.attrs["records"] == 60
     assert "count as exceeding" in broken.attrs["note"]
@@ -161,9 +181,13 @@ def test_what_cannot_be_fitted_is_said() -> None:
     assert "median_scale" not in same.attrs
     assert "No curve can be fitted" in same.attrs["note"]
     assert np.isnan(same["probability"]).all()
-    # the first exceeds it from 1 on at the latest, and the second not before: both may at 1
+    # the first exceeds it at the least scale, and the second is not known to before: both may there
     touching = fragility(
-        suite_of(np.array([[0.01, 0.03, 0.04, 0.05], [0.01, 0.01, 0.04, 0.05]])), Fragile(0.02)
+        suite_of(
+            np.array([[0.03, 0.03, 0.04, 0.05], [0.01, np.nan, 0.04, 0.05]]),
+            np.array([[0] * 4, [0, 4, 0, 0]]),
+        ),
+        Fragile(0.02),
     )
     assert "as the records may all exceed it at the same scale" in touching.attrs["note"]
     # one of two exceeds at every scale and the other at none: any median fits
