@@ -202,11 +202,10 @@ def _coordinate(shelf: Shelf, one: StoredCoordinate, key: str) -> bytes:
     if one.value is not None:
         raise _nothing(key)  # it stands in the metadata, where its reader has found it
     content = _readable(shelf, key)
-    if _description(shelf).packed:
-        try:
-            one.decode(content)
-        except ValueError as error:
-            raise damaged(shelf, None, f"the coordinates along {one.name}", str(error)) from error
+    try:
+        one.decode(content)
+    except ValueError as error:
+        raise damaged(shelf, None, f"the coordinates along {one.name}", str(error)) from error
     return content
 
 

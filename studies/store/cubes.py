@@ -9,7 +9,6 @@ from damperlab.studies.store.catalogue.home import disk_gone
 from damperlab.studies.store.catalogue.quota import Taken, taken
 from damperlab.studies.store.catalogue.rows import lost_marks, marks_of, study_row
 from damperlab.studies.store.cube.chunks import Marks
-from damperlab.studies.store.cube.cube import description_of
 from damperlab.studies.store.cube.packed import block_key
 from damperlab.studies.store.faults import RevisionGone, cannot_use, catalogue_damaged
 from damperlab.studies.store.files.shelf import Shelf
@@ -113,8 +112,6 @@ class Cubes(StoreBase):
     def lost_blocks(self, study_id: str) -> list[int]:
         """Give the blocks that have a done-mark and no file, ascending; the files are listed, and none is read.
 
-        Of a cube of 0.1.0, which no solver of today continues, none are given.
-
         Raises
         ------
         StudyNotFound
@@ -126,8 +123,6 @@ class Cubes(StoreBase):
         if not marks:
             return []
         try:
-            if not description_of(shelf).packed:
-                return []
             there = {entry.key for entry in shelf.entries() if entry.size}
         except OSError as error:
             raise cannot_use(shelf.address, error) from error

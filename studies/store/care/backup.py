@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from sqlalchemy import Row, delete, insert, select
 
 from damperlab.studies.design.shelf import DESIGNS, REQUEST
@@ -27,7 +26,7 @@ from damperlab.studies.store.catalogue.home import (
 )
 from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, record_of
 from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
-from damperlab.studies.store.cube.chunks import BlockDamaged, chunk_file, chunk_key, damaged
+from damperlab.studies.store.cube.chunks import BlockDamaged, damaged
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.packed import BLOCKS, block_key, require_whole
@@ -269,16 +268,13 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
         sizes = {entry.key: entry.size for entry in here.entries()}
         # what an earlier backup holds is not read again; a file that was cut short since is told by its size
         have = {entry.key for entry in there.entries() if entry.size == sizes.get(entry.key)}
-        there.fill(found, (BLOCKS,) if described.packed else ())
+        there.fill(found, (BLOCKS,))
         for mark in marks:
-            files = {
-                key: _piece(here, described, key, mark)
-                for key in block_files(described, mark)
-                if key not in have
-            }
-            if files:
-                there.put_all(files)
-            size += sum(map(len, files.values()))
+            key = block_key(mark.block, mark.generation)
+            if key not in have:
+                content = _piece(here, described, key, mark)
+                there.put(key, content)
+                size += len(content)
     except OSError as error:
         raise cannot_use(there.address, error) from error
     return size
@@ -293,7 +289,7 @@ def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, b
         if described.digest != record.digest:
             raise ValueError(f"it is that of study {described.digest[:12]}")
         found = {DESCRIPTION: metadata} | {key: shelf.get(key) for key in described.pieces[1:]}
-        for one in described.coordinates.values() if described.packed else ():
+        for one in described.coordinates.values():
             if one.key in found:
                 what = f"the coordinates along {one.name}"
                 one.decode(found[one.key])
@@ -310,22 +306,11 @@ def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, b
     return described, found
 
 
-def block_files(described: Description, mark: Row[Any]) -> list[str]:
-    """Give the keys of a block's files."""
-    if described.packed:
-        return [block_key(mark.block, mark.generation)]
-    place = [int(at) for at in np.unravel_index(mark.block, described.grid)]
-    return [chunk_file(chunk_key(variable, place), mark.generation) for variable in described.arrays]
-
-
 def _piece(shelf: Shelf, described: Description, key: str, mark: Row[Any]) -> bytes:
     """Read one file of a block, and make sure that it is as it was written."""
     try:
         content = shelf.get(key)
-        if described.packed:
-            require_whole(content, described.arrays, described.digest, mark.block, mark.generation)
-        elif not described.arrays[key.partition("/")[0]].intact(content):
-            raise ValueError("the checksum of the file is not that of its contents")
+        require_whole(content, described.arrays, described.digest, mark.block, mark.generation)
     except FileNotFoundError as error:
         raise damaged(shelf, mark.block, key, "its file is lost") from error
     except OSError as error:

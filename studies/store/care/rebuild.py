@@ -38,7 +38,6 @@ from damperlab.studies.store.cube.cube import bytes_per_point
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.packed import BLOCKS, parse_block_key, read_header
-from damperlab.studies.store.cube.unpacked import marks_of_files
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_use
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
@@ -316,13 +315,10 @@ def _drop_damaged(catalogue: Catalogue) -> None:
 
 
 def _headers(shelf: Shelf, described: Description, solver: str, found: Rebuilt) -> Iterator[dict[str, Any]]:
-    """Give the marks that whole blocks carry themselves, or their files tell; of several files of one block the first by name.
+    """Give the marks that whole blocks carry themselves; of several files of one block the first by name.
 
     An attempt of another solver than the cube's is none of them: the catalogue refused it its mark.
     """
-    if not described.packed:
-        yield from marks_of_files(shelf, described, lambda why: found.trouble.append(f"{shelf.name}: {why}"))
-        return
     seen: set[int] = set()
     for entry in sorted(shelf.at(BLOCKS).entries(), key=lambda entry: entry.key):
         key = f"{BLOCKS}/{entry.key}"

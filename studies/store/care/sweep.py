@@ -18,15 +18,13 @@ from pathlib import Path
 
 from sqlalchemy import func, select, update
 
-from damperlab.studies.kinds import EVERY_VARIABLE
 from damperlab.studies.store.catalogue.home import holds_results, parse_cube_name
 from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, study_row
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
-from damperlab.studies.store.cube.chunks import Marks, chunk_file, chunk_place
-from damperlab.studies.store.cube.cube import block_grid
+from damperlab.studies.store.cube.chunks import Marks
 from damperlab.studies.store.cube.description import DESCRIPTION, describe_cube
-from damperlab.studies.store.cube.packed import BLOCKS, block_key, parse_block_key
+from damperlab.studies.store.cube.packed import block_key, parse_block_key
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Entry, Shelf
@@ -101,10 +99,9 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
     """
     record = store.find(study_id)
     shelf, marks = store.snapshot(record.id)
-    grid = block_grid(record.shape, record.chunk)
     swept = Swept()
     try:
-        strays = list(_strays(shelf, grid, marks, _limit(older_than)))
+        strays = list(_strays(shelf, marks, _limit(older_than)))
         # a mark that is damaged may name a file that never was: that of its block stays
         doubted = _damaged_marks(store, record.id, {block for _, block in strays if block is not None})
         for stray in (entry for entry, block in strays if block not in doubted):
@@ -311,9 +308,7 @@ def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
     return found
 
 
-def _strays(
-    shelf: Shelf, grid: tuple[int, ...], marks: Marks, limit: float
-) -> Iterator[tuple[Entry, int | None]]:
+def _strays(shelf: Shelf, marks: Marks, limit: float) -> Iterator[tuple[Entry, int | None]]:
     """Give the files that nobody needs, each with its block where a mark says so.
 
     A file is superseded by the one that the block's mark names, which must be there: an older copy of the catalogue may
@@ -322,30 +317,13 @@ def _strays(
     entries = list(shelf.entries())
     there = {entry.key for entry in entries}
     for entry in entries:
-        variable, slash, name = entry.key.partition("/")
-        if variable == BLOCKS:
-            block = parse_block_key(entry.key)
-            partial = entry.key.endswith(".partial")
-            named = marks.get(block[0]) if block else None
-            superseded = (
-                block is not None
-                and named is not None
-                and named != block[1]
-                and block_key(block[0], named) in there
-            )
-            if (partial or superseded) and entry.changed < limit:
-                yield entry, block[0] if superseded and block else None
-            continue
-        if slash and (variable not in EVERY_VARIABLE or name == "zarr.json"):
-            continue
-        if not slash and not variable.endswith(".partial"):
-            continue
-        file, _, generation = name.partition("~")
-        place = chunk_place(f"{variable}/{file}", grid)
-        partial = entry.key.endswith(".partial")
-        named = marks.get(place[1]) if place else None
+        block = parse_block_key(entry.key)
+        named = marks.get(block[0]) if block else None
         superseded = (
-            named is not None and named != generation and chunk_file(f"{variable}/{file}", named) in there
+            block is not None
+            and named is not None
+            and named != block[1]
+            and block_key(block[0], named) in there
         )
-        if (partial or superseded) and entry.changed < limit:
-            yield entry, place[1] if superseded and place else None
+        if (entry.key.endswith(".partial") or superseded) and entry.changed < limit:
+            yield entry, block[0] if superseded and block else None

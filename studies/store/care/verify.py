@@ -121,7 +121,7 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
     for key in lost_attachments(shelf, study):
         lost = f"{key}, which the study brought along, is lost or not as it was written"
         yield Damage(None, lost, "description")
-    if described.packed and not put_off:
+    if not put_off:
         yield from _marks(shelf, row, marks)
     plan = plan_with_chunk(study, record.chunk, lambda _, at: np.ones(len(next(iter(at.values())))))
     cube = open_cube(shelf, {mark.block: mark.generation for mark in marks}, DecodedChunks(0))
@@ -130,8 +130,7 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
         if not 0 <= mark.block < plan.count:
             yield Damage(mark.block, "the study has no such block")
             continue
-        trouble = _header(shelf, described, mark) if described.packed else None
-        trouble = trouble or _trouble(cube, plan.block(mark.block), mark.checksum)
+        trouble = _header(shelf, described, mark) or _trouble(cube, plan.block(mark.block), mark.checksum)
         if trouble is not None:
             yield Damage(mark.block, trouble)
 

@@ -31,7 +31,7 @@ from sqlalchemy.exc import TimeoutError as PoolTimeout
 from sqlalchemy.pool import NullPool
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.catalogue.migrations import HEAD
+from damperlab.studies.store.catalogue.migrations import FIRST, HEAD
 from damperlab.studies.store.catalogue.rowsum import SUMMED, forget_touched, seal_rows, watch
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault
 from damperlab.studies.store.files.durable import sync_path
@@ -42,7 +42,7 @@ BUSY_SECONDS = 60.0
 SQLITE_FILE = "catalogue.sqlite"
 """The catalogue in the data directory, where no database is named."""
 
-REVISIONS = ("", *(f"{number:04}" for number in range(1, int(HEAD) + 1)))
+REVISIONS = ("", *(f"{number:04}" for number in range(int(FIRST), int(HEAD) + 1)))
 """Of the catalogue, the oldest first; none in a new one."""
 
 _WRITER = "-writer"
@@ -249,6 +249,17 @@ class Catalogue:
                     f"knows {HEAD} and older ones.",
                 )
             )
+        if "" < found < FIRST and re.fullmatch("[0-9]{4}", found):
+            raise CatalogueDamaged(
+                Fault(
+                    self.name,
+                    f"catalogue revision {found}",
+                    f"revision {FIRST} or newer",
+                    "export its studies with `damperlab export` of that version, or choose another data directory; if no older "
+                    "version has opened it, it is damaged: make it again with `damperlab rebuild`",
+                    f"{self.name} was made by a damperlab older than 0.2.0.",
+                )
+            )
         if found not in REVISIONS:
             raise self._damaged(f"catalogue revision {found!r}, which no version has written")
         if self._sqlite:
@@ -389,7 +400,7 @@ def _patience(url: URL) -> dict[str, int]:
 def _revision(connection: Connection) -> str:
     if inspect(connection).has_table("alembic_version"):
         return str(connection.execute(text("SELECT version_num FROM alembic_version")).scalar() or "lost")
-    # the first catalogues were SQLite's and kept their version where it keeps such a number
+    # the catalogues of 0.1.0 were SQLite's and kept their version where it keeps such a number
     first = connection.dialect.name == "sqlite" and connection.exec_driver_sql("PRAGMA user_version").scalar()
     return "0001" if first else ""
 

@@ -5,7 +5,7 @@ block's done-mark names one generation, and by that one transaction all readers 
 overwritten, so a reader never meets half of one attempt and half of another.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -35,16 +35,6 @@ def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDama
             sentence(f"{where} cannot be read: {what}: {found}"),
         )
     )
-
-
-def chunk_key(variable: str, place: Iterable[int]) -> str:
-    """Give the key under which Zarr knows a chunk of a variable."""
-    return f"{variable}/c.{'.'.join(map(str, place))}"
-
-
-def chunk_file(key: str, generation: str) -> str:
-    """Give the name of a chunk's file, relative to the cube's folder; the first cubes had no generations."""
-    return f"{key}~{generation}" if generation else key
 
 
 def chunk_place(key: str, grid: tuple[int, ...]) -> tuple[str, int] | None:

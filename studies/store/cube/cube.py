@@ -16,7 +16,6 @@ import numpy as np
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
 from damperlab.studies.store.cube.checksum import checksum
-from damperlab.studies.store.cube.chunks import chunk_file, chunk_key
 from damperlab.studies.store.cube.description import (
     DESCRIPTION,
     Description,
@@ -182,24 +181,17 @@ def write_region(
     stored = {name: np.asarray(values[name], array.dtype) for name, array in arrays.items()}
     encoded = {name: array.encode(stored[name]) for name, array in arrays.items()}
     found = checksum(stored)
-    if described.packed:
-        mark = {
-            "digest": described.digest,
-            "block": block.index,
-            "generation": generation,
-            "checksum": found,
-            "points": block.points,
-            "failed": int(np.count_nonzero(stored["status"] >= Status.TOO_MANY_EVENTS)),
-            "at": time.time(),
-            **(told or {}),
-        }
-        shelf.put(block_key(block.index, generation), pack(mark, encoded))
-        return found
-    chunks = next(iter(arrays.values())).chunks
-    place = [start // step for start, step in zip(block.start, chunks, strict=True)]
-    shelf.put_all(
-        {chunk_file(chunk_key(name, place), generation): content for name, content in encoded.items()}
-    )
+    mark = {
+        "digest": described.digest,
+        "block": block.index,
+        "generation": generation,
+        "checksum": found,
+        "points": block.points,
+        "failed": int(np.count_nonzero(stored["status"] >= Status.TOO_MANY_EVENTS)),
+        "at": time.time(),
+        **(told or {}),
+    }
+    shelf.put(block_key(block.index, generation), pack(mark, encoded))
     return found
 
 
@@ -229,7 +221,4 @@ def read_chunk(shelf: Shelf, described: Description, variable: str, index: int, 
     ValueError
         If it is not the block's.
     """
-    if described.packed:
-        return read_part(shelf, block_key(index, generation), variable, described.digest)
-    place = map(int, np.unravel_index(index, described.grid))
-    return shelf.get(chunk_file(chunk_key(variable, place), generation))
+    return read_part(shelf, block_key(index, generation), variable, described.digest)

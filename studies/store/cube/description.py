@@ -57,8 +57,6 @@ class Description:
         By name; coordinates are not among them.
     coordinates : mapping
         By name.
-    packed : bool
-        Whether a block is one file; the first cubes had one for each variable.
     reuse : bool
         Whether the study may take points from others.
     """
@@ -67,7 +65,6 @@ class Description:
     dimensions: tuple[str, ...]
     arrays: Mapping[str, StoredArray]
     coordinates: Mapping[str, StoredCoordinate]
-    packed: bool
     reuse: bool = True
 
     @property
@@ -84,10 +81,7 @@ class Description:
     @property
     def pieces(self) -> tuple[str, ...]:
         """The keys of the pieces that describe the cube: this one, and those of the coordinates."""
-        keys = [one.key for one in self.coordinates.values() if one.value is None]
-        if not self.packed:
-            keys += [f"{name}/{DESCRIPTION}" for name in (*self.arrays, *self.coordinates)]
-        return (DESCRIPTION, *keys)
+        return (DESCRIPTION, *(one.key for one in self.coordinates.values() if one.value is None))
 
 
 def first_pieces(
@@ -121,9 +115,7 @@ def first_pieces(
 
 
 def as_complete(metadata: bytes, complete: bool) -> bytes:
-    """Rewrite a description to say whether every block of the cube is there; one of the first layout stays."""
-    if not is_sealed(metadata):
-        return metadata
+    """Rewrite a description to say whether every block of the cube is there."""
     require_seal(metadata)
     old, new = (_INCOMPLETE, _COMPLETE) if complete else (_COMPLETE, _INCOMPLETE)
     return seal(metadata.replace(old, new))
@@ -136,13 +128,14 @@ def describe_cube(metadata: bytes) -> Description:
     Raises
     ------
     ValueError
-        If it is not what was written.
+        If it is not what was written, or a cube of damperlab 0.1.0.
     """
-    packed = CODEC.encode() in metadata
-    if packed or is_sealed(metadata):
+    if CODEC.encode() in metadata or is_sealed(metadata):
         require_seal(metadata)
+    elif json.loads(metadata):
+        raise ValueError("the cube was made by damperlab 0.1.0; export it with that version")
     try:
-        return _parse(json.loads(metadata), packed)
+        return _parse(json.loads(metadata))
     except (KeyError, TypeError, AttributeError, IndexError, StopIteration) as error:
         raise ValueError(f"they are no description of a cube ({type(error).__name__}: {error})") from error
 
@@ -169,7 +162,7 @@ def node_metadata(metadata: bytes, name: str) -> bytes:
     return json.dumps(json.loads(metadata)["consolidated_metadata"]["metadata"][name]).encode()
 
 
-def _parse(document: Any, packed: bool) -> Description:
+def _parse(document: Any) -> Description:
     arrays: dict[str, StoredArray] = {}
     coordinates: dict[str, StoredCoordinate] = {}
     dimensions: tuple[str, ...] = ()
@@ -177,7 +170,7 @@ def _parse(document: Any, packed: bool) -> Description:
         named = tuple(node["dimension_names"])
         if named == (name,):
             text = node["data_type"] == "string"
-            stored = any(codec["name"] == "crc32c" for codec in node["codecs"]) or not packed
+            stored = any(codec["name"] == "crc32c" for codec in node["codecs"])
             value = None if stored else float(node["fill_value"])
             key = f"{name}/c{node['chunk_key_encoding']['configuration']['separator']}0"
             coordinates[name] = StoredCoordinate(
@@ -200,7 +193,6 @@ def _parse(document: Any, packed: bool) -> Description:
         dimensions,
         {name: arrays[name] for name in known},
         ordered,
-        packed,
         bool(own.get("reuse", True)),
     )
 

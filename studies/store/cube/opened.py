@@ -14,7 +14,7 @@ from xarray.core.indexing import (
     explicit_indexing_adapter,
 )
 
-from damperlab.studies.store.cube.chunks import Marks, chunk_file, chunk_key, damaged
+from damperlab.studies.store.cube.chunks import Marks, damaged
 from damperlab.studies.store.cube.coding import StoredArray, StoredCoordinate
 from damperlab.studies.store.cube.cube import block_grid, read_chunk
 from damperlab.studies.store.cube.decoded import KEPT, DecodedChunks, read_outer
@@ -125,27 +125,7 @@ def _coordinate(
 ) -> np.ndarray:
     if one.value is not None:
         return np.array([one.value])
-    if described.packed:
-        return kept.get(shelf, one.key, lambda: one.decode(shelf.get(one.key)))
-    return kept.get(shelf, one.key, partial(_first_coordinate, shelf, one, metadata))
-
-
-def _first_coordinate(shelf: Shelf, one: StoredCoordinate, metadata: bytes) -> np.ndarray:
-    """Read a coordinate of a cube of the first layout, as Zarr wrote it by default."""
-    import zarr
-    from zarr.core.buffer import default_buffer_prototype
-    from zarr.storage import MemoryStore
-
-    buffer = default_buffer_prototype().buffer
-    memory = {
-        "zarr.json": buffer.from_bytes(metadata),
-        one.key: buffer.from_bytes(shelf.get(one.key)),
-    }
-    array = zarr.open_group(MemoryStore(memory), mode="r", use_consolidated=True)[one.name]
-    assert isinstance(array, zarr.Array)
-    values = np.asarray(array[:])
-    # texts of one length, as numpy has always had them
-    return values if values.dtype.kind == "f" else np.array([str(value) for value in values])
+    return kept.get(shelf, one.key, lambda: one.decode(shelf.get(one.key)))
 
 
 def read_region(
@@ -187,11 +167,8 @@ class _CheckedArray(BackendArray):
             return None
         name = self._array.name
         try:
-            if self._described.packed:
-                file, part = block_key(index, generation), name
-            else:
-                file, part = chunk_file(chunk_key(name, place), generation), ""
-            return self._kept.get(self._shelf, file, partial(self._load, index, generation), part)
+            file = block_key(index, generation)
+            return self._kept.get(self._shelf, file, partial(self._load, index, generation), name)
         except FileNotFoundError as error:
             found = "its file is lost, or replaced since the cube was opened"
             raise damaged(self._shelf, index, name, found) from error

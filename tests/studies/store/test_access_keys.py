@@ -9,7 +9,6 @@ from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.verify import check_catalogue
 from damperlab.studies.store.catalogue.access_keys import AccessKeys
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
-from damperlab.studies.store.store import Store
 
 
 @pytest.mark.parametrize(
@@ -43,27 +42,3 @@ def test_a_key_whose_row_is_damaged_opens_nothing(store, damage):
     rebuild(store.data_dir)
     assert keys.all() == [good]
     assert list(check_catalogue(store)) == []
-
-
-def test_keys_of_an_older_catalogue_get_their_checksums(tmp_path):
-    store = Store.open(tmp_path)
-    key, secret = AccessKeys(store.catalogue).create("alice", ("submit",))
-    with store.catalogue.writing() as connection:
-        for statement in (
-            "DROP INDEX unsealed_access_keys",
-            "ALTER TABLE access_keys DROP COLUMN crc",
-            "DROP INDEX waiting",
-            "ALTER TABLE studies DROP COLUMN priority",
-            "ALTER TABLE studies DROP COLUMN tags",
-            "ALTER TABLE studies DROP COLUMN note",
-            "CREATE INDEX waiting ON studies (state)",
-            "UPDATE alembic_version SET version_num = '0008'",
-        ):
-            connection.exec_driver_sql(statement)
-    store.close()
-    again = Store.open(tmp_path)
-    assert AccessKeys(again.catalogue).recognise(secret) == key
-    with closing(sqlite3.connect(tmp_path / SQLITE_FILE)) as raw:
-        ((checksum,),) = raw.execute("SELECT crc FROM access_keys").fetchall()
-    assert checksum is not None
-    again.close()

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from damperlab.studies.store.cube.description import describe_cube
 from damperlab.studies.store.faults import RevisionGone, StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.store import Store
@@ -276,6 +277,24 @@ def test_a_catalogue_of_a_newer_version_is_left_alone(tmp_path):
     connection.close()
     with pytest.raises(StoreFault, match=r"revision 9999.*Upgrade"):
         Store.open(tmp_path)
+
+
+def test_a_catalogue_of_0_1_0_is_left_alone(tmp_path):
+    """It kept its version where SQLite keeps such a number."""
+    with sqlite3.connect(tmp_path / "catalogue.sqlite") as connection:
+        connection.execute("CREATE TABLE studies (id TEXT)")
+        connection.execute("PRAGMA user_version = 1")
+    connection.close()
+    before = (tmp_path / "catalogue.sqlite").read_bytes()
+    with pytest.raises(StoreFault, match=r"older than 0\.2\.0.*damperlab export"):
+        Store.open(tmp_path)
+    assert (tmp_path / "catalogue.sqlite").read_bytes() == before
+
+
+def test_a_cube_of_0_1_0_is_told():
+    """It was a Zarr group without a seal and without the codec of blocks."""
+    with pytest.raises(ValueError, match=r"damperlab 0\.1\.0; export it"):
+        describe_cube(b'{"zarr_format": 3, "node_type": "group", "attributes": {}}')
 
 
 def test_a_file_that_is_no_catalogue_is_told(tmp_path):

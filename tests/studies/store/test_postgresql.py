@@ -11,13 +11,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 
-import numpy as np
 import pytest
-from alembic import command
-from alembic.config import Config
-from sqlalchemy import URL, create_engine, inspect, text
+from sqlalchemy import create_engine, inspect, text
 
-import damperlab.studies.store.catalogue.migrations
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.catalogue.tables import metadata
@@ -284,45 +280,9 @@ def test_a_catalogue_that_cannot_be_used_is_told_without_its_password(tmp_path, 
     assert "secret" not in str(caught.value)
 
 
-def _older(url: str | URL, stamped: bool) -> None:
-    """Make a catalogue as the first version left it, with one finished study in it."""
-    engine = create_engine(url)
-    config = Config()
-    config.set_main_option(
-        "script_location", str(Path(damperlab.studies.store.catalogue.migrations.__file__).parent)
-    )
-    with engine.begin() as connection:
-        config.attributes["connection"] = connection
-        command.upgrade(config, "0001")
-        columns = (
-            "id, digest, name, state, definition, provenance, shape, chunk, points_total, blocks_total, "
-        )
-        columns += "points_done, points_failed, blocks_done, seconds, kernel_seconds, created"
-        values = "'abc', 'abcdef', 'old', 'done', '{}', '{}', '[2]', '[1]', 2, 2, 2, 0, 2, 1.5, 1.0, 5.0"
-        connection.execute(text(f"INSERT INTO studies ({columns}) VALUES ({values})"))
-        connection.execute(
-            text(
-                "INSERT INTO done_blocks VALUES (1, 0, 1, 0, .5, .5, NULL, 6.), (1, 1, 1, 0, .5, .5, NULL, 7.)"
-            )
-        )
-        if not stamped:
-            connection.execute(text("DROP TABLE alembic_version"))
-            connection.exec_driver_sql("PRAGMA user_version = 1")
-    engine.dispose()
-
-
-@pytest.mark.parametrize("kind", ["sqlite", "sqlite without alembic", "postgresql"])
-def test_an_older_catalogue_is_brought_up_to_date_and_loses_nothing(tmp_path, address, kind):
-    path = tmp_path / "catalogue.sqlite"
-    if kind == "postgresql":
-        _older(address.replace("postgresql://", "postgresql+psycopg://"), stamped=True)
-        store = Store.open(tmp_path, address)
-    else:
-        _older(f"sqlite:///{path}", stamped=kind == "sqlite")
-        store = Store.open(tmp_path)
-    record = store.find("old")
-    assert (record.state, record.blocks_done, record.revision, record.reuse) == ("done", 2, 2, True)
-    assert store.snapshot(record.id)[1] == {0: "", 1: ""}
+@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
+def test_a_new_catalogue_has_the_tables_that_are_described(tmp_path, address, kind):
+    store = Store.open(tmp_path, address if kind == "postgresql" else None)
     with store.catalogue.reading() as connection:
         found = inspect(connection)
         for table in metadata.tables.values():
@@ -332,5 +292,4 @@ def test_an_older_catalogue_is_brought_up_to_date_and_loses_nothing(tmp_path, ad
             }
             nullable = {column["name"]: column["nullable"] for column in found.get_columns(table.name)}
             assert nullable == {column.name: bool(column.nullable) for column in table.columns}
-    np.testing.assert_array_equal(store.pending(record.id), [])
     store.close()
