@@ -13,11 +13,13 @@ from damperlab.studies.kind import AnyStudy
 from damperlab.studies.physical import derivations
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
-from damperlab.studies.vocabulary import DEFAULTS
+from damperlab.studies.vocabulary import ACCELERATION_UNITS, DEFAULTS
 
 FEW, MANY = 0.1, 100.0
 """Clearance over base amplitude below which the particle has no room, and friction over kZ above which nothing slides: far
 from every damper that is built, as after a slip of a unit."""
+VIOLENT = 20.0 * ACCELERATION_UNITS["g"]
+"""Least acceleration of a base [m/s²] above which a unit has slipped: 0.3 m in place of 0.3 mm at 8 Hz is 77 g."""
 
 Ends = tuple[float, float]
 
@@ -48,6 +50,7 @@ def understood(study: AnyStudy) -> list[str]:
     if made:
         found.append(f"In ratios: {', '.join(_spelled(name, ends) for name, ends in made.items())}.")
     found += _unusual(made, float(study.coordinates["damping_ratio"][0]), study.forced, "the physical block")
+    found += _violent(_base_acceleration(study), "`base_amplitude_m`")
     found += _two_frequencies(study)
     return found
 
@@ -76,7 +79,13 @@ def unusual_specification(asked: Specification) -> list[str]:
     forced = all(each.motion.force for each in asked.excitations)
     motions = {each.motion.key for each in asked.excitations}
     key = f"`{motions.pop()}`" if len(motions) == 1 else "the excitations"
-    return _unusual(made, structure.damping_ratio, forced, "the specification", key)
+    found = _unusual(made, structure.damping_ratio, forced, "the specification", key)
+    shakes = [
+        float(each.lowest_m * each.base_m(1.0, each.low)) * (structure.angular_frequency * each.low) ** 2
+        for each in asked.excitations
+        if not each.motion.force
+    ]
+    return found + _violent(min(shakes, default=0.0), key)
 
 
 def ratios(study: Study) -> dict[str, Ends]:
@@ -92,6 +101,22 @@ def ratios(study: Study) -> dict[str, Ends]:
         corners = {name: each.ravel() for name, each in zip(sources, ends, strict=True)}
         values = {**values, **study.physical.ratios_at(corners, study.particle)}
     return {name: (float(np.min(values[name])), float(np.max(values[name]))) for name in names}
+
+
+def _base_acceleration(study: Study) -> float:
+    """Give the least acceleration of the base [m/s²]; 0 where it is not known."""
+    given = {} if study.physical is None or study.forced else study.physical.values()
+    if not given.keys() >= {"base_amplitude_m", "natural_frequency_hz"}:
+        return 0.0
+    slowest = 2.0 * np.pi * given["natural_frequency_hz"].min() * study.coordinates["frequency_ratio"].min()
+    return float(given["base_amplitude_m"].min() * slowest**2)
+
+
+def _violent(acceleration: float, key: str) -> list[str]:
+    if acceleration <= VIOLENT:
+        return []
+    shown = f"{acceleration / ACCELERATION_UNITS['g']:.3g} g"
+    return [f"The base shakes with at least {shown}: check the units of {key} and of the frequencies."]
 
 
 def _spelled(name: str, ends: Ends) -> str:

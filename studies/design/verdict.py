@@ -7,13 +7,13 @@ import numpy as np
 
 from damperlab.studies.brief import Brief, Damper, Note, damper_of
 from damperlab.studies.design.absorber import DETUNED, Beside
-from damperlab.studies.design.absorber import curve as absorber_curve
+from damperlab.studies.design.absorber_structure import hardest, judged_of
 from damperlab.studies.design.alternatives import Alternative
 from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.ends import at_ends, locked
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.responses import NO_DAMPER, SAMPLES
+from damperlab.studies.design.responses import NO_DAMPER
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.spelling import (
     OVER,
@@ -107,15 +107,11 @@ def _tuned_wins(tuned: Beside, ours: Score) -> bool:
 
 
 def _without_damper(found: Found) -> float | None:
-    """Give the worst case of the structure alone, as it is given; None where it is not known to keep the limits."""
+    """Give the worst case of the structure alone within its tolerances; None where it is not known to keep the limits."""
     asked = found.asked
-    if asked.cases or asked.measure.mean or asked.limits.keys() - {asked.measure.limit}:
+    if asked.cases or asked.limits.keys() - {asked.measure.limit}:
         return None
-    worst = 0.0
-    for each in asked.excitations:
-        r = np.unique(np.append(np.linspace(each.low, each.high, SAMPLES), np.clip(1.0, each.low, each.high)))
-        worst = max(worst, float(absorber_curve(asked, each.largest, NO_DAMPER, r).max()))
-    return worst
+    return hardest(asked, NO_DAMPER, judged_of(asked))[0]
 
 
 def _decision(found: Found, damper: Damper, best: Alternative | Beside | float | None) -> str:

@@ -68,6 +68,25 @@ def test_what_is_certainly_unusual_is_remarked(changed: dict[str, Any], words: s
     assert "check" not in said(FRAME)
 
 
+def test_a_base_that_shakes_harder_than_anything_is_remarked() -> None:
+    """Millimetres written as metres throughout keep every ratio."""
+    metres = {"base_amplitude_m": 0.08, "clearance_m": [0.2, 2]}
+    assert "The base shakes with at least 26.1 g: check the units of `base_amplitude_m`" in said(
+        FRAME | metres
+    )
+    assert "shakes" not in said(FRAME)
+    asked = {
+        "structure": {"mass_kg": 40, "natural_frequency_hz": 8, "damping_ratio": 0.02},
+        "excitation": {"base_amplitude_m": 0.3, "frequency_hz": {"start": 7, "stop": 9}},
+        "choose": {"clearance_m": {"start": 0.5, "stop": 2}},
+        "friction_force_n": 0,
+        "particle_mass_kg": 4,
+        "restitution": 0.5,
+    }
+    (told,) = unusual_specification(parse_specification(asked))
+    assert "at least 59.2 g" in told
+
+
 def test_under_a_force_what_is_unusual_is_said_of_the_force() -> None:
     forced = {name: value for name, value in FRAME.items() if name != "base_amplitude_m"}
     words = said(forced | {"force_n": 17e3}, excitation="force")
