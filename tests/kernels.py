@@ -8,8 +8,11 @@ from damperlab.worker.scenes import scene_named
 from damperlab.worker.warm import compile_apart, missing
 
 SCENES = (
+    "acceleration-friction",
     "acceleration-friction-particle-instant",
+    "acceleration-particle-instant",
     "orbit-friction",
+    "orbit-friction-forced",
     "orbit-friction-particle-instant",
     "orbit-linear",
     "orbit-particle-instant",
@@ -18,6 +21,9 @@ SCENES = (
     "peaks-particle-instant",
     "record-friction",
     "record-friction-particle-instant",
+    "record-history-friction",
+    "record-history-friction-particle-instant",
+    "record-history-linear",
     "record-linear",
     "record-particle-instant",
     "rk4-friction",
@@ -29,6 +35,7 @@ SCENES = (
     "steady-friction-particle-instant",
     "steady-friction-particle-instant-forced",
     "steady-particle-instant",
+    "steady-particle-instant-forced",
     "stepped-friction",
     "stepped-friction-particle-instant",
     "stepped-linear",
@@ -38,6 +45,7 @@ SCENES = (
     "transient-friction-particle-dwell",
     "transient-friction-particle-instant",
     "transient-linear",
+    "transient-particle-dwell",
     "transient-particle-instant",
 )
 """By name."""
