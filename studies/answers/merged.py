@@ -42,7 +42,7 @@ def merged_designs(
     Dataset
         As of `optimal_designs`, with `study`, the id each design was found in; a design that several studies
         hold stands once, with the value of the smallest error: the value of the longest run, not the luckiest one.
-        Flatness and left-out counts are those of the first study.
+        `complete` is of all studies, flatness and left-out counts those of the first.
 
     Raises
     ------
@@ -87,6 +87,10 @@ def merged_designs(
     ranked = joined.isel(rank=places).assign_coords(rank=np.arange(1, places.size + 1))
     ranked["study"].attrs["long_name"] = "study that holds the design"
     ranked.attrs["studies"] = ids
+    incomplete, designs = (
+        sum(answer.attrs[name] for answer in answers.values()) for name in ("incomplete", "designs")
+    )
+    ranked.attrs["complete"] = 1 - incomplete / designs
     merged = f"Merged with {counted(len(ids) - 1, 'follow-up')}."
     words = noted(first.attrs, said(cubes[ids[0]], lambda _: {"note": merged}))
     if places.size:

@@ -259,3 +259,11 @@ def test_a_design_in_two_studies_has_the_value_of_the_longer_run():
     assert merged["value"].values.tolist() == [1.2, 1.3]
     assert merged["study"].values.tolist() == ["a", "b"]
     assert "1.2" in merged.attrs["verdict"][0]
+
+
+def test_a_merged_ranking_is_as_complete_as_its_studies_together():
+    whole, half = made([1.0, 1.2]), made([1.3, 1.1])
+    half["status"].values[0, 0, 0, 0, 1] = Status.NOT_COMPUTED
+    merged = merged_designs({"a": whole, "b": half})
+    assert merged.attrs["complete"] == 0.75
+    assert any(note["kind"] == "incomplete" for note in merged.attrs["notes"])
