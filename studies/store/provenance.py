@@ -3,6 +3,7 @@
 import getpass
 import os
 import platform
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -33,6 +34,16 @@ _PACKAGES = (
     "numcodecs",
     "sqlalchemy",
 )
+
+
+def asked_by(provenance: Mapping[str, str]) -> dict[str, str | None]:
+    """Give the columns of the catalogue that say who asks for a study, and for what; None where nothing is said."""
+    purpose = next((each for each in ASKED_BY_PROGRAMS if each in provenance), None)
+    return {
+        "submitted_by": provenance.get(SUBMITTED_BY),
+        "purpose": purpose,
+        "purpose_of": provenance[purpose] if purpose else None,
+    }
 
 
 def provenance() -> dict[str, str]:

@@ -42,6 +42,7 @@ from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.manifest import lost_end, read_marks, read_tombstone, study_columns
+from damperlab.studies.store.provenance import asked_by
 
 _AT_ONCE = 1000  # rows in one statement
 _UNTOLD = {
@@ -260,6 +261,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
                 "state": "queued",
                 "definition": json.dumps(study.document()),
                 "provenance": json.dumps(provenance),
+                **asked_by(provenance),
                 "shape": json.dumps(study.shape),
                 "chunk": json.dumps(next(iter(described.arrays.values())).chunks),
                 "points_total": study.points,
@@ -283,7 +285,11 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             restored = lost_end(kept, row, last_event(connection, study_id))
             if not row.blocks_done and provenance != json.loads(row.provenance):
                 # what computes a study is put into its cube first
-                said = {"provenance": json.dumps(provenance), "family": family_digest(study, provenance)}
+                said = {
+                    "provenance": json.dumps(provenance),
+                    **asked_by(provenance),
+                    "family": family_digest(study, provenance),
+                }
                 connection.execute(update(studies).where(studies.c.number == number).values(said))
                 found.restored += 1
         have = set()

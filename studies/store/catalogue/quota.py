@@ -1,6 +1,5 @@
 """How much the studies of a store may take, counted when one is submitted: before compression, as if it were done."""
 
-import json
 from dataclasses import dataclass
 from typing import Optional
 
@@ -9,7 +8,6 @@ from sqlalchemy import Connection, func, select
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.tables import WAITING, studies
 from damperlab.studies.store.faults import QuotaReached, TooManyUnfinished
-from damperlab.studies.store.submitter import SUBMITTED_BY
 
 _ADVICE = "delete studies that are not needed (`damperlab delete`), ask for fewer points or metrics, or raise the quota"
 
@@ -143,9 +141,7 @@ def taken(connection: Connection, owner: str | None = None, *, unfinished: bool 
     sums = sums.where(c.definition != "")
     count = select(func.count()).select_from(studies).where(WAITING)
     if owner is not None:
-        # as it stands in the document: a text inside another text has its quotation marks escaped
-        signature = c.provenance.contains(json.dumps({SUBMITTED_BY: owner})[1:-1], autoescape=True)
-        sums, count = sums.where(signature), count.where(signature)
+        sums, count = sums.where(c.submitted_by == owner), count.where(c.submitted_by == owner)
     points, size = connection.execute(sums).one()
     waiting = connection.execute(count).scalar_one() if unfinished else 0
     return Taken(int(points), int(size), int(waiting))

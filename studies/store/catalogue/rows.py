@@ -58,8 +58,9 @@ def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
 
 
 def asked_for(purpose: str) -> ColumnElement[bool]:
-    """Tell of a row whether a program asked for the study for this purpose, a key of its provenance."""
-    return studies.c.provenance.contains(f'"{purpose}": "', autoescape=True)
+    """Tell of a row whether a program asked for the study for this purpose."""
+    # not null first, so that the negation of it is true of a study that somebody asked for
+    return and_(studies.c.purpose.is_not(None), studies.c.purpose == purpose)
 
 
 def unknown_study(connection: Connection, ref: str) -> StudyNotFound:

@@ -33,6 +33,10 @@ studies = Table(
     Column("message", Text),
     Column("definition", Text, nullable=False),
     Column("provenance", Text, nullable=False),
+    # of what the provenance says: who submitted it; for what a program asked for it, and for which study or specification
+    Column("submitted_by", Text),
+    Column("purpose", String),
+    Column("purpose_of", String),
     Column("shape", Text, nullable=False),
     Column("chunk", Text, nullable=False),
     Column("points_total", BigInteger, nullable=False),

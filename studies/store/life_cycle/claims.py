@@ -1,6 +1,5 @@
 """Who works on a study: one owner at a time, and a claim that is not renewed ends by itself."""
 
-import json
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -14,7 +13,6 @@ from damperlab.studies.store.catalogue.base import StoreBase
 from damperlab.studies.store.catalogue.rows import alive_row, claim_owner
 from damperlab.studies.store.catalogue.tables import WAITING, studies
 from damperlab.studies.store.faults import StudyBusy
-from damperlab.studies.store.submitter import SUBMITTED_BY
 
 CLAIM_SECONDS = 60.0
 """How long a claim holds without being renewed [s]."""
@@ -108,7 +106,7 @@ class Claims(StoreBase):
             c.blocks_total,
             c.points_total,
             c.started,
-            c.provenance,
+            c.submitted_by,
             c.priority,
         )
         query = query.where(WAITING).order_by(c.priority.desc(), c.created, c.number).limit(_PAGE)
@@ -118,7 +116,7 @@ class Claims(StoreBase):
             page: Sequence[Any] = connection.execute(query).all()
             while page:
                 for row in page:
-                    owner = _submitter(row.provenance)
+                    owner = row.submitted_by
                     if most is not None and counts[owner] >= most:
                         continue
                     if not self._holds(row) or (row.claim_owner and dead(str(row.claim_owner))):
@@ -161,17 +159,6 @@ class Claims(StoreBase):
     ) -> None:
         change = update(studies).where(studies.c.number == number)
         connection.execute(change.values(claim_owner=owner, claim_expires=expires))
-
-
-def _submitter(provenance: str) -> str | None:
-    """Read who submitted a study; a row that cannot be read is nobody's, and is told of where it is used."""
-    if SUBMITTED_BY not in provenance:
-        return None
-    try:
-        owner = json.loads(provenance).get(SUBMITTED_BY)
-    except (ValueError, AttributeError):
-        return None
-    return owner if isinstance(owner, str) else None
 
 
 def _end(seconds: float | None) -> float:

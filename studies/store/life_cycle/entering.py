@@ -45,6 +45,7 @@ from damperlab.studies.store.faults import (
     cannot_use,
 )
 from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
+from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 
@@ -512,6 +513,7 @@ def _row(made: _Made, revision: int) -> dict[str, Any]:
         "state": "queued",
         "definition": json.dumps(study.document()),
         "provenance": json.dumps(entry.provenance),
+        **asked_by(entry.provenance),
         "shape": json.dumps(study.shape),
         "chunk": json.dumps(entry.chunk),
         "points_total": study.points,

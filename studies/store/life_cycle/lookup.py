@@ -28,7 +28,6 @@ from damperlab.studies.store.faults import StoreFault, cannot_use
 from damperlab.studies.store.life_cycle.manifest import keep_marks, put_off_marks
 from damperlab.studies.store.life_cycle.wanted import ALL, Wanted
 from damperlab.studies.store.record import PREPARATIONS, Page, Record, Totals
-from damperlab.studies.store.submitter import SUBMITTED_BY
 from damperlab.studies.vocabulary import ENDED, STATES
 
 PAGE_LIMIT = 1000
@@ -234,8 +233,7 @@ class Lookup(StoreBase):
     def _require_turn(self, connection: Connection, row: Row[Any]) -> None:
         """Refuse to queue a study that has ended where as many wait or run as may; raise `TooManyUnfinished`."""
         if row.state in ENDED:
-            owner = record_of(row).provenance.get(SUBMITTED_BY)
-            Ledger(connection, self.quota).enter(owner, 0, 0, 1)
+            Ledger(connection, self.quota).enter(row.submitted_by, 0, 0, 1)
 
     def set_phase(
         self,

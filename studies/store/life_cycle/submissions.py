@@ -22,6 +22,7 @@ from damperlab.studies.store.faults import NothingToDo, cannot_use
 from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.entering import Entering, Entry
 from damperlab.studies.store.life_cycle.manifest import put_tombstone
+from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.submitter import signed, submitter
 from damperlab.studies.vocabulary import ENDED
@@ -186,7 +187,8 @@ class Submissions(Entering):
             while self._forget_marks(row.number):
                 pass
             with self.catalogue.writing() as connection:
-                empty = {"name": "", "message": None, "definition": "", "provenance": "", "family": ""}
+                texts = dict.fromkeys(("name", "definition", "provenance", "family"), "")
+                empty = {**texts, "message": None, **asked_by({})}
                 connection.execute(update(studies).where(c.number == row.number).values(empty))
 
     def _forget_marks(self, number: int) -> bool:

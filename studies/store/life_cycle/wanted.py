@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import ColumnElement, Row, and_, exists, literal, not_
+from sqlalchemy import ColumnElement, Row, and_, exists, not_
 
 from damperlab.studies.faults import Fault, describe, listing, write_nearest
 from damperlab.studies.kinds import EVERY_DIMENSION, kind_of_definition
@@ -134,13 +134,8 @@ class Wanted:
 def _is_coarse_grid() -> ColumnElement[bool]:
     """Tell of a row whether it is the coarse grid of a study that is there."""
     whole = studies.alias()
-    key = f'"{COARSE_OF}": "'
-    its_study = studies.c.provenance.like(literal(f"%{key}") + whole.c.id + '"%')
-    # the study is looked for where one is named alone
-    return and_(
-        asked_for(COARSE_OF),
-        exists().where(whole.c.deleted.is_(None), its_study).correlate(studies),
-    )
+    there = exists().where(whole.c.deleted.is_(None), whole.c.id == studies.c.purpose_of)
+    return and_(asked_for(COARSE_OF), there.correlate(studies))
 
 
 ALL = Wanted()

@@ -21,6 +21,9 @@ def upgrade() -> None:
         sa.Column("message", sa.Text),
         sa.Column("definition", sa.Text, nullable=False),
         sa.Column("provenance", sa.Text, nullable=False),
+        sa.Column("submitted_by", sa.Text),
+        sa.Column("purpose", sa.String),
+        sa.Column("purpose_of", sa.String),
         sa.Column("shape", sa.Text, nullable=False),
         sa.Column("chunk", sa.Text, nullable=False),
         # integers of 64 bit where the database has shorter ones; SQLite makes no difference
