@@ -16,6 +16,7 @@ from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.provenance import COARSE_OF, DESIGNS, REFINES
+from damperlab.studies.unit_names import ALIASES, COORDINATE_NAMES
 from damperlab.studies.vocabulary import STATES
 
 _OF_TEXTS = ("record",)  # dimensions that have no place in a study's box
@@ -34,7 +35,7 @@ class Wanted:
     tag : str, optional
         One of its tags.
     axis : str, optional
-        A dimension that it has.
+        A dimension that it has, or a quantity of its physical block that stands for one.
     low, high : float, optional
         The least and the greatest value of `axis` that counts: its values from the first to the last must reach into that.
     coarse : bool
@@ -65,7 +66,8 @@ class Wanted:
             raise StoreFault(fault)
 
     def _faults(self) -> list[Fault]:
-        axes = [name for name in EVERY_DIMENSION if name not in _OF_TEXTS]
+        names = dict.fromkeys((*EVERY_DIMENSION, *COORDINATE_NAMES, *ALIASES))
+        axes = [name for name in names if name not in _OF_TEXTS]
         faults = [] if self.tag is None else faults_of_tag("tag", self.tag)
         if self.state is not None and self.state not in STATES:
             advice = write_nearest(self.state, STATES, "leave it out for every state")
@@ -123,7 +125,10 @@ class Wanted:
 
     def _ends_in_units(self, definition: dict[str, Any]) -> list[float] | None:
         """Give the least and the greatest of what a study in ratios says of its axis in units; None where that is nothing."""
-        given = (definition.get("physical") or {}).get(self.axis)
+        physical = definition.get("physical") or {}
+        # the excitation frequency has one name in the physical block, and another as a coordinate
+        own = {coordinate: name for name, coordinate in ALIASES.items()}
+        given = physical.get(own.get(str(self.axis), self.axis))
         if given is None:
             return None
         values = [given["start"], given["stop"]] if isinstance(given, dict) else given

@@ -103,7 +103,8 @@ def test_studies_are_found_by_what_they_vary(store, make_study, make_plan_of):
 
 def test_studies_in_units_are_found_by_what_they_say_in_units(store, make_study, make_plan_of):
     physical = {"mass_kg": 1.3, "natural_frequency_hz": 8.0, "base_amplitude_m": 0.001}
-    axes = {"friction_ratio": [0.1, 0.2], "restitution": 0.47, "mass_ratio": 0.1, "frequency_ratio": 1.0}
+    physical |= {"excitation_frequency_hz": [7.5, 8.5]}
+    axes = {"friction_ratio": [0.1, 0.2], "restitution": 0.47, "mass_ratio": 0.1}
     spelled = {"list": [0.003, 0.02], "range": {"start": 0.03, "stop": 0.05, "num": 3}, "number": 0.06}
     for name, clearance in spelled.items():
         study = make_study(name, axes=axes, physical=physical | {"clearance_m": clearance})
@@ -113,6 +114,9 @@ def test_studies_in_units_are_found_by_what_they_say_in_units(store, make_study,
     assert names(store, axis="clearance_m", low=0.02, high=0.031) == ["range", "list"]
     assert names(store, axis="clearance_m", low=0.06) == ["number"]
     assert names(store, axis="natural_frequency_hz", low=7.9, high=8.1) == ["number", "range", "list"]
+    for name in ("frequency_hz", "excitation_frequency_hz"):
+        assert names(store, axis=name, low=8.0) == ["number", "range", "list"]
+        assert names(store, axis=name, low=9.0) == []
     # and by the ratios that these make
     assert names(store, axis="clearance_ratio", low=55.0) == ["number"]
 
