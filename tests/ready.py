@@ -380,7 +380,7 @@ def _run(module: str) -> None:
     threading._shutdown()  # type: ignore[attr-defined]
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError):  # whoever read it has gone
+        with suppress(OSError, ValueError):  # whoever read it has gone, or it is closed
             stream.flush()
     os._exit(status or 0)
 
