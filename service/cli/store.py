@@ -51,8 +51,9 @@ def warn_of_unknown_variables() -> None:
     known = {_variable(name) for name in (*Settings.model_fields, *OTHER_VARIABLES)}
     for name in sorted(os.environ):
         if name.upper().startswith(PREFIX) and name.upper() not in known:
-            near = nearest(name.upper().lower(), [each.lower() for each in known])
-            meant = f"did you mean {near.upper()}?" if near else "remove it."
+            own = [each.removeprefix(PREFIX).lower() for each in known]
+            near = nearest(name.upper().removeprefix(PREFIX), own)
+            meant = f"did you mean {PREFIX}{near.upper()}?" if near else "remove it."
             note(f"damperlab: the variable {name} is no setting, and is ignored; {meant}")
 
 

@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 from tests.service.cli.commands import run
 
+from damperlab.service.cli.store import warn_of_unknown_variables
+
 HEAVY = (
     "numba",
     "dask",
@@ -21,6 +23,19 @@ HEAVY = (
     "pydantic",
     "numpy",
 )
+
+
+def test_a_variable_that_is_no_setting_is_told_with_the_one_that_was_meant(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("DAMPERLAB_KYE", "x")
+    monkeypatch.setenv("DAMPERLAB_XYZZY", "x")
+    warn_of_unknown_variables()
+    meant, none = capsys.readouterr().err.splitlines()
+    assert "DAMPERLAB_KYE" in meant
+    assert "DAMPERLAB_KEY?" in meant
+    assert "DAMPERLAB_XYZZY" in none
+    assert "mean" not in none
 
 
 def test_help_loads_none_of_the_heavy_libraries() -> None:
