@@ -6,7 +6,7 @@ from damperlab.service.documents import Document
 from damperlab.service.estimates import estimate_document
 from damperlab.service.state import Service
 from damperlab.studies.definition import parse_study
-from damperlab.studies.faults import MAX_FAULTS, Fault, StudyFaults
+from damperlab.studies.faults import MAX_FAULTS, WHOLE, Fault, StudyFaults
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import make_plan
@@ -75,7 +75,7 @@ def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy
         raise StudyFaults(
             [
                 Fault(
-                    "study",
+                    WHOLE,
                     f"a list of {len(documents)}",
                     f"1 to {MOST_STUDIES} studies",
                     advice,
@@ -121,7 +121,7 @@ def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy
         if len(faults) >= MAX_FAULTS and place + 1 < len(documents):
             told = f"The studies from [{place + 1}] on were not read."
             advice = "correct those that are listed, then submit again"
-            faults[MAX_FAULTS - 1 :] = [Fault("study", f"faults up to [{place}]", "none", advice, told)]
+            faults[MAX_FAULTS - 1 :] = [Fault(WHOLE, f"faults up to [{place}]", "none", advice, told)]
             break
     if faults:
         raise StudyFaults(faults)

@@ -13,6 +13,9 @@ from damperlab.studies.user_error import UserError
 MAX_FAULTS = 100
 """Faults listed in one answer; the rest is counted. Keeps the answer to a hostile document small."""
 
+WHOLE = "document"
+"""The field of what is wrong with a document as a whole."""
+
 NOTHING = "nothing"
 """What was found where something is missing."""
 
@@ -31,7 +34,7 @@ class Fault:
     Parameters
     ----------
     field : str
-        Where, as a path into the document: ``axes.clearance_ratio[3]``; ``study`` for the whole document.
+        Where, as a path into the document: ``axes.clearance_ratio[3]``; `WHOLE` for all of it.
     found : str
         What stands there.
     allowed : str
@@ -74,7 +77,7 @@ class Fault:
 
     def under(self, parent: str) -> "Fault":
         """Return the same fault, seen from a document that holds this one at ``parent``."""
-        return replace(self, field=join(parent, self.field))
+        return replace(self, field=parent if parent and self.field == WHOLE else join(parent, self.field))
 
 
 class StudyFaults(UserError, ValueError):

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from damperlab.studies.faults import Fault, StudyFaults, counted, describe, path
+from damperlab.studies.faults import WHOLE, Fault, StudyFaults, counted, describe, path
 
 MAX_DEPTH = 8
 """Levels of lists and mappings; a study needs four."""
@@ -146,12 +146,12 @@ def _repeats(where: tuple[object, ...], held: dict[str, Any]) -> list[Fault]:
 
 
 def _no_mapping(document: object) -> Fault:
-    return Fault("document", describe(document), "a mapping", "write keys and their values")
+    return Fault(WHOLE, describe(document), "a mapping", "write keys and their values")
 
 
 def _too_much(where: tuple[object, ...], found: str, limit: str) -> Fault:
     return Fault(
-        path(where) or "document",
+        path(where) or WHOLE,
         found,
         f"at most {limit}",
         "write long axes as {start, stop, num}, and nest no deeper than a study needs",

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import yaml
 
-from damperlab.studies.faults import Fault, StudyFaults, printable
+from damperlab.studies.faults import WHOLE, Fault, StudyFaults, printable
 from damperlab.studies.guard import MAX_CONTAINERS, MAX_DEPTH, MAX_VALUES, mapping, repeated_keys
 
 Format = Literal["json", "yaml"]
@@ -83,7 +83,7 @@ _SHORTER = "write long axes as {start, stop, num}, and long lists as JSON"
 
 
 def _refused(found: str, allowed: str, advice: str, told: str = "") -> StudyFaults:
-    return StudyFaults([Fault("document", found, allowed, advice, told)])
+    return StudyFaults([Fault(WHOLE, found, allowed, advice, told)])
 
 
 def _load_json(text: str, studies: int) -> Any:
@@ -134,9 +134,7 @@ def _tab(text: str, line: int) -> Fault | None:
         return None
     place = f"line {line + 1}, column {indent[0].index(chr(9)) + 1}"
     told = f"The document is not valid YAML at {place}: a tab indents the line, and YAML allows only spaces there."
-    return Fault(
-        "document", f"a tab at {place}", "spaces before a key", "write spaces in place of the tab", told
-    )
+    return Fault(WHOLE, f"a tab at {place}", "spaces before a key", "write spaces in place of the tab", told)
 
 
 class _Level:

@@ -53,7 +53,7 @@ def test_a_list_with_faults_is_refused_as_a_whole_with_their_places(client: http
     assert any(field.startswith("[3]") for field in fields)
     # no more are read than are told
     errors = client.post(STUDIES, json=[7] * 150).json()["errors"]
-    assert [error["field"] for error in errors[:-1]] == [f"[{place}].study" for place in range(99)]
+    assert [error["field"] for error in errors[:-1]] == [f"[{place}]" for place in range(99)]
     assert "The studies from [100] on were not read." in errors[-1].values()
     digest = client.post(STUDIES, params={"dry_run": "true"}, json=point(11)).json()["digest"]
     assert client.get(f"{STUDIES}/{digest[:12]}").status_code == 404
