@@ -56,12 +56,13 @@ NAMES = {
 def verdict_of(found: Found) -> tuple[Brief, list[Note]]:
     """Give the short answer, and all that is known beside it as data in the units of the specification."""
     asked = found.asked
-    damper, judged = _best(found)
+    bare = _without_damper(asked)
+    damper, judged = _best(found, bare)
     notes = list(_notes(found, damper))
     decision = _decision(found, damper, judged)
     dangers = [said for note in notes if (said := _said(found, note))]
     sentences = [*unusual_specification(asked), decision, *dangers, *_holds(found, damper)]
-    return Brief(damper, tuple(sentences), tuple(_rows(found, damper)), _next(found, notes)), notes
+    return Brief(damper, tuple(sentences), tuple(_rows(found, damper, bare)), _next(found, notes)), notes
 
 
 def kind_of(build: Build) -> Damper:
@@ -75,8 +76,8 @@ def is_as_good(theirs: Score, ours: Score) -> bool:
     return keeps and theirs.value <= ours.value * (1.0 + SAME)
 
 
-def _best(found: Found) -> tuple[Damper, Alternative | Beside | float | None]:
-    """Name what to build, and give it: None for the damper of the answer, a number for none at all."""
+def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Beside | float | None]:
+    """Name what to build, and give it: None for the damper of the answer, `bare`, the worst case of no damper, for none."""
     ours = found.compared
     if not found.asked.free:
         return kind_of(found.build), None
@@ -89,7 +90,7 @@ def _best(found: Found) -> tuple[Damper, Alternative | Beside | float | None]:
         damper, best = "friction_alone", alone["friction_alone"]
     elif "particle_alone" in alone:
         damper, best = "particle_alone", alone["particle_alone"]
-    tuned, bare = found.heaviest, _without_damper(found)
+    tuned = found.heaviest
     if tuned is not None and _tuned_wins(tuned, ours):
         damper, best = "tuned_mass_damper", tuned
     least = tuned.value if isinstance(best, Beside) and tuned else ours.value
@@ -106,9 +107,8 @@ def _tuned_wins(tuned: Beside, ours: Score) -> bool:
     return better and (ours.violation > 0.0 or not tuned.exceeded)
 
 
-def _without_damper(found: Found) -> float | None:
+def _without_damper(asked: Specification) -> float | None:
     """Give the worst case of the structure alone within its tolerances; None where it is not known to keep the limits."""
-    asked = found.asked
     if asked.cases or asked.limits.keys() - {asked.measure.limit}:
         return None
     return hardest(asked, NO_DAMPER, judged_of(asked))[0]
@@ -282,7 +282,7 @@ def _span(asked: Specification, name: str, low: float, high: float) -> str:
     return f"{spelled(low, UNITS[name], 3)} to {spelled(high, UNITS[name], 3)}"
 
 
-def _rows(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
+def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[str, str, str]]:
     """Give what comes second, and by how much."""
     asked = found.asked
     for name, limit in asked.limits.items():
@@ -290,7 +290,6 @@ def _rows(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
         if reached > limit:
             over, allowed = (limited(asked, name, asked.as_limited(name, each)) for each in (reached, limit))
             yield asked.limit_key(name), over, f"{allowed} allowed"
-    bare = _without_damper(found)
     if bare is not None and damper != "no_damper":
         yield CALLED["no_damper"], _value(asked, bare), ""
     tuned = found.heaviest

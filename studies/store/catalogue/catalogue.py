@@ -268,7 +268,7 @@ class Catalogue:
             found = _revision(connection)
             if found != HEAD:  # else another process was faster
                 try:
-                    _migrate(connection, found)
+                    _migrate(connection)
                 except DatabaseError as error:
                     if not any(each in str(error.orig) for each in _NOT_ITS_REVISION):
                         raise
@@ -405,15 +405,13 @@ def _revision(connection: Connection) -> str:
     return "0001" if first else ""
 
 
-def _migrate(connection: Connection, found: str) -> None:
+def _migrate(connection: Connection) -> None:
     from alembic import command
     from alembic.config import Config
 
     config = Config()
     config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
     config.attributes["connection"] = connection
-    if found and not inspect(connection).has_table("alembic_version"):
-        command.stamp(config, found)
     command.upgrade(config, HEAD)
 
 

@@ -43,8 +43,6 @@ class StoredArray:
         Stands where nothing is stored.
     compressor : Compressor
         With its settings.
-    checked : bool
-        Whether the last four bytes of a chunk are the checksum of the others; the first cubes had none.
     attributes : dict
         Unit, meaning, flags.
     """
@@ -55,7 +53,6 @@ class StoredArray:
     dtype: np.dtype[Any]
     fill: Any
     compressor: Compressor
-    checked: bool
     attributes: dict[str, Any]
 
     def encode(self, values: np.ndarray) -> bytes:
@@ -72,7 +69,7 @@ class StoredArray:
             self.compressor.blocksize,
             self.compressor.typesize,
         )
-        return with_checksum(body) if self.checked else body
+        return with_checksum(body)
 
     def decode(self, content: bytes) -> np.ndarray:
         """Decode a chunk.
@@ -82,12 +79,11 @@ class StoredArray:
         ValueError, RuntimeError
             If the bytes are not what was written.
         """
-        body = without_checksum(content) if self.checked else content
-        return np.frombuffer(blosc.decompress(body), self.dtype).reshape(self.chunks)
+        return np.frombuffer(blosc.decompress(without_checksum(content)), self.dtype).reshape(self.chunks)
 
     def intact(self, content: bytes) -> bool:
         """Say whether a chunk's bytes are what was written, as far as can be told without decoding them."""
-        return not self.checked or _checksum_holds(content)
+        return _checksum_holds(content)
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,6 @@
 
 It is Zarr's metadata of a group with every array in it, so that one read opens a cube. The arrays' chunks are in the
 blocks' files (`packed.py`); their codec `damperlab.block` knows that, and names the codecs of a single variable.
-Cubes of the first layout had a file for each variable and block, their description no checksum, and files of
-coordinates as Zarr writes them by default; they are read as they are.
 """
 
 import json
@@ -198,10 +196,8 @@ def _parse(document: Any) -> Description:
 
 
 def _array(name: str, node: Mapping[str, Any]) -> StoredArray:
-    codecs = node["codecs"]
-    if codecs[0]["name"] == CODEC:
-        codecs = codecs[0]["configuration"]["codecs"]
-    if tuple(codec["name"] for codec in codecs) not in (_CODEC_NAMES, _CODEC_NAMES[:2]):
+    codecs = node["codecs"][0]["configuration"]["codecs"]
+    if tuple(codec["name"] for codec in codecs) != _CODEC_NAMES:
         raise ValueError(f"{name} is coded as no cube is: {codecs}")
     dtype = np.dtype(node["data_type"]).newbyteorder("<")
     fill = float("nan") if node["fill_value"] == "NaN" else node["fill_value"]
@@ -213,7 +209,6 @@ def _array(name: str, node: Mapping[str, Any]) -> StoredArray:
         dtype,
         dtype.type(fill),
         Compressor(**{key: settings[key] for key in ("cname", "clevel", "shuffle", "blocksize", "typesize")}),
-        len(codecs) == 3,
         dict(node.get("attributes", {})),
     )
 

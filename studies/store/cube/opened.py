@@ -54,11 +54,10 @@ def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Data
         If they cannot be read.
     """
     try:
-        metadata = shelf.get(DESCRIPTION)
-        described = describe_cube(metadata)
+        described = describe_cube(shelf.get(DESCRIPTION))
         variables: dict[str, xr.Variable] = {}
         for name, one in described.coordinates.items():
-            values = _coordinate(shelf, described, one, metadata, kept)
+            values = _coordinate(shelf, one, kept)
             variables[name] = xr.Variable((name,), values, dict(one.attributes))
     except FileNotFoundError as error:
         raise damaged(shelf, None, "the cube's description", "a file of it is lost") from error
@@ -120,9 +119,7 @@ class _Along(BackendArray):
         return np.asarray(self._source.read(key) * factors)
 
 
-def _coordinate(
-    shelf: Shelf, described: Description, one: StoredCoordinate, metadata: bytes, kept: DecodedChunks
-) -> np.ndarray:
+def _coordinate(shelf: Shelf, one: StoredCoordinate, kept: DecodedChunks) -> np.ndarray:
     if one.value is not None:
         return np.array([one.value])
     return kept.get(shelf, one.key, lambda: one.decode(shelf.get(one.key)))

@@ -10,10 +10,8 @@ from sqlalchemy import ColumnElement, Row, and_, exists, not_
 from damperlab.studies.faults import Fault, describe, listing, write_nearest
 from damperlab.studies.kinds import EVERY_DIMENSION, kind_of_definition
 from damperlab.studies.remarks import faults_of_tag
-from damperlab.studies.store.catalogue.box import box_of
 from damperlab.studies.store.catalogue.rows import asked_for
 from damperlab.studies.store.catalogue.tables import studies
-from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.provenance import COARSE_OF, DESIGNS, REFINES
 from damperlab.studies.unit_names import ALIASES, COORDINATE_NAMES
@@ -113,9 +111,7 @@ class Wanted:
         """Whether the grid of a study reaches into the range."""
         definition = json.loads(row.definition)
         names = [name for name in kind_of_definition(definition).dimensions if name not in _OF_TEXTS]
-        # a study of an early version has no box in its row
-        grid = json.loads(row.box) or box_of(parse_stored(definition, row.digest))
-        box = dict(zip(names, grid, strict=True))
+        box = dict(zip(names, json.loads(row.box), strict=True))
         ends = box.get(str(self.axis)) or self._ends_in_units(definition)
         if ends is None:
             return False
