@@ -36,7 +36,7 @@ MACHINE: dict[str, Any] = {
     },
     "steady": {"tolerance": 0.1},
 }
-"""A study by the name of the tutorial's, small, and known so roughly that a race has something to do."""
+"""A study by the name of the tutorial's, small, and quick to compute."""
 END = "--- end of a block ---"
 PATIENCE_SECONDS = 1800
 

@@ -60,7 +60,7 @@ def designs_document(answer: xr.Dataset) -> dict[str, Any]:
     Parameters
     ----------
     answer : Dataset
-        Of `optimal_designs`, `pareto_front`, `merged_designs` or `robust_designs`, dimension rank.
+        Of `optimal_designs`, `pareto_front`, or `merged_designs`, dimension rank.
 
     Returns
     -------

@@ -50,7 +50,6 @@ def refinement_document(refinement: Refinement) -> dict[str, Any]:
         "spent": refinement.spent,
         "definition": definitions[0] if definitions else None,
         "definitions": definitions,
-        **refinement.said,
         "note": refinement.note,
         "brief": refinement.brief and refinement.brief.document(),
     }

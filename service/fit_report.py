@@ -12,6 +12,7 @@ from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.made import Made
 from damperlab.studies.fit.specification_text import specification_text
+from damperlab.studies.fit.spelling import heading, number
 from damperlab.studies.fit.verdict import told, verdict
 from damperlab.worker.fit.curve import Curve
 
@@ -91,12 +92,10 @@ def parameter_rows(estimates: Sequence[Estimate]) -> list[tuple[str, ...]]:
     """Give the parameters as rows of text, under `COLUMNS`."""
     return [
         (
-            each.name,
-            f"{each.value:.4g}",
-            f"{each.low:.4g}",
-            f"{each.high:.4g}",
-            f"{each.spread:.2g}",
-            f"{each.lowest:.4g} to {each.highest:.4g}",
+            heading(each.name),
+            *(number(each.name, value) for value in (each.value, each.low, each.high)),
+            number(each.name, each.spread, 2),
+            f"{number(each.name, each.lowest)} to {number(each.name, each.highest)}",
         )
         for each in estimates
     ]

@@ -40,7 +40,7 @@ _WITH = ("--with",)
 class Judging:
     """What designs are judged by, and which of them.
 
-    The same in every ranking: of one study, of several, over base amplitudes, in a refinement, in a race.
+    The same in every ranking: of one study, of several, over base amplitudes, in a refinement.
     """
 
     objective: Objective | None = asked(
@@ -103,18 +103,6 @@ class Ranking(Listed):
         form="ID",
         key="record",
         options=("--record",),
-    )
-
-
-@dataclass(frozen=True)
-class Amplitudes(Listed):
-    """Over which base amplitudes the worst case is taken."""
-
-    amplitudes: Range = asked(
-        (0.5, 2.0),
-        "Range of the base amplitude, relative to the nominal one.",
-        form="LO,HI",
-        example="0.5,2",
     )
 
 
@@ -291,19 +279,6 @@ class Search(Step):
     budget: int = asked(
         20_000, "Largest total number of points of all follow-up studies.", least=0, most=10**9
     )
-
-
-@dataclass(frozen=True)
-class Race:
-    """When a race between designs ends."""
-
-    confidence: float = asked(
-        0.95, "Confidence with which the best design is to be known.", least=0.5, most=0.9999
-    )
-    indifference: float = asked(
-        0.02, "Relative difference below which two designs count as equally good.", least=1e-4, most=0.5
-    )
-    budget: float = asked(5e7, "Largest total number of excitation cycles of all rounds.", least=0)
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,9 @@ from damperlab.studies.field import fields_of, option_of
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.questions import (
     EVERY_AXIS,
-    Amplitudes,
     Boundary,
     Judging,
     Plane,
-    Race,
     Ranking,
     Search,
     Selection,
@@ -58,7 +56,7 @@ class UsageFault(Exception):
 
 SPELLED = {
     name: each.options[0]
-    for question in (Judging, Ranking, Amplitudes, Selection, Plane, Tuning, Search, Race, Boundary)
+    for question in (Judging, Ranking, Selection, Plane, Tuning, Search, Boundary)
     for each in fields_of(question)
     for name in (each.key, each.name)
     if "command" in each.doors and name not in EVERY_DIMENSION

@@ -12,7 +12,7 @@ from damperlab.service.cli.design import design
 from damperlab.service.cli.doctor import doctor
 from damperlab.service.cli.earthquake import earthquake, records
 from damperlab.service.cli.export import export
-from damperlab.service.cli.failures import DONE, FAILED, report
+from damperlab.service.cli.failures import BAD_USAGE, DONE, FAILED, report
 from damperlab.service.cli.fit import fit
 from damperlab.service.cli.keep import backup, gc, rebuild, restore
 from damperlab.service.cli.keys import keys
@@ -24,18 +24,25 @@ from damperlab.service.cli.queries import fragility, importance, optimum, respon
 from damperlab.service.cli.report import report as write_report
 from damperlab.service.cli.reproduce import reproduce
 from damperlab.service.cli.run import resume, run
-from damperlab.service.cli.searches import race, refine
+from damperlab.service.cli.searches import refine
 from damperlab.service.cli.serve import serve
 from damperlab.service.cli.simulate import simulate
 from damperlab.service.cli.store import warn_of_unknown_variables
 from damperlab.service.cli.studies import cancel, delete, remark, show, studies
-from damperlab.service.cli.tmd import robust, tmd
+from damperlab.service.cli.tmd import tmd
 from damperlab.service.cli.verify import verify
 from damperlab.service.cli.versions import recompute, retry
 from damperlab.service.cli.warm import warm
 
 INTERRUPTED = 130
 """What typer returns for Ctrl-C in a command that does not handle it itself."""
+
+
+GONE = {
+    "race": "Submit the designs again with a smaller `steady.tolerance`.",
+    "robust": "Give a study several values of base_amplitude_m and ask `damperlab optimum`, or let `damperlab design` choose.",
+}
+"""Commands of earlier versions, with what to do in their place."""
 
 
 def _print_version(asked: bool) -> None:
@@ -71,7 +78,6 @@ for name, command, panel in (
     ("retry", retry, "Compute"),
     ("recompute", recompute, "Compute"),
     ("refine", refine, "Compute"),
-    ("race", race, "Compute"),
     ("design", design, "Compute"),
     ("simulate", simulate, "Compute"),
     ("fit", fit, "Compute"),
@@ -82,7 +88,6 @@ for name, command, panel in (
     ("response", response, "Ask"),
     ("optimum", optimum, "Ask"),
     ("tmd", tmd, "Ask"),
-    ("robust", robust, "Ask"),
     ("importance", importance, "Ask"),
     ("fragility", fragility, "Ask"),
     ("precision", precision, "Ask"),
@@ -119,6 +124,9 @@ def main() -> None:
 
 
 def _run(arguments: list[str]) -> int:
+    if arguments and arguments[0] in GONE:
+        note(f"damperlab: there is no `{arguments[0]}` any more. {GONE[arguments[0]]}")
+        return BAD_USAGE
     try:
         # A command ends early with typer.Exit(status), which is returned here; one that is done returns None.
         status = app(args=arguments, prog_name="damperlab", standalone_mode=False) or DONE

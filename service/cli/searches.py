@@ -1,4 +1,4 @@
-"""Commands that search further with follow-up studies: refine, race."""
+"""The command that searches further with follow-up studies: refine."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from damperlab.service.cli.store import open_store
 from damperlab.service.cli.words import found_sentence
 from damperlab.studies.brief import Brief
 from damperlab.studies.field import fields_of, given
-from damperlab.studies.questions import Boundary, FollowUps, Judging, Race, Search
+from damperlab.studies.questions import Boundary, FollowUps, Judging, Search
 from damperlab.studies.variables import DIMENSIONS
 
 if TYPE_CHECKING:
@@ -79,29 +79,6 @@ def refine(
 
     with Computer(open_store(data_dir), means) as computer:
         Pursuit(computer).follow(study, "refine", judge, follow_ups.dry_run, as_json, details)
-
-
-@asks
-@computes
-def race(
-    study: StudyId,
-    rules: Race,
-    judging: Judging,
-    follow_ups: FollowUps,
-    data_dir: DataDir = None,
-    *,
-    means: Means,
-    details: Details = False,
-    as_json: AsJson = False,
-) -> None:
-    """Compute the designs that may be the best for more and more cycles, until the best is known with the given confidence."""
-    from damperlab.studies.answers.race import race_designs
-
-    def judge(asked: "Study", cubes: "Cubes") -> "Refinement":
-        return race_designs(asked, cubes, rules, judging)
-
-    with Computer(open_store(data_dir), means) as computer:
-        Pursuit(computer).follow(study, "race", judge, follow_ups.dry_run, as_json, details)
 
 
 @dataclass(frozen=True)

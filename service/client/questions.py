@@ -10,7 +10,6 @@ from damperlab.studies.answers.shown import shown_axes
 from damperlab.studies.field import Range
 from damperlab.studies.questions import (
     MOST_DESIGNS,
-    Amplitudes,
     Design,
     Followed,
     Fragile,
@@ -149,30 +148,6 @@ class Questions(Asked):
         if top is not None:
             ranking = replace(ranking, top=top)
         return self._in_units(read_designs(self._question("optimal-designs", judging, ranking)))
-
-    @explained(Amplitudes, Judging)
-    def robust_designs(
-        self,
-        amplitudes: Range = Amplitudes.amplitudes,
-        objective: Objective | None = None,
-        band: Range | None = None,
-        top: int = Amplitudes.top,
-        exclude_locked: bool = False,
-        max_impact_speed: float | None = None,
-        **ranges: Range,
-    ) -> "Designs":
-        """Rank dampers by their worst case while the base amplitude varies.
-
-        Returns
-        -------
-        Designs
-            See `damperlab.studies.answers.robust`.
-        """
-        from damperlab.service.client.answers import read_designs
-
-        judging = Judging(objective, band, exclude_locked, max_impact_speed, ranges)
-        found = self._question("robust-designs", Amplitudes(top, amplitudes), judging)
-        return self._in_units(read_designs(found))
 
     @explained(Tuning, Design)
     def tmd_comparison(

@@ -73,10 +73,6 @@ class Refinement:
         All studies that were submitted.
     spent : dict
         What has been computed: `points`, `cycles`, `seconds` of run time.
-    as_good : int, optional
-        Of a race: further designs that may be the best.
-    chance_of_another : float, optional
-        Of a race: the probability that one of them is; None where errors are not known.
     """
 
     known: bool
@@ -88,8 +84,6 @@ class Refinement:
     follow_up: "Study | None"
     follow_ups: "tuple[Study, ...]" = ()
     spent: dict[str, float] = field(default_factory=dict)
-    as_good: int | None = None
-    chance_of_another: float | None = None
 
 
 @dataclass(frozen=True)

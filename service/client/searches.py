@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from damperlab.service.client.asked import Asked, explained, ids, parameters
 from damperlab.service.client.results import Refinement
 from damperlab.studies.field import Range
-from damperlab.studies.questions import Boundary, FollowUps, Judging, Race, Search, Step
+from damperlab.studies.questions import Boundary, FollowUps, Judging, Search, Step
 from damperlab.studies.vocabulary import Objective
 
 if TYPE_CHECKING:
@@ -46,31 +46,6 @@ class Searches(Asked, ABC):
         search = Search(tolerance, value_tolerance, budget)
         return self._search("/refine", search, judging, FollowUps(ids(with_), dry_run))
 
-    @explained(Race, Judging, FollowUps)
-    def race(
-        self,
-        confidence: float = Race.confidence,
-        indifference: float = Race.indifference,
-        budget: float = Race.budget,
-        objective: Objective | None = None,
-        band: Range | None = None,
-        exclude_locked: bool = False,
-        max_impact_speed: float | None = None,
-        with_: Iterable[Asked | str] = (),
-        dry_run: bool = False,
-        **ranges: Range,
-    ) -> Refinement:
-        """Submit follow-up studies that compute longer what may be the best, unless the best is known.
-
-        Returns
-        -------
-        Refinement
-            With the follow-ups of the next round to wait for, then to give as ``with_`` with those before.
-        """
-        judging = Judging(objective, band, exclude_locked, max_impact_speed, ranges)
-        rules = Race(confidence, indifference, budget)
-        return self._search("/race", rules, judging, FollowUps(ids(with_), dry_run))
-
     @explained(Boundary, Step, FollowUps)
     def refine_boundary(
         self,
@@ -96,8 +71,6 @@ class Searches(Asked, ABC):
         studies = tuple(self._handle(each) for each in answer.get("follow_ups", ()))
         more = {
             "spent": answer["spent"],
-            "as_good": answer.get("as_good"),
-            "chance_of_another": answer.get("chance_of_another"),
             "follow_ups": studies,
             "follow_up": studies[0] if studies else None,
         }

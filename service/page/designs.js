@@ -10,7 +10,6 @@ import { leading, VALUE } from "./headline.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
 import { refinePanel } from "./refine_panel.js";
-import { canBeRobust, robustPanel } from "./robust_panel.js";
 import { FREQUENCY } from "./selection.js";
 
 const TOP = 5;
@@ -132,7 +131,6 @@ export function designs(session, onFound) {
     table,
     front,
     refinePanel(session, judged),
-    canBeRobust(session) && robustPanel(session, judged, go),
   );
 }
 

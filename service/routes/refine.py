@@ -1,4 +1,4 @@
-"""Robust designs, and follow-up studies around an optimum or a class boundary."""
+"""Follow-up studies around an optimum or a class boundary."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any
@@ -9,24 +9,20 @@ from fastapi import APIRouter
 from starlette.requests import Request
 
 from damperlab.service.answer_schemas import gives
-from damperlab.service.answers import designs_document
 from damperlab.service.comparisons import refinement_document
 from damperlab.service.documents import Document
 from damperlab.service.parameters import asks
 from damperlab.service.problems import documented
-from damperlab.service.routes.queries import answered, answers, named, with_follow_ups
+from damperlab.service.routes.queries import answered, named, with_follow_ups
 from damperlab.service.routes.queries import router as queries
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service, TheService, TheStudy
 from damperlab.service.work.own_store import store_of
 from damperlab.studies.answers.follow_up import Refinement
-from damperlab.studies.answers.race import race_designs
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
-from damperlab.studies.answers.robust import robust_designs
-from damperlab.studies.answers.suite import require_harmonic
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.plan import make_plan
-from damperlab.studies.questions import Amplitudes, Boundary, FollowUps, Judging, Race, Search, Step
+from damperlab.studies.questions import Boundary, FollowUps, Judging, Search, Step
 from damperlab.studies.store.provenance import REFINES
 from damperlab.studies.store.record import Record
 from damperlab.studies.variables import DIMENSIONS
@@ -43,24 +39,6 @@ FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
     201: gives("FollowUps", "Stored and queued", Location="Address of the first of them."),
     **documented(404, 409, 422, 429, 503, 507),
 }
-
-
-@router.get(
-    "/robust-designs",
-    **answers("RankedDesigns"),
-    summary="Dampers in the order of their worst case while the base amplitude varies",
-    tags=["queries"],
-)
-def ask_robust(
-    service: TheService,
-    study: TheStudy,
-    asked: Annotated[tuple[Amplitudes, Judging], asks(Amplitudes, Judging, dimensions=DIMENSIONS)],
-) -> Document:
-    """Rank rays in the (d/Z, γ_F) plane: force and clearance are fixed, the base amplitude is not."""
-    require_harmonic(study.dimensions, "robust-designs")
-    over, judging = asked
-    answer = robust_designs(service.store.cube(study.id), over.amplitudes, judging, over.top)
-    return answered(study, designs_document(answer))
 
 
 @router.post(
@@ -89,30 +67,6 @@ def _refined(
 ) -> Refinement:
     cubes = _cubes(settings, study, known)  # first: of another kind of study it says so
     return refine_optimum(parse_harmonic(study.definition), cubes, search, judging)
-
-
-@router.post(
-    "/race",
-    response_class=Document,
-    responses=FOLLOW_UPS,
-    summary="Follow-up studies that compute the designs longer that may be the best",
-    tags=["studies"],
-)
-async def race(
-    request: Request,
-    service: TheService,
-    study: TheStudy,
-    asked: Annotated[tuple[FollowUps, Race, Judging], asks(FollowUps, Race, Judging, dimensions=DIMENSIONS)],
-) -> Document:
-    """Take one round of a race; name the follow-ups that are done with `with`, until `known` or no follow-up comes."""
-    known, rules, judging = asked
-    found = await service.work.run(request, _raced, service.settings, study, known, rules, judging)
-    return await _follow(service, study, found, known.dry_run)
-
-
-def _raced(settings: Settings, study: Record, known: FollowUps, rules: Race, judging: Judging) -> Refinement:
-    cubes = _cubes(settings, study, known)
-    return race_designs(parse_harmonic(study.definition), cubes, rules, judging)
 
 
 @router.post(

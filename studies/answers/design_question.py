@@ -7,7 +7,6 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import default_objective
-from damperlab.studies.answers.contenders import DOUBT, Doubt, half_width
 from damperlab.studies.answers.faults import QueryFault, empty_range
 from damperlab.studies.answers.nearness import inside, nearest_place
 from damperlab.studies.answers.selection import check_dimension, require_stored
@@ -39,17 +38,6 @@ class DesignQuestion:
     exclude_locked: bool
     max_impact_speed: float | None
     limits: dict[str, tuple[float, float]]
-    doubt: Doubt = DOUBT
-
-    @property
-    def comparisons(self) -> int:
-        """How many amplitudes are judged."""
-        return math.prod(axis.size for axis in self.axes.values())
-
-    @property
-    def standard_errors(self) -> float:
-        """Half width of the interval of one amplitude, in standard errors; all that are judged are right at once."""
-        return half_width(self.doubt.confidence, self.doubt.comparisons or self.comparisons)
 
     @property
     def long_name(self) -> str:
@@ -62,7 +50,6 @@ class DesignQuestion:
         cube: xr.Dataset,
         judging: Judging,
         top: int = 1,
-        doubt: Doubt = DOUBT,
     ) -> "DesignQuestion":
         """Check what is asked against a cube; raise `QueryFault` for what cannot be answered."""
         require_stored(cube, "objective", METRIC, otherwise="")
@@ -140,7 +127,6 @@ class DesignQuestion:
             judging.exclude_locked,
             max_impact_speed,
             limits,
-            doubt,
         )
 
 

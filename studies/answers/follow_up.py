@@ -44,8 +44,6 @@ class Refinement:
         The same in words.
     brief : Brief or None
         The short answer, in the units of the study; None where the search has none.
-    said : dict
-        What else the search says: of a race `confidence`, `as_good`, `chance_of_another`.
     """
 
     studies: tuple[Study, ...]
@@ -57,7 +55,6 @@ class Refinement:
     spent: dict[str, float] = field(default_factory=dict)
     note: str = ""
     brief: Brief | None = None
-    said: dict[str, Any] = field(default_factory=dict)
 
 
 def follow_up(

@@ -116,9 +116,7 @@ def judge(
     place = amplitude.argmax(axis=1) if rows.size else np.zeros(0, np.intp)
     each = np.arange(rows.size)
     value, doubt = _weigh(question, amplitude, error, place)
-    lowest, highest = (
-        _weigh_alone(question, side) for side in limits(amplitude, bounded, question.standard_errors)
-    )
+    lowest, highest = (_weigh_alone(question, side) for side in limits(amplitude, bounded))
     corner = np.unravel_index(rows, [index[name].size for name in DESIGN])
     found = {name: index[name][at] for name, at in zip(DESIGN, corner, strict=True)}
     found |= {FREQUENCY: question.axes[FREQUENCY][place], "value": value, "error": doubt}

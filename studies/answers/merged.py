@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.contenders import CONFIDENCE, Doubt
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion, judging_in_ratios
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.flatness import flatness
@@ -23,7 +22,6 @@ def merged_designs(
     cubes: Mapping[str, xr.Dataset],
     judging: Judging = Judging(),
     top: int = 10,
-    confidence: float = CONFIDENCE,
 ) -> xr.Dataset:
     """Rank the designs of several studies together, each judged at the frequencies of its own study.
 
@@ -34,8 +32,6 @@ def merged_designs(
         the ranges adds nothing.
     judging, top : Judging, int
         As in `optimal_designs`; the objective is resolved for the first study.
-    confidence : float
-        Of the limits of all designs of the first study at once.
 
     Returns
     -------
@@ -54,12 +50,11 @@ def merged_designs(
     judging = judging_in_ratios(cubes[ids[0]], judging)
     question = DesignQuestion.ask(cubes[ids[0]], judging)
     judging = replace(judging, objective=question.objective)
-    doubt = Doubt(confidence, question.comparisons)
-    answers = {ids[0]: optimal_designs(cubes[ids[0]], judging, MOST_DESIGNS, doubt)}
+    answers = {ids[0]: optimal_designs(cubes[ids[0]], judging, MOST_DESIGNS)}
     first = answers[ids[0]]
     for name in ids[1:]:
         try:
-            answers[name] = optimal_designs(cubes[name], judging, MOST_DESIGNS, doubt)
+            answers[name] = optimal_designs(cubes[name], judging, MOST_DESIGNS)
         except QueryFault as error:
             if error.fault.field in set(judging.ranges).intersection(DESIGN):
                 continue
@@ -94,7 +89,7 @@ def merged_designs(
     merged = f"Merged with {counted(len(ids) - 1, 'follow-up')}."
     words = noted(first.attrs, said(cubes[ids[0]], lambda _: {"note": merged}))
     if places.size:
-        words = together(words, _verdict(cubes, ranked, replace(question, top=top, doubt=doubt)))
+        words = together(words, _verdict(cubes, ranked, replace(question, top=top)))
     ranked.attrs |= words
     return ranked.isel(rank=slice(top))
 

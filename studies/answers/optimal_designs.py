@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.contenders import DOUBT, Doubt
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
 from damperlab.studies.answers.flatness import flatness, say_flatness
 from damperlab.studies.answers.judging import (
@@ -31,7 +30,6 @@ def optimal_designs(
     cube: xr.Dataset,
     judging: Judging = Judging(),
     top: int = 10,
-    doubt: Doubt = DOUBT,
 ) -> xr.Dataset:
     """Rank the designs of a cube.
 
@@ -47,8 +45,6 @@ def optimal_designs(
         at the judged frequency nearest r = 1: the trivial optimum.
     top : int
         How many designs, 1 to `MOST_DESIGNS`.
-    doubt : Doubt
-        How sure the limits shall be.
 
     Returns
     -------
@@ -58,8 +54,8 @@ def optimal_designs(
         Variables: `value`, its `error` (that of a peak at the peak, of a mean the weighted mean error, since
         errors of a periodic response do not average out; NaN where the study keeps none), `response_class`
         at `frequency_ratio`, and `locked_share`, the share of the judged frequencies at which the mass is
-        locked; both unknown, -1 and NaN, where the study keeps no class. `lowest` and `highest` are limits that hold
-        for all designs at once with the confidence stated; `impact_share` is the share of the judged frequencies at which
+        locked; both unknown, -1 and NaN, where the study keeps no class. `lowest` and `highest` are limits of
+        the confidence stated, of each design by itself; `impact_share` is the share of the judged frequencies at which
         a particle that has mass strikes while the mass moves; `alike` counts further designs that have the very same response
         without impacts, which are folded into the first of them. Attributes: `objective`, `designs` (all in the
         ranges), `incomplete`, `failed`, `locked`, `too_fast`, `outside` (those left out, by reason), `complete` (share
@@ -73,7 +69,7 @@ def optimal_designs(
         If an argument is not allowed, nothing of the grid is in a range, or the study keeps no variable that
         is needed.
     """
-    question = DesignQuestion.ask(cube, judging, top, doubt)
+    question = DesignQuestion.ask(cube, judging, top)
     tally = new_tally()
     best = _Ranking()
     for found in judged(cube, question, tally, (), BUDGET):

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.contenders import CONFIDENCE, WIDTH
 from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.judging import (
@@ -78,7 +79,7 @@ def pareto_front(
     doubt: dict[str, float] = {}
     if doubtful and front:
         belong = int((front["alike"] + 1).sum())
-        doubt = {"confidence": question.doubt.confidence, "as_good": may_belong["value"].size - belong}
+        doubt = {"confidence": CONFIDENCE, "as_good": may_belong["value"].size - belong}
     length = front["value"].size
     front = {name: array[: question.top] for name, array in front.items()}
     answer = described(cube, question, front)
@@ -158,7 +159,7 @@ def _limits(
         if name == "value":
             sides = found["lowest"], np.nan_to_num(found["highest"], nan=np.inf)
         elif name.startswith("dissipation") and _SHARES_ERROR in found:
-            width = question.standard_errors * found[_SHARES_ERROR]
+            width = WIDTH * found[_SHARES_ERROR]
             sides = found[name] - width, found[name] + width
         else:
             continue
@@ -208,7 +209,7 @@ def _remarks(tally: Mapping[str, int], doubt: Mapping[str, float]) -> list[str]:
     if doubt.get("as_good"):
         remarks.append(
             f"{counted(int(doubt['as_good']), 'more design')} may belong to them within the errors "
-            f"({doubt['confidence']:.0%} confidence over all designs at once, errors taken as normal)."
+            f"({doubt['confidence']:.0%} confidence for each)."
         )
     left_out = [f"{tally[name]} {reason}" for name, reason in REASONS.items() if tally[name]]
     if left_out:

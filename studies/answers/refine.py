@@ -197,7 +197,8 @@ def _say_search(
     if blurred and coarse:
         return (
             f"No {where[where.index('cell') :].replace('cells', 'cell')}; the optimum is known in its value, and in its "
-            f"place as far as the errors tell neighbours apart: {coarse}. `race` tells them farther apart."
+            f"place as far as the errors tell neighbours apart: {coarse}. A smaller `steady.tolerance` tells them "
+            "farther apart."
         )
     if coarse:
         return f"No other {where[where.index('cell') :].replace('cells', 'cell')}; the place is known so far: {coarse}."

@@ -80,12 +80,7 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
 
 def _instead(asked: str) -> str:
     """Say what to ask a study over base amplitudes in place of a question that it does not answer."""
-    if asked.startswith("robust"):
-        return (
-            "ask for its optimal designs, which are ranked by their worst base amplitude; a range of base_amplitude_m says "
-            "which count"
-        )
-    if asked in ("refine", "race", "follow-ups"):
+    if asked in ("refine", "follow-ups"):
         return (
             "submit it again with finer axes of clearance_m and friction_force_n about its best damper, or with one base "
             "amplitude; points that are known are not computed again"

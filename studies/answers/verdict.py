@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.contenders import chance_of_another, contend
+from damperlab.studies.answers.contenders import CONFIDENCE, chance_of_another, contend
 from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.ends import end_of
 from damperlab.studies.answers.excited import excitation_of
@@ -100,7 +100,7 @@ def verdict(
     may_be = contend(ranked["lowest"].values, highest)
     # the first is the best, and may be it: its lower limit is below every value
     chance = chance_of_another(values[may_be], errors[may_be], 0)
-    found: dict[str, Any] = {"confidence": question.doubt.confidence, "as_good": int(may_be[1:].sum())}
+    found: dict[str, Any] = {"confidence": CONFIDENCE, "as_good": int(may_be[1:].sum())}
     if not math.isnan(chance):
         found["chance_of_another"] = chance
     if active is not None:
@@ -241,7 +241,7 @@ class _Known:
             case "cut_off":
                 return f"{known['responses']} of its {known['of']} responses ended at `max_cycles`: the error may be larger."
             case "error":
-                return f"Its error is {known['share']:.1%}: compute it longer (`race`, or a smaller `steady.tolerance`)."
+                return f"Its error is {known['share']:.1%}: compute it longer, with a smaller `steady.tolerance`."
             case "end_of_range":
                 return f"It lies at the end of {listed(map(phrases.symbol, known))}: a better one may lie beyond."
             case _:

@@ -44,8 +44,8 @@ def _agreement(fitted: FittedHistory) -> Iterator[str]:
         deviation = float(np.median(fitted.deviation_m))
         yield (
             f"No standard deviation was given, so chi-square cannot say whether the model is right: the measurement scatters "
-            f"about the fit by {deviation:.3g} m, {100 * deviation / fitted.question.measured.largest_m:.2g} % of its largest "
-            "displacement, and the intervals follow from that."
+            f"about the fit by {1e3 * deviation:.3g} mm, {100 * deviation / fitted.question.measured.largest_m:.2g} % of its "
+            "largest displacement, and the intervals follow from that."
         )
         return
     found = f"chi-square is {fitted.chi_square:.4g} for {counted(fitted.freedom, 'degree')} of freedom"
