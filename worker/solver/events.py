@@ -14,6 +14,7 @@ RELEASE = 5
 LET_GO = 6  # a dwell is over
 CLEARANCE = 7  # the particle is out of a compliant wall
 PUSHED_AGAIN = 8  # a compliant wall pushes again
+REST = 9  # a particle that rubs has come to rest in its cavity
 
 # Counts of events in a march (int64 array of COUNTS entries).
 IMPACTS = 0

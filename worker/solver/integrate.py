@@ -32,6 +32,7 @@ from damperlab.worker.solver.observe.meter import Meter
 from damperlab.worker.solver.regime import Regime, Segment, Span, regime_of, window_at
 from damperlab.worker.solver.scene import Curves, Scene, curves_of, scene_on_addresses
 from damperlab.worker.solver.segment_log import Log
+from damperlab.worker.solver.sliding import acceleration_of
 from damperlab.worker.solver.state import State, advanced
 from damperlab.worker.solver.transition_log import (
     Transitions,
@@ -163,6 +164,10 @@ def _cross_window(state: State, regime: Regime, span: Span, scene: Scene) -> Sta
         else:
             moved = (v - state.v) + travel(base, span.phase, span.end)
             gap = state.gap + state.wall * (state.p_rate * base.window - moved)
+            if scene.particle.friction is not None:
+                gained = acceleration_of(state, scene.particle) * base.window
+                gap += state.wall * (0.5 * gained * base.window)
+                p_rate = state.p_rate + gained
     return advanced(state, v, w, gap, p_rate, dwell_on(state.dwell, base.window), 0)
 
 
@@ -217,4 +222,8 @@ def _advance(segment: Segment, t: float, scene: Scene, curves: Curves) -> State:
         else:
             # the gap's own change, no difference of large displacements
             gap = state.gap + state.wall * ((state.p_rate - absolute[1]) * t - beyond_tangent(absolute, t))
+            if scene.particle.friction is not None:
+                gained = acceleration_of(state, scene.particle) * t
+                gap += state.wall * (0.5 * gained * t)
+                p_rate = state.p_rate + gained
     return advanced(state, v, w, gap, p_rate, dwell_on(state.dwell, t), 0)

@@ -27,6 +27,8 @@ class Particle(NamedTuple):
         How long the particle moves with a wall that it strikes [1/ω_n]; None where it leaves at once.
     wall : Wall or None
         Of a cavity with compliant walls, whose constants stand for e; None where walls are rigid.
+    friction : float or None
+        κ > 0 of a particle that rubs on its cavity, with instantaneous impacts; None where it slides freely.
     """
 
     clearance_ratio: float
@@ -34,6 +36,7 @@ class Particle(NamedTuple):
     mass_ratio: float
     contact_time: float | None = None
     wall: Wall | None = None
+    friction: float | None = None
 
 
 def with_floats(particle: Particle) -> Particle:
@@ -48,4 +51,5 @@ def with_floats(particle: Particle) -> Particle:
         float(particle.mass_ratio),
         contact_time,
         wall,
+        None if particle.friction is None else float(particle.friction),
     )

@@ -6,6 +6,7 @@ from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import Excitation, Phase, phase_at, phase_until
 from damperlab.worker.solver.linear_motion import LinearMotion
 from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.sliding import with_pull
 from damperlab.worker.solver.state import State
 
 
@@ -17,7 +18,7 @@ class Regime(NamedTuple):
     sticks : bool
         Whether friction holds the mass on the base.
     offset : float
-        Of the centre of the motion: ±γ_F in slip, else 0.
+        Of the centre of the motion: ±γ_F in slip, with the pull of a particle that rubs; 0 where friction holds the mass.
     motion : LinearMotion
         The motion in slip, of the mass alone or with the particle riding on it.
     """
@@ -97,6 +98,8 @@ def slip_regime(slip: float, friction: float | None) -> tuple[bool, float]:
 def regime_of(state: State, scene: Scene) -> Regime:
     """Regime of a state outside a compliant wall."""
     sticks, offset = slip_regime(state.slip, scene.friction)
+    if not sticks:
+        offset = with_pull(offset, state, scene.particle)
     return Regime(sticks, offset, motion_of(state.riding, scene))
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.solver.dwell import approach_speed
+from damperlab.worker.solver.sliding import direction_of
 from damperlab.worker.solver.state import State
 
 COLUMNS = (
@@ -22,10 +23,11 @@ COLUMNS = (
     "p_rate",
     "riding",
     "approach",
+    "slide",
 )
 """Columns of a row: start [1/ω_n] within its half cycle, duration, kind of the event that ended it, state at its start."""
 
-START, DURATION, EVENT, V, W, SLIP, WALL, GAP, P_RATE, RIDING, APPROACH = range(len(COLUMNS))
+START, DURATION, EVENT, V, W, SLIP, WALL, GAP, P_RATE, RIDING, APPROACH, SLIDE = range(len(COLUMNS))
 _WIDTH = len(COLUMNS)
 
 
@@ -61,3 +63,4 @@ def append_segment(log: Log, state: State, start: float, duration: float, event:
     row[P_RATE] = state.p_rate
     row[RIDING] = state.riding
     row[APPROACH] = approach_speed(state.dwell)
+    row[SLIDE] = direction_of(state.slide)

@@ -21,6 +21,21 @@ class Dwell(NamedTuple):
     speed: float
 
 
+class Slide(NamedTuple):
+    """How a particle that rubs moves in its cavity.
+
+    Attributes
+    ----------
+    direction : float
+        Sign of u' − p'; 0 while friction, or a wall, carries the particle along.
+    order : int
+        How many leading Taylor coefficients of u' − p' are zero by the event just passed.
+    """
+
+    direction: float
+    order: int
+
+
 class State(NamedTuple):
     """State at one instant, in the mirrored half-cycle frame of `integrate.py`; lengths over Z, time over 1/ω_n.
 
@@ -38,12 +53,15 @@ class State(NamedTuple):
     p_rate : float
         Absolute particle velocity.
     riding : float
-        1 while the particle rides on the wall, or a compliant wall pushes it, 0 while it flies.
+        1 while the particle moves with the mass: on its wall or, where it rubs, held in the cavity by friction. 1 too while a
+        compliant wall pushes it; 0 while it flies.
     slip_order, gap_order : int
         How many leading Taylor coefficients of w, of the gap (of the force of a compliant wall), are zero by the event
         just passed.
     dwell : Dwell or None
         Of a particle whose contacts take time; None without.
+    slide : Slide or None
+        Of a particle that rubs; None without.
     """
 
     v: float
@@ -56,6 +74,7 @@ class State(NamedTuple):
     slip_order: int
     gap_order: int
     dwell: Dwell | None = None
+    slide: Slide | None = None
 
 
 @inlined
@@ -63,7 +82,15 @@ def advanced(
     state: State, v: float, w: float, gap: float, p_rate: float, dwell: Dwell | None, gap_order: int
 ) -> State:
     """Later in the same regime: no velocity is known to be zero any more."""
-    return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, gap_order, dwell)
+    slide = _slide_on(state.slide)
+    return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, gap_order, dwell, slide)
+
+
+@inlined
+def _slide_on(slide: Slide | None) -> Slide | None:
+    if slide is None:
+        return None
+    return Slide(slide.direction, 0)
 
 
 @inlined
@@ -112,4 +139,12 @@ def mirrored(state: State) -> State:
         state.slip_order,
         state.gap_order,
         state.dwell,
+        _mirrored(state.slide),
     )
+
+
+@inlined
+def _mirrored(slide: Slide | None) -> Slide | None:
+    if slide is None:
+        return None
+    return Slide(-slide.direction, slide.order)

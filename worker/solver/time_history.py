@@ -15,6 +15,7 @@ from damperlab.worker.solver.segment_log import (
     GAP,
     P_RATE,
     RIDING,
+    SLIDE,
     SLIP,
     START,
     WALL,
@@ -59,6 +60,10 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
         expand_base(base, phase_of_sine(sine, cosine, r), of_base)
         held = friction is not None and logged[SLIP] == 0.0
         offset = 0.0 if friction is None else logged[SLIP] * friction
+        p_acceleration = 0.0
+        if particle is not None and particle.friction is not None:
+            p_acceleration = particle.friction * logged[SLIDE]
+            offset += 0.0 if held else particle.mass_ratio * p_acceleration
         riding = logged[RIDING] > 0.0
         if held:
             absolute[:] = of_base
@@ -87,11 +92,16 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
             if particle is not None:
                 wall = logged[WALL]
                 if riding:
+                    depth -= logged[GAP] if particle.friction is not None else 0.0
                     p, p_rate = u - wall * (particle.clearance_ratio + depth), u_rate - depth_rate
                 else:
                     at_start = value(relative, 0.0) - offset + of_base[0]
-                    p_rate = logged[P_RATE]
-                    p = at_start - wall * (particle.clearance_ratio - logged[GAP]) + p_rate * t
+                    p_rate = logged[P_RATE] + p_acceleration * t
+                    p = (
+                        at_start
+                        - wall * (particle.clearance_ratio - logged[GAP])
+                        + 0.5 * (logged[P_RATE] + p_rate) * t
+                    )
             struck = float(i == count and int(logged[EVENT]) in (NEAR_WALL, FAR_WALL))
             signed = (mirror * x for x in (u, u_rate, v, w, p, p_rate))
             out.append((begin + start + t, *signed, struck))

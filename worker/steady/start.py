@@ -3,6 +3,7 @@
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.dwell import dwell_at_rest
 from damperlab.worker.solver.excitation.sine_base import Forced, base_rate_at_phase_zero
+from damperlab.worker.solver.sliding import slide_at_rest
 from damperlab.worker.solver.state import State
 
 
@@ -13,8 +14,11 @@ def at_rest(frequency_ratio, friction, particle):
     if friction is not None:
         slip = 0.0 if isinstance(frequency_ratio, Forced) else -1.0
     gap = 0.0
+    riding = 0.0
     if particle is not None:
         gap = particle.clearance_ratio
+        if particle.friction is not None:
+            riding = 1.0
     return State(
         0.0,
         0.0 - base_rate_at_phase_zero(frequency_ratio),
@@ -22,10 +26,11 @@ def at_rest(frequency_ratio, friction, particle):
         1.0,
         gap,
         0.0,
-        0.0,
+        riding,
         0,
         0,
         dwell_at_rest(particle),
+        slide_at_rest(particle),
     )
 
 

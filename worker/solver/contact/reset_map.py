@@ -8,6 +8,7 @@ from damperlab.worker.physics.impact import impact_loss, part, rebound
 from damperlab.worker.solver.contact.chatter import is_chatter_over
 from damperlab.worker.solver.contact.compliant.contact_phase import strike
 from damperlab.worker.solver.contact.detachment import detach
+from damperlab.worker.solver.contact.reset_map_sliding import after_event_of_rubbing
 from damperlab.worker.solver.dwell import approach_speed, is_dwelling, no_dwell
 from damperlab.worker.solver.events import (
     ATTACHMENTS,
@@ -37,6 +38,10 @@ _SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
 @inlined
 def after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Meter | None) -> State:
     """The state just after an event, in which slip, contact and their orders are consistent again."""
+    if scene.particle is not None:
+        if scene.particle.friction is not None:
+            rubs = scene.particle.friction
+            return after_event_of_rubbing(state, kind, phase, scene, scene.particle, rubs, meter)
     if scene.friction is not None:
         if kind == TURN:
             scene.counts[TURNS] += 1

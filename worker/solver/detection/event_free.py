@@ -10,8 +10,10 @@ from damperlab.worker.solver.excitation.excitation import (
     forcing_derivative_bound,
     net_resistance,
 )
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.regime import Regime, Segment
 from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.sliding import direction_of, order_of, with_pull
 from damperlab.worker.solver.state import State
 
 
@@ -39,13 +41,14 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
     base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
     window: float = base.window
     share = 0.125 * window * window
-    if start.slip_order + start.gap_order > 0:
+    if start.slip_order + start.gap_order + order_of(start.slide) > 0:
         return False
     if scene.friction is not None:
         if regime.sticks:
             inertia = 1.0 / regime.motion.compliance
-            force_start = abs(force_to_hold(base, segment.phase, start.v, inertia))
-            force_end = abs(force_to_hold(base, segment.phase_end, start.v, inertia))
+            v = with_pull(start.v, start, scene.particle)
+            force_start = abs(force_to_hold(base, segment.phase, v, inertia))
+            force_end = abs(force_to_hold(base, segment.phase_end, v, inertia))
             curvature = forcing_derivative_bound(base, segment.phase, 2, inertia)
             if max(force_start, force_end) + share * curvature >= scene.friction:
                 return False
@@ -54,6 +57,8 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
             if min(start.slip * start.w, start.slip * end.w) <= sag:
                 return False
     if scene.particle is not None:
+        if scene.particle.friction is not None:
+            return _rubs_on_between(segment, scene, scene.particle, scene.particle.friction, share)
         if is_dwelling(start.dwell):
             return time_left(start.dwell) > window
         if start.riding > 0.0:
@@ -79,7 +84,8 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
     if scene.friction is not None:
         if regime.sticks:
             inertia = 1.0 / regime.motion.compliance
-            force_start = abs(force_to_hold(base, segment.phase, start.v, inertia))
+            v = with_pull(start.v, start, scene.particle)
+            force_start = abs(force_to_hold(base, segment.phase, v, inertia))
             if (
                 force_start + forcing_derivative_bound(base, segment.phase, 1, inertia) * time
                 >= scene.friction
@@ -88,6 +94,8 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
         elif start.slip_order > 0 or abs(start.w) <= time * w_rate_bound(segment, base):
             return False
     if scene.particle is not None:
+        if scene.particle.friction is not None:
+            return _rubs_on_from(segment, scene, scene.particle, scene.particle.friction)
         if is_dwelling(start.dwell):
             return time_left(start.dwell) > time
         if start.riding > 0.0:
@@ -104,3 +112,53 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
             if start.gap + max(0.0, drift) + sag >= 2.0 * scene.particle.clearance_ratio:
                 return False
     return True
+
+
+@inlined
+def _rubs_on_between(
+    segment: Segment, scene: Scene, particle: Particle, friction: float, share: float
+) -> bool:
+    """`is_free_between` of a particle that rubs: it stays carried, or slides on and meets no wall."""
+    base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
+    if start.riding > 0.0:
+        sag = share * u_derivative_bound(4, segment, base)
+        before = wall_acceleration(start, segment.phase, regime, base)
+        after = wall_acceleration(end, segment.phase_end, regime, base)
+        return is_held(start, before, friction, sag) and is_held(end, after, friction, sag)
+    sag = share * (segment.bounds.u2 + friction)
+    if min(start.gap, end.gap) <= sag or max(start.gap, end.gap) + sag >= 2.0 * particle.clearance_ratio:
+        return False
+    slowest = min(sliding_speed(start, segment.phase), sliding_speed(end, segment.phase_end))
+    return slowest > share * u_derivative_bound(3, segment, base)
+
+
+@inlined
+def _rubs_on_from(segment: Segment, scene: Scene, particle: Particle, friction: float) -> bool:
+    """`is_free_from` of a particle that rubs."""
+    base, start, regime, time = scene.base, segment.start, segment.regime, segment.time
+    if start.riding > 0.0:
+        change = time * u_derivative_bound(3, segment, base)
+        return is_held(start, wall_acceleration(start, segment.phase, regime, base), friction, change)
+    if start.gap_order + order_of(start.slide) > 0:
+        return False
+    drift = gap_rate(start, segment.phase) * time
+    sag = 0.5 * (segment.bounds.u2 + friction) * time * time
+    if start.gap + min(0.0, drift) - sag <= 0.0:
+        return False
+    if start.gap + max(0.0, drift) + sag >= 2.0 * particle.clearance_ratio:
+        return False
+    return sliding_speed(start, segment.phase) > time * (segment.bounds.u2 + friction)
+
+
+@inlined
+def is_held(state: State, acceleration: float, friction: float, margin: float) -> bool:
+    """Whether a carried particle stays so though u'' should change by less than a margin."""
+    if state.gap == 0.0:
+        return state.wall * acceleration + friction > margin
+    return friction - abs(acceleration) > margin
+
+
+@inlined
+def sliding_speed(state: State, phase: Phase) -> float:
+    """|u' − p'| of a particle that slides."""
+    return direction_of(state.slide) * ((state.w + phase.rate) - state.p_rate)

@@ -7,16 +7,29 @@ from damperlab.worker.physics.friction import breakaway
 from damperlab.worker.solver.addresses import Floats
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
 from damperlab.worker.solver.dwell import is_dwelling, time_left
-from damperlab.worker.solver.events import FAR_WALL, LET_GO, NEAR_WALL, NOTHING, RELEASE, SLIP_ONSET, TURN
+from damperlab.worker.solver.events import (
+    FAR_WALL,
+    LET_GO,
+    NEAR_WALL,
+    NOTHING,
+    RELEASE,
+    REST,
+    SLIP_ONSET,
+    TURN,
+)
 from damperlab.worker.solver.excitation.excitation import (
     expand_forcing,
     forcing_derivative_bound,
+    largest_forcing,
     largest_to_hold,
 )
 from damperlab.worker.solver.motion.first_root import first_crossing
 from damperlab.worker.solver.motion.taylor import TERMS, acceleration_into, rate_into
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
+from damperlab.worker.solver.sliding import acceleration_of, direction_of, largest_of, order_of, with_pull
+from damperlab.worker.solver.state import State
 
 # By k: bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p, 2/(k + 2)!, where k roots are divided out.
 _CURVATURE_WITHOUT_ROOTS = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
@@ -30,6 +43,8 @@ def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, i
         t, kind = _friction_event(segment, scene, scene.friction, curves)
     if scene.particle is not None:
         start = segment.start
+        if scene.particle.friction is not None:
+            return _rubbing_event(segment, scene, scene.particle, scene.particle.friction, curves, t, kind)
         if is_dwelling(start.dwell):
             if time_left(start.dwell) <= t:
                 t, kind = time_left(start.dwell), LET_GO
@@ -50,7 +65,7 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
         expand_forcing(base, segment.phase, -1.0, inertia, scratch)
         curvature = forcing_derivative_bound(base, segment.phase, 2, inertia)
         limit = breakaway(friction, largest_to_hold(base, inertia))
-        scratch[0] += start.v + limit
+        scratch[0] += with_pull(start.v, start, scene.particle) + limit
         found = first_crossing(scratch, 1.0, 0.0, t, curvature)
         if found < inf:
             t, kind = found, SLIP_ONSET
@@ -86,10 +101,15 @@ def _wall_event(
     start, scratch = segment.start, curves.scratch
     order = start.gap_order
     rate = start.wall * (start.p_rate - curves.absolute[1])
-    sag = 0.5 * segment.bounds.u2 * t * t
+    bent = _with_bend(segment.bounds.u2, scene)
+    sag = 0.5 * bent * t * t
     if order > 0 or start.gap + min(0.0, rate * t) - sag <= 0.0:
         _expand_gap(start.gap, start.wall, rate, order, curves.absolute, scratch)
-        curvature = u_derivative_bound(2 + order, segment, scene.base) * _CURVATURE_WITHOUT_ROOTS[order]
+        _bend(start, scene, order, scratch)
+        curvature = u_derivative_bound(2 + order, segment, scene.base)
+        if order == 0:
+            curvature = _with_bend(curvature, scene)
+        curvature *= _CURVATURE_WITHOUT_ROOTS[order]
         found = first_crossing(scratch, 1.0, 0.0, t, curvature)
         if found < inf:
             t, kind = found, NEAR_WALL
@@ -98,7 +118,8 @@ def _wall_event(
             scratch[i] = -start.wall * curves.absolute[i]
         scratch[1] = rate
         scratch[0] = start.gap - 2.0 * clearance
-        found = first_crossing(scratch, -1.0, 0.0, t, segment.bounds.u2)
+        _bend(start, scene, 0, scratch)
+        found = first_crossing(scratch, -1.0, 0.0, t, bent)
         if found < inf:
             t, kind = found, FAR_WALL
     return t, kind
@@ -115,3 +136,81 @@ def _expand_gap(gap: float, wall: float, rate: float, order: int, absolute: Floa
         out[1 - order] = rate
     if order < 1:
         out[0] = gap
+
+
+@inlined
+def _with_bend(curvature: float, scene: Scene) -> float:
+    """A bound on the curvature of the gap, with the part of a particle that rubs."""
+    if scene.particle is not None:
+        if scene.particle.friction is not None:
+            return curvature + largest_of(scene.particle)
+    return curvature
+
+
+@inlined
+def _bend(start: State, scene: Scene, order: int, gap: Floats) -> None:
+    """Add to the gap over t^order what a particle that rubs gains by its own acceleration."""
+    if scene.particle is not None:
+        if scene.particle.friction is not None:
+            if order <= 2:
+                gap[2 - order] += start.wall * 0.5 * acceleration_of(start, scene.particle)
+
+
+@inlined
+def _rubbing_event(
+    segment: Segment,
+    scene: Scene,
+    particle: Particle,
+    friction: float,
+    curves: Curves,
+    t: float,
+    kind: int,
+) -> tuple[float, int]:
+    """When a carried particle is torn loose, or a sliding one meets a wall or comes to rest, if before the event found so far."""
+    if segment.start.riding > 0.0:
+        return _torn_loose(segment, scene, friction, curves, t, kind)
+    t, kind = _wall_event(segment, scene, particle.clearance_ratio, curves, t, kind)
+    return _rest_event(segment, scene, particle, curves, t, kind)
+
+
+@inlined
+def _torn_loose(
+    segment: Segment, scene: Scene, friction: float, curves: Curves, t: float, kind: int
+) -> tuple[float, int]:
+    """When friction, and the wall where the particle is on one, cannot carry it any further."""
+    start, scratch = segment.start, curves.scratch
+    limit = breakaway(friction, largest_forcing(scene.base))
+    curvature = u_derivative_bound(4, segment, scene.base)
+    acceleration_into(curves.absolute, scratch)
+    scratch[0] += start.wall * limit
+    found = first_crossing(scratch, start.wall, 0.0, t, curvature)
+    if found < inf:
+        t, kind = found, RELEASE
+    if start.gap > 0.0:
+        scratch[0] -= 2.0 * start.wall * limit
+        found = first_crossing(scratch, -start.wall, 0.0, t, curvature)
+        if found < inf:
+            t, kind = found, RELEASE
+    return t, kind
+
+
+@inlined
+def _rest_event(
+    segment: Segment, scene: Scene, particle: Particle, curves: Curves, t: float, kind: int
+) -> tuple[float, int]:
+    """When a sliding particle has the velocity of the mass."""
+    start, scratch = segment.start, curves.scratch
+    order = order_of(start.slide)
+    gained = acceleration_of(start, particle)
+    speed = direction_of(start.slide) * (curves.absolute[1] - start.p_rate)
+    if order > 0 or speed <= t * _with_bend(segment.bounds.u2, scene):
+        rate_into(curves.absolute, order, scratch)
+        if order == 0:
+            scratch[0] -= start.p_rate
+        if order < 2:
+            scratch[1 - order] -= gained
+        curvature = u_derivative_bound(3 + order, segment, scene.base) * _CURVATURE_WITHOUT_ROOTS[order]
+        found = first_crossing(scratch, direction_of(start.slide), 0.0, t, curvature)
+        if found < inf:
+            t, kind = found, REST
+    return t, kind

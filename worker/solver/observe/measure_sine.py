@@ -11,6 +11,7 @@ from damperlab.worker.solver.motion.quadratic_forms import LOSS, MEAN, SQUARED, 
 from damperlab.worker.solver.motion.taylor import curvature, rate_into, slope, value
 from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
+    PARTICLE_LOSS,
     PEAK,
     RELATIVE_PEAK,
     SQUARE,
@@ -21,6 +22,7 @@ from damperlab.worker.solver.observe.meter import (
 )
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
+from damperlab.worker.solver.sliding import acceleration_of
 
 # Gauss–Lobatto on [0, 1], 6 points: exact to degree 9. The four inner nodes, and the weights of ends, outer and inner nodes.
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)
@@ -59,6 +61,7 @@ def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
 def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
     """Add a whole event-free window, by the quadratic forms of `motion.quadratic_forms`; its peaks are not looked at."""
     sums, base, regime = meter.sums, scene.base, segment.regime
+    _measure_rubbing(meter, segment, scene)
     if regime.sticks:
         sums[STUCK] += base.window
     if meter.energies is not None:
@@ -85,11 +88,28 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
         u = x + segment.phase.position
         u_rate = start.w + segment.phase.rate
         square = quadratic(f, SQUARED, products(u, u_rate, sine, cosine))
-        if scene.friction is not None:
+        if scene.friction is not None or segment.start.slide is not None:
             mean = (f[MEAN] * u + f[MEAN + 1] * u_rate) + (f[MEAN + 2] * sine + f[MEAN + 3] * cosine)
             square += offset * (offset * base.window - 2.0 * mean)
+        if scene.friction is not None:
             sums[FRICTION_LOSS] += scene.friction * abs(segment.end.v - start.v)
         sums[SQUARE] += square
+
+
+@inlined
+def _measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
+    """What a particle that rubs loses on its way through the cavity.
+
+    The work of a shaken base is integrated with the offset of the spring centre, to which the particle's pull belongs though
+    it comes through no spring: its part is given back here, as the work at rest lacks it.
+    """
+    if scene.particle is not None:
+        if scene.particle.friction is not None and meter.energies is not None:
+            start, end = segment.start, segment.end
+            pull = scene.particle.mass_ratio * acceleration_of(start, scene.particle)
+            meter.sums[PARTICLE_LOSS] += abs(pull * (end.gap - start.gap))
+            if not isinstance(scene.base, SineForce):
+                meter.sums[WORK_IN] += pull * (segment.phase_end.position - segment.phase.position)
 
 
 @inlined
@@ -106,6 +126,7 @@ def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
 def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
     """Add a segment that is no whole window: Lobatto's rule, whose ends are known; no peaks."""
     sums, base, regime, t = meter.sums, scene.base, segment.regime, segment.time
+    _measure_rubbing(meter, segment, scene)
     if regime.sticks:
         sums[STUCK] += t
     if meter.energies is not None:

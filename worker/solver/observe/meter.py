@@ -18,7 +18,8 @@ STUCK = 5  # time held by friction
 SPEED = 6  # largest approach speed of an impact
 PEAK = 7  # largest |u| since the last reset
 RELATIVE_PEAK = 8  # largest |v| since the last reset
-METERS = 9
+PARTICLE_LOSS = 9  # to the friction of a particle that rubs
+METERS = 10
 
 # What the meter of a record has besides, and the last two one that is asked for the acceleration.
 RELATIVE_SQUARE = METERS  # ∫ v² dτ

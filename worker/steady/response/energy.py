@@ -6,6 +6,7 @@ from damperlab.worker.physics.impact import kept_energy
 from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
     IMPACT_LOSS,
+    PARTICLE_LOSS,
     PEAK,
     RELATIVE_PEAK,
     VISCOUS_LOSS,
@@ -45,7 +46,7 @@ def stored_energy(state, base_rate, particle):
 @kernel
 def energy_residual(sums, stored_before, stored_after):
     """What does not balance (see `unbalanced`), of what a meter added up."""
-    losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
+    losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS] + sums[PARTICLE_LOSS]
     peak = max(sums[PEAK], sums[RELATIVE_PEAK])
     return unbalanced(sums[WORK_IN], losses, stored_before, stored_after, peak)
 
