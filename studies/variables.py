@@ -70,6 +70,7 @@ class ResponseClass(IntEnum):
     SUBHARMONIC = 5
     MODULATED = 6
     CHAOTIC = 7
+    CARRIED = 8
 
     @property
     def sentence(self) -> str:
@@ -87,6 +88,7 @@ _CLASS_SENTENCES = {
     ResponseClass.SUBHARMONIC: "Periodic over several excitation periods.",
     ResponseClass.MODULATED: "Not periodic: modulated (quasi-periodic, bursting, or not told apart from chaos).",
     ResponseClass.CHAOTIC: "Chaotic: the largest Lyapunov exponent is positive.",
+    ResponseClass.CARRIED: "Periodic, and the particle never slides: its own friction carries it along as dead mass.",
 }
 
 
@@ -112,6 +114,8 @@ class Variable:
         The only start option that gives it; "" where each does.
     asked : bool
         Whether it is stored only where a study lists it.
+    rubbing : bool
+        Whether it is stored only where the particle has friction of its own.
     """
 
     name: str
@@ -122,6 +126,7 @@ class Variable:
     flags: type[Status] | type[ResponseClass] | None = None
     start: str = ""
     asked: bool = False
+    rubbing: bool = False
 
     @property
     def fill(self) -> float | int:
@@ -238,10 +243,18 @@ VARIABLES: dict[str, Variable] = {
             "dissipation_friction", "friction share of dissipation", "Share of the loss that is friction."
         ),
         _ratio("dissipation_impact", "impact share of dissipation", "Share of the loss that is impact."),
+        Variable(
+            "dissipation_particle",
+            "f8",
+            "1",
+            "share of dissipation by the particle's friction",
+            "Share of the loss that is friction between the particle and its cavity.",
+            rubbing=True,
+        ),
         _ratio(
             "dissipation_error",
             "error of the shares of dissipation",
-            "Largest standard error of the three shares (batch means of their ratio); of a periodic response, the relative "
+            "Largest standard error of the shares (batch means of their ratio); of a periodic response, the relative "
             "distance from periodicity.",
         ),
         Variable(
@@ -313,7 +326,7 @@ VARIABLES: dict[str, Variable] = {
 }
 """The variables of a cube, in the order of the cube and of CSV exports."""
 
-STANDARD: tuple[str, ...] = tuple(v.name for v in VARIABLES.values() if not v.start and not v.asked)
+STANDARD: tuple[str, ...] = tuple(v.name for v in VARIABLES.values() if not (v.start or v.asked or v.rubbing))
 """Names of the variables that a study stores that says nothing of them."""
 
 STEPPED: tuple[str, ...] = (

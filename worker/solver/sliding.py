@@ -1,7 +1,7 @@
 """A particle that rubs on its cavity. Where it does not, every function here is a constant that the compiler drops.
 
-The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way; or friction carries it along, as
-one body with the mass, while |u''| ≤ κ. On a wall that pushes it is carried whatever u'' is.
+The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. Or friction carries it along,
+as one body with the mass, while |u''| ≤ κ. A wall that pushes carries it whatever u'' is.
 """
 
 from damperlab.worker.jit import inlined
@@ -17,6 +17,14 @@ def slide_at_rest(particle: Particle | None) -> Slide | None:
     if particle.friction is None:
         return None
     return Slide(0.0, 0)
+
+
+@inlined
+def rubs(particle: Particle | None) -> bool:
+    """Whether a particle has friction of its own."""
+    if particle is None:
+        return False
+    return particle.friction is not None
 
 
 @inlined

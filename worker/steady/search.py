@@ -8,11 +8,12 @@ from math import inf, pi
 from typing import NamedTuple
 
 from damperlab.studies.variables import Status
-from damperlab.worker.jit import kernel
+from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.events import ARRIVED, IMPACTS
 from damperlab.worker.solver.excitation.excitation import largest_forcing
 from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.sliding import rubs
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.locked_by_friction import creep_limit, is_locked, slowing_limit, slows_down
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
@@ -21,7 +22,7 @@ from damperlab.worker.steady.response.standard_errors import Estimate, estimate,
 from damperlab.worker.steady.response.trace import IMPACTS_SO_FAR, cycle_peaks
 from damperlab.worker.steady.run import EVENTS_PER_CYCLE, Notes, advance, begin_trace, work_done
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, active_size, coordinates
-from damperlab.worker.steady.section.recurrence import extent, note_recurrences
+from damperlab.worker.steady.section.recurrence import RING, extent, note_recurrences
 from damperlab.worker.steady.stopping_rules import (
     FEWEST_MEASURED,
     LARGEST_BURN_IN,
@@ -122,7 +123,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
         state, half, outcome = advance(state, half, halves, metered_halves, scene, notes)
         if metered_halves != _NOT_METERED:
             metered_halves += halves
-        look = SectionLook(half, extent(notes.ring, half), active_size(state, scene.particle, scene.counts))
+        look = SectionLook(half, extent(notes.ring, half), _taking_part(state, half, scene, notes))
         if outcome != ARRIVED:
             return Found(state, outcome, look, no_orbit(state), mean, False, 0.0)
         note_recurrences(notes.ring, half, notes.recurrences, notes.recurrences_before)
@@ -159,6 +160,8 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
 @kernel
 def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> tuple[Orbit, float]:
     """The locked state that the run is in, or tends to, and how far from it the mass may end; of period 0 where none is."""
+    if scene.particle is not None and scene.particle.friction is not None:
+        return no_orbit(state), inf  # the particle is dragged along, so the limits do not hold
     if scene.friction is not None:
         if scene.counts[IMPACTS] == 0:
             forcing = largest_forcing(scene.base)
@@ -188,7 +191,7 @@ def _allowed(locked: Orbit, settings: Settings) -> float:
 def _slows_down(scene: Scene) -> bool:
     """Whether the run is on its way to rest, whatever its peaks do: their mean is none of a steady response."""
     if scene.friction is not None:
-        if scene.particle is not None and isinstance(scene.base, SineForce):
+        if scene.particle is not None and isinstance(scene.base, SineForce) and not rubs(scene.particle):
             slows: bool = slows_down(scene.friction, scene.particle, scene)
             return slows
     return False
@@ -203,10 +206,22 @@ def _mean_so_far(left_out: int, metered_halves: int, notes: Notes) -> Estimate:
     return mean
 
 
+@inlined
+def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
+    """Leading section coordinates that an orbit of the run closes in.
+
+    Where a particle that rubs lies in its cavity matters only where it has struck a wall in the half cycles remembered.
+    """
+    if rubs(scene.particle):
+        before = notes.struck[(half - min(half, RING - 1)) % RING]
+        return SECTION_SIZE if scene.counts[IMPACTS] > before else SECTION_SIZE - 1
+    return active_size(state, scene.particle, scene.counts)
+
+
 @kernel
 def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> bool:
     """Whether a particle moves that has met no wall in the cycles that a mean is of: what it does at one is not in them."""
-    if scene.particle is not None:
+    if scene.particle is not None and not rubs(scene.particle):
         before, after = (
             notes.trace[2 * mean.first, IMPACTS_SO_FAR],
             notes.trace[2 * mean.last, IMPACTS_SO_FAR],
@@ -224,6 +239,7 @@ def _has_no_bound(first: int, last: int, scene: Scene, notes: Notes) -> bool:
     particle meets no wall: every growth goes on. Elsewhere the peaks have to tell.
     """
     undamped = scene.base.two_zeta == 0.0 and scene.base.frequency_ratio == 1.0 and scene.counts[IMPACTS] == 0
+    undamped = undamped and not rubs(scene.particle)
     if scene.friction is not None:
         undamped = undamped and scene.friction < 0.25 * pi
     peaks = notes.cycles[0]

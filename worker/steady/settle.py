@@ -8,6 +8,7 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.scene import make_scene, scene_on_addresses
+from damperlab.worker.solver.sliding import rubs
 from damperlab.worker.steady.orbits.newton import march_with_jacobian
 from damperlab.worker.steady.orbits.orbit import orbit_multiplier
 from damperlab.worker.steady.response.measures import (
@@ -122,10 +123,14 @@ def _measured_orbit(found, scene, probe, notes, settings):
     multiplier = nan
     _, complete = march_with_jacobian(state, period_halves, probe, notes.log, notes.monodromy)
     if complete:
-        size = 2 if stretch.impacts == 0.0 else found.look.size
+        size = found.look.size
+        if stretch.impacts == 0.0:
+            size = SECTION_SIZE - 1 if rubs(scene.particle) else 2
         multiplier = orbit_multiplier(notes.monodromy, size, period_halves)
     stuck = share_stuck(stretch, probe.base.frequency_ratio)
-    response_class, period = periodic_class(period_halves, stuck, stretch.impacts)
+    response_class, period = periodic_class(
+        period_halves, stuck, stretch.impacts, rubs(scene.particle) and stretch.sliding == 0.0
+    )
     error = found.orbit.error + found.way_left
     mean = mean_of_period(notes.trace, period_halves, error)
     # a response of the size of rounding cannot be known any better

@@ -166,7 +166,7 @@ def _rubbing_event(
     t: float,
     kind: int,
 ) -> tuple[float, int]:
-    """When a carried particle is torn loose, or a sliding one meets a wall or comes to rest, if before the event found so far."""
+    """When a particle that rubs is torn loose, meets a wall or comes to rest, if before the event found so far."""
     if segment.start.riding > 0.0:
         return _torn_loose(segment, scene, friction, curves, t, kind)
     t, kind = _wall_event(segment, scene, particle.clearance_ratio, curves, t, kind)

@@ -14,6 +14,7 @@ from damperlab.worker.solver.observe.meter import (
     PARTICLE_LOSS,
     PEAK,
     RELATIVE_PEAK,
+    SLIDING,
     SQUARE,
     STUCK,
     VISCOUS_LOSS,
@@ -104,12 +105,15 @@ def _measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
     it comes through no spring: its part is given back here, as the work at rest lacks it.
     """
     if scene.particle is not None:
-        if scene.particle.friction is not None and meter.energies is not None:
+        if scene.particle.friction is not None:
             start, end = segment.start, segment.end
-            pull = scene.particle.mass_ratio * acceleration_of(start, scene.particle)
-            meter.sums[PARTICLE_LOSS] += abs(pull * (end.gap - start.gap))
-            if not isinstance(scene.base, SineForce):
-                meter.sums[WORK_IN] += pull * (segment.phase_end.position - segment.phase.position)
+            if start.riding == 0.0:
+                meter.sums[SLIDING] += segment.time
+            if meter.energies is not None:
+                pull = scene.particle.mass_ratio * acceleration_of(start, scene.particle)
+                meter.sums[PARTICLE_LOSS] += abs(pull * (end.gap - start.gap))
+                if not isinstance(scene.base, SineForce):
+                    meter.sums[WORK_IN] += pull * (segment.phase_end.position - segment.phase.position)
 
 
 @inlined

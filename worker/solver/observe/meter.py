@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.array_loops import filled
 
-# What a meter adds up; energies over k Z², times over 1/ω_n. The first five are integrals.
+# What a meter adds up; energies over k Z², times over 1/ω_n. The first five and PARTICLE_LOSS are integrals.
 WORK_IN = 0
 VISCOUS_LOSS = 1
 FRICTION_LOSS = 2
@@ -19,7 +19,8 @@ SPEED = 6  # largest approach speed of an impact
 PEAK = 7  # largest |u| since the last reset
 RELATIVE_PEAK = 8  # largest |v| since the last reset
 PARTICLE_LOSS = 9  # to the friction of a particle that rubs
-METERS = 10
+SLIDING = 10  # time in which it slides
+METERS = 11
 
 # What the meter of a record has besides, and the last two one that is asked for the acceleration.
 RELATIVE_SQUARE = METERS  # ∫ v² dτ

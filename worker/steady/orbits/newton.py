@@ -15,7 +15,6 @@ from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transition_log import Transitions
 from damperlab.worker.steady.section.coordinates import (
     SECTION_SIZE,
-    active_size,
     are_comparable,
     coordinates,
     has_contact,
@@ -84,7 +83,8 @@ def _newton_step(
     if particle is not None:
         if state.riding > 0.0 and not has_contact(state, state.dwell, particle.wall):
             held[2] = 1
-            held[3] = 1
+            # friction may hold it anywhere in the cavity
+            held[3] = 0 if particle.friction is not None and state.gap > 0.0 else 1
     index = np.empty(SECTION_SIZE, np.int64)
     n = 0
     for i in range(size):
@@ -129,6 +129,7 @@ def norm(vector: Array, size: int) -> float:
 def find_orbit(
     state: State,
     period_halves: int,
+    size: int,
     scale: float,
     reach: float,
     scene: Scene,
@@ -143,6 +144,8 @@ def find_orbit(
         On the section, close to the orbit.
     period_halves : int
         Period in half cycles of the mirrored map.
+    size : int
+        Leading section coordinates that take part.
     scale : float
         Size of the motion.
     reach : float
@@ -160,7 +163,6 @@ def find_orbit(
         Half cycles marched.
     """
     friction, particle = scene.friction, scene.particle
-    size = active_size(state, particle, scene.counts)
     point = np.empty(SECTION_SIZE)
     residual = np.empty(SECTION_SIZE)
     step = filled(SECTION_SIZE, 0.0)

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.sliding import rubs
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.orbits.newton import find_orbit, march_with_jacobian
 from damperlab.worker.steady.run import Notes, begin_probe
-from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinates
+from damperlab.worker.steady.section.coordinates import SECTION_SIZE, active_size, coordinates
 from damperlab.worker.steady.section.recurrence import RING, settled_period, stays_closed
 from damperlab.worker.steady.stability.multipliers import spectral_radius
 from damperlab.worker.steady.stopping_rules import Settings
@@ -88,8 +89,11 @@ def newton_orbit(
         Half cycles that it took.
     """
     begin_probe(probe, scene, 12 * period_halves)
+    size = look.size
+    if not rubs(scene.particle):  # what was never struck so far may be struck on the way
+        size = active_size(state, scene.particle, probe.counts)
     orbit, error, halves = find_orbit(
-        state, period_halves, look.scale, reach, probe, notes.log, notes.monodromy
+        state, period_halves, size, look.scale, reach, probe, notes.log, notes.monodromy
     )
     return Orbit(orbit, period_halves, error), error < inf, halves
 

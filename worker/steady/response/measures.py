@@ -12,6 +12,7 @@ from damperlab.worker.steady.response.trace import HALF_PEAK, HALF_SPEED, IMPACT
 _UNKNOWN = int(ResponseClass.UNKNOWN)
 _LOCKED = int(ResponseClass.LOCKED)
 _NO_IMPACT = int(ResponseClass.NO_IMPACT)
+_CARRIED = int(ResponseClass.CARRIED)
 _SYMMETRIC = int(ResponseClass.SYMMETRIC)
 _ASYMMETRIC = int(ResponseClass.ASYMMETRIC)
 _SUBHARMONIC = int(ResponseClass.SUBHARMONIC)
@@ -24,6 +25,7 @@ INTEGRATED = frozenset(
         "dissipation_viscous",
         "dissipation_friction",
         "dissipation_impact",
+        "dissipation_particle",
         "dissipation_error",
     )
 )
@@ -59,6 +61,7 @@ class Response(NamedTuple):
     dissipation_viscous: float
     dissipation_friction: float
     dissipation_impact: float
+    dissipation_particle: float
     dissipation_error: float
     cycles: int
     status: int
@@ -127,6 +130,7 @@ def failed(status, cycles):
         nan,
         nan,
         nan,
+        nan,
         cycles,
         status,
     )
@@ -140,11 +144,16 @@ def share_stuck(stretch, frequency_ratio):
 
 
 @kernel
-def periodic_class(period_halves, stuck, impacts):
-    """Class and period [excitation cycles] of a response that repeats after `period_halves` mirrored half cycles."""
+def periodic_class(period_halves, stuck, impacts, carried):
+    """Class and period [excitation cycles] of a response that repeats after `period_halves` mirrored half cycles.
+
+    `carried` says whether the particle's friction carries it along all the time.
+    """
     period = period_halves if period_halves % 2 == 1 else period_halves // 2
     if stuck >= FEWEST_STUCK:  # a particle may go on between walls that do not move it
         return _LOCKED, 1 if impacts == 0 else period
+    if carried:
+        return _CARRIED, period
     if impacts == 0:
         return _NO_IMPACT, period
     if period_halves == 1:
@@ -204,7 +213,7 @@ def largest_of_run(trace, stretch, mean):
 
 @kernel
 def _error_of_shares(trace, series, first, last):
-    """Largest standard error of the three shares of dissipation: that of a ratio of means, linearised."""
+    """Largest standard error of the shares of dissipation: that of a ratio of means, linearised."""
     total = 0.0
     for loss in LOSSES:
         total += trace[2 * last, loss] - trace[2 * first, loss]
@@ -254,7 +263,7 @@ def measured_response(stretch, energies, frequency_ratio, mean, largest, acceler
     shares_error = nan
     per_cycle = nan
     if energies is not None:
-        losses = stretch.viscous + stretch.friction + stretch.impact
+        losses = stretch.viscous + stretch.friction + stretch.impact + stretch.rubbing
         # a locked mass loses nothing: no shares of rounding
         share = 1.0 / losses if losses > 1e-12 * stretch.stored_before else 0.0
         shares_error = mean.dissipation_error if share > 0.0 else 0.0
@@ -292,6 +301,7 @@ def measured_response(stretch, energies, frequency_ratio, mean, largest, acceler
         dissipation_viscous=stretch.viscous * share,
         dissipation_friction=stretch.friction * share,
         dissipation_impact=stretch.impact * share,
+        dissipation_particle=stretch.rubbing * share,
         dissipation_error=shares_error,
         cycles=kind.cycles,
         status=kind.status,

@@ -11,8 +11,10 @@ from damperlab.worker.solver.observe.meter import (
     ACCELERATION_SQUARE,
     FRICTION_LOSS,
     IMPACT_LOSS,
+    PARTICLE_LOSS,
     PEAK,
     RELATIVE_PEAK,
+    SLIDING,
     SPEED,
     SQUARE,
     STUCK,
@@ -29,15 +31,15 @@ HALF_SPEED = 2
 IMPACTS_SO_FAR = 3
 STORED = 4
 _TOTALS = 5  # the first of the meter's totals, in the order of the meter
-COLUMNS = _TOTALS + 6
+COLUMNS = _TOTALS + 8
 """Of a trace."""
 HALF_ACCELERATION = COLUMNS
 _ACCELERATION_SQUARE = COLUMNS + 1
 ACCELERATION_COLUMNS = COLUMNS + 2
 """Of a trace that is asked for the acceleration: largest |u''| of the half cycle, and ∫u''² dτ so far."""
-LOSSES = (_TOTALS + 1, _TOTALS + 2, _TOTALS + 3)
-"""Columns of the losses: viscous, friction, impact."""
-_METERED = (WORK_IN, VISCOUS_LOSS, FRICTION_LOSS, IMPACT_LOSS, SQUARE, STUCK)
+LOSSES = (_TOTALS + 1, _TOTALS + 2, _TOTALS + 3, _TOTALS + 6)
+"""Columns of the losses: viscous, friction, impact, friction of the particle."""
+_METERED = (WORK_IN, VISCOUS_LOSS, FRICTION_LOSS, IMPACT_LOSS, SQUARE, STUCK, PARTICLE_LOSS, SLIDING)
 
 
 class Stretch(NamedTuple):
@@ -52,6 +54,8 @@ class Stretch(NamedTuple):
         Work that the excitation put in, and losses, over k Z².
     square, stuck : float
         ∫u² dτ, and the time in which friction holds the mass.
+    rubbing, sliding : float
+        Loss to the friction of the particle, over k Z², and the time in which it slides.
     stored_before, stored_after : float
         Energy stored at the ends.
     speed, peak, relative_peak : float
@@ -67,6 +71,8 @@ class Stretch(NamedTuple):
     impact: float
     square: float
     stuck: float
+    rubbing: float
+    sliding: float
     stored_before: float
     stored_after: float
     speed: float
@@ -102,7 +108,7 @@ def note_half(line, meter, impacts, stored):
     line[HALF_SPEED] = sums[SPEED]
     line[IMPACTS_SO_FAR] = impacts
     line[STORED] = stored
-    for i in range(6):
+    for i in range(8):
         line[_TOTALS + i] = sums[_METERED[i]]
     if meter.acceleration is not None:
         line[HALF_ACCELERATION] = sums[ACCELERATION_PEAK]
@@ -124,6 +130,8 @@ def stretch_of(trace, first, last):
         after[_TOTALS + 3] - before[_TOTALS + 3],
         after[_TOTALS + 4] - before[_TOTALS + 4],
         after[_TOTALS + 5] - before[_TOTALS + 5],
+        after[_TOTALS + 6] - before[_TOTALS + 6],
+        after[_TOTALS + 7] - before[_TOTALS + 7],
         before[STORED],
         after[STORED],
         largest_in(trace, first, last, HALF_SPEED),

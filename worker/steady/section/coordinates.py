@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.events import IMPACTS
 from damperlab.worker.solver.particle import Particle, Wall
-from damperlab.worker.solver.state import Dwell, State
+from damperlab.worker.solver.sliding import direction_of
+from damperlab.worker.solver.state import Dwell, Slide, State
 
 Array = NDArray[np.float64]
 
@@ -29,6 +30,7 @@ def has_contact_coordinates(riding: float, speed: float, wall: Wall | None) -> b
 def coordinates(state: State, particle: Particle | None, out: Array) -> None:
     """Section coordinates of a state into `out`, shape (SECTION_SIZE,): v, w, p, p' at phase 0, where s = 0.
 
+    A particle that rubs has p' before p: where it meets no wall, p does not matter to the others, and has no part in an orbit.
     In a contact that takes time the last two are what varies there, with the sign of the wall: the depth and its rate, or the
     time until the particle is let go and the speed at which it came.
     """
@@ -37,7 +39,12 @@ def coordinates(state: State, particle: Particle | None, out: Array) -> None:
     out[2] = 0.0
     out[3] = 0.0
     if particle is not None:
-        out[2] = state.v - state.wall * (particle.clearance_ratio - state.gap)
+        position = state.v - state.wall * (particle.clearance_ratio - state.gap)
+        if particle.friction is not None:
+            out[2] = state.p_rate
+            out[3] = position
+            return
+        out[2] = position
         out[3] = state.p_rate
         _contact_coordinates(state, state.dwell, particle.wall, out)
 
@@ -74,6 +81,8 @@ def state_at(point: Array, like: State, particle: Particle | None) -> tuple[Stat
     dwell = like.dwell
     possible = w * like.slip >= 0.0
     if particle is not None:
+        if particle.friction is not None:
+            return _rubbing_at(point, like, particle, possible)
         if like.riding > 0.0:
             p_rate = like.p_rate + (w - like.w)
             gap, p_rate, dwell, allowed = _contact_at(
@@ -94,6 +103,19 @@ def state_at(point: Array, like: State, particle: Particle | None) -> tuple[Stat
                 least_gap = -inf
             possible = possible and least_gap <= gap <= 2.0 * particle.clearance_ratio
     return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, dwell), possible
+
+
+@inlined
+def _rubbing_at(point: Array, like: State, particle: Particle, possible: bool) -> tuple[State, bool]:
+    """`state_at` of a particle that rubs."""
+    v, w = point[0], point[1]
+    p_rate = like.p_rate + (w - like.w) if like.riding > 0.0 else point[2]
+    gap = 0.0
+    if like.riding == 0.0 or like.gap > 0.0:
+        gap = particle.clearance_ratio - like.wall * (v - point[3])
+    possible = possible and 0.0 <= gap <= 2.0 * particle.clearance_ratio
+    slide = Slide(direction_of(like.slide), 0)
+    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, like.dwell, slide), possible
 
 
 @inlined
@@ -141,6 +163,7 @@ def active_size(state: State, particle: Particle | None, counts: NDArray[np.int6
 def are_comparable(one: State, other: State, particle: Particle | None) -> bool:
     """Whether the coordinates of two states mean the same."""
     same = one.riding == other.riding and one.slip == other.slip
+    same = same and direction_of(one.slide) == direction_of(other.slide)
     if particle is not None:
         same = same and has_contact(one, one.dwell, particle.wall) == has_contact(
             other, other.dwell, particle.wall

@@ -7,7 +7,8 @@ vector field from f⁻ to f⁺:
     δz⁺ = R (δz⁻ + f⁻ δt) − f⁺ δt,    R: w → w − q g, g → k g.
 
 A reversal or a strike on a compliant wall has q = 0, k = 1; an impact q = β(1+e)/(1+β), k = −e, or where it ends a chatter
-q = β/(1+β), k = 0; the beginning of a dwell q = β/(1+β), k = 1, because the speed is remembered; its end q = βe/(1+β), k = −e.
+q = β/(1+β), k = 0; the beginning of a dwell q = β/(1+β), k = 1, because the speed is remembered; its end q = βe/(1+β), k = −e. A particle that rubs and comes to rest in
+its cavity does so where y' is 0, with q = 0, k = 1.
 Where the field does not jump nothing does: the onset of slip, a contact force that falls to zero, clearance.
 """
 
@@ -30,6 +31,7 @@ from damperlab.worker.solver.transition_log import (
     INERTIA_FORCE,
     P_RATE,
     RIDING,
+    SLIDE,
     SLIP,
     SPAN,
     SPEED,
@@ -86,6 +88,11 @@ def field(
     if friction is not None:
         held = slip == 0.0
         offset = slip * friction
+    p_acceleration = 0.0
+    if particle is not None:
+        if particle.friction is not None:
+            p_acceleration = particle.friction * rows[at + side + SLIDE]
+            offset += particle.mass_ratio * p_acceleration
     a = 0.0
     if not held:
         taken = base.two_zeta * w + rows[at + V] + offset
@@ -94,7 +101,11 @@ def field(
         a = inertia_force - compliance * taken - wall_force
     if particle is not None:
         if not riding:
-            return Field(w, a, w + rows[at + BASE_RATE] - rows[at + side + P_RATE], a - inertia_force)
+            u_rate = w + rows[at + BASE_RATE]
+            bent = a - inertia_force
+            if particle.friction is not None:
+                bent -= p_acceleration
+            return Field(w, a, u_rate - rows[at + side + P_RATE], bent)
         if wall is not None:
             rate = rows[at + side + WALL] * rows[at + side + SPEED]
             return Field(w, a, rate, a - inertia_force - wall_force / particle.mass_ratio)
@@ -181,7 +192,7 @@ def pass_event(
     Parameters
     ----------
     reaches : int
-        Coordinate that reaches its value at the event: 1 or 2.
+        Coordinate that reaches its value at the event: 1, 2 or 3.
     rate : float
         Its rate before. Where it is zero the event is a touch without a linearisation, and nothing is changed.
     exchanged, kept : float
@@ -194,7 +205,7 @@ def pass_event(
     for j in range(n):
         dt = -z[reaches * n + j] / rate
         y = 0.0 if reaches == 2 else z[2 * n + j] + before.y * dt
-        y_rate = z[3 * n + j] + before.y_rate * dt
+        y_rate = 0.0 if reaches == 3 else z[3 * n + j] + before.y_rate * dt
         z[j] += (before.v - after.v) * dt
         z[n + j] += (before.w - after.w) * dt - exchanged * y_rate
         z[2 * n + j] = y - after.y * dt

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.addresses import address
-from damperlab.worker.solver.events import FAR_WALL, LET_GO, NEAR_WALL, PUSHED_AGAIN, RELEASE, TURN
+from damperlab.worker.solver.events import FAR_WALL, LET_GO, NEAR_WALL, PUSHED_AGAIN, RELEASE, REST, TURN
 from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
 from damperlab.worker.solver.linear_motion import LinearMotion
 from damperlab.worker.solver.motion.compliant_motion import Contact
@@ -24,6 +24,7 @@ from damperlab.worker.solver.transition_log import (
     AFTER,
     BEFORE,
     EVENT,
+    GAP,
     RIDING,
     SLIP,
     SPAN,
@@ -94,7 +95,10 @@ def _propagate(
         loaded = _homogeneous(loaded_arrays)
     count = min(log.cursor[0], log.capacity)
     if particle is not None and count > 0:
-        _enter(rows, friction, wall, z, n)
+        if particle.friction is not None:
+            _enter_rubbing(rows, friction, z, n)
+        else:
+            _enter(rows, friction, wall, z, n)
     resume = 0
     for i in range(count):
         if i < resume:
@@ -117,18 +121,23 @@ def _propagate(
                     if rows[at + WIDTH + SPAN] == 0.0 and rows[at + WIDTH + EVENT] == RELEASE:
                         resume = i + 2  # it would ride on, but for the wall that runs away
                         to = at + WIDTH
-        if kind in (TURN, NEAR_WALL, FAR_WALL, LET_GO, PUSHED_AGAIN):
+        if kind in (TURN, NEAR_WALL, FAR_WALL, LET_GO, PUSHED_AGAIN, REST):
             before = field(rows, at, BEFORE, free, loaded, base, friction, particle, wall)
             after = field(rows, to, AFTER, free, loaded, base, friction, particle, wall)
             if kind == TURN:
                 pass_event(1, before.w, 0.0, 1.0, before, after, z, n)
+            elif kind == REST:
+                pass_event(3, before.y_rate, 0.0, 1.0, before, after, z, n)
             elif particle is not None:
                 if kind == LET_GO:
                     speed = leaving_speed(rows, at, to, count, free, loaded, base, friction, particle)
                     after = Field(after.v, after.w, -rows[at + BEFORE + WALL] * speed, after.y_rate)
                 pass_contact(rows, to, kind == LET_GO, before, after, particle, wall, z, n)
     if particle is not None and count > 0:
-        _leave(rows, (count - 1) * WIDTH, wall, z, n)
+        if particle.friction is not None:
+            _leave_rubbing(z, n)
+        else:
+            _leave(rows, (count - 1) * WIDTH, wall, z, n)
     for i in range(SECTION_SIZE * n):
         z[i] = -z[i]
 
@@ -156,6 +165,32 @@ def _leave(rows: Array, last: int, wall: Wall | None, z: Array, n: int) -> None:
         for j in range(n):
             z[2 * n + j] = z[j] - z[2 * n + j]
             z[3 * n + j] = z[n + j] - z[3 * n + j]
+
+
+@inlined
+def _enter_rubbing(rows: Array, friction: float | None, z: Array, n: int) -> None:
+    """From the section coordinates of a particle that rubs, in which p' comes before p."""
+    carried = rows[BEFORE + RIDING] > 0.0
+    on_wall = carried and rows[BEFORE + GAP] == 0.0
+    held = False
+    if friction is not None:
+        held = rows[BEFORE + SLIP] == 0.0
+    for j in range(n):
+        if held:
+            z[n + j] = 0.0
+        y = 0.0 if on_wall else z[j] - z[3 * n + j]
+        y_rate = 0.0 if carried else z[n + j] - z[2 * n + j]
+        z[2 * n + j] = y
+        z[3 * n + j] = y_rate
+
+
+@inlined
+def _leave_rubbing(z: Array, n: int) -> None:
+    """To the section coordinates of a particle that rubs."""
+    for j in range(n):
+        p_rate = z[n + j] - z[3 * n + j]
+        z[3 * n + j] = z[j] - z[2 * n + j]
+        z[2 * n + j] = p_rate
 
 
 class Homogeneous(NamedTuple):
