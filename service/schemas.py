@@ -13,6 +13,10 @@ from damperlab.studies.variables import DIMENSIONS
 from damperlab.studies.vocabulary import DEFAULTS
 
 
+TYPES: dict[Any, str] = {int: "integer", float: "number"}
+"""Of JSON, by that of a field; text without an entry."""
+
+
 def _contact(*models: str) -> dict[str, Any]:
     return {"anyOf": [{"$ref": f"#/components/schemas/{model}Contact"} for model in models]}
 
@@ -27,7 +31,7 @@ def _fields(question: type, **defaults: Any) -> dict[str, Any]:
         elif names := get_args(each.core):
             about |= {"type": "string", "enum": list(names)}
         else:
-            about["type"] = "integer" if each.core is int else "string"
+            about["type"] = TYPES.get(each.core, "string")
         limits = (("minimum", each.least), ("maximum", each.most))
         about |= {name: int(limit) for name, limit in limits if limit is not None}
         default = defaults.get(each.name, each.default)

@@ -1,7 +1,7 @@
 """One design point on request: read from a document, bounded in what it may cost, and put into a document."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -23,7 +23,7 @@ from damperlab.studies.faults import (
 )
 from damperlab.studies.field import fields_of
 from damperlab.studies.guard import guard
-from damperlab.studies.quantity import RATIOS, read_count
+from damperlab.studies.quantity import PARTICLE_FRICTION_RATIO, RATIOS, read_count
 from damperlab.studies.questions import Simulated
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, ResponseClass, Status
 from damperlab.studies.vocabulary import DEFAULTS, EXCITATIONS, OF_PARTICLE, Method
@@ -33,6 +33,7 @@ from damperlab.worker.point import Design, Simulation
 from damperlab.worker.scenes import Scene
 from damperlab.worker.simulate import scenes_of, simulate
 from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.sliding import rubs
 from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings as Steadiness
 
@@ -151,6 +152,15 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         if method == "rk4" and isinstance(contact, DwellContact | CompliantContact):
             allowed = "instant with method rk4"
             faults.append(Fault("contact", contact.model, allowed, "write `method: event`"))
+    kappa = _caught(
+        faults,
+        PARTICLE_FRICTION_RATIO.read,
+        document.get(PARTICLE_FRICTION_RATIO.name, 0.0),
+        PARTICLE_FRICTION_RATIO.name,
+        0.0,
+    )
+    if kappa > 0.0:
+        faults += _faults_of_rubbing(kappa, has_particle, contact, method)
     if isinstance(contact, CompliantContact) and has_particle:
         fault = compliant_fault(ratios["restitution"], "restitution")
         faults.extend([fault] if fault else [])
@@ -196,6 +206,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
             ratios["mass_ratio"],
             contact_time_of(contact),
             wall_of(contact, ratios["restitution"], ratios["mass_ratio"]),
+            kappa if kappa > 0.0 else None,
         )
     design = Design(
         ratios["damping_ratio"],
@@ -205,6 +216,23 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         forced=excitation == "force",
     )
     return Asked(design, cycles, history, samples, method, starts, seed)
+
+
+def _faults_of_rubbing(
+    kappa: float, has_particle: bool, contact: Contact | None, method: object
+) -> Iterator[Fault]:
+    """Name what the friction of a particle cannot be combined with."""
+    name, found = PARTICLE_FRICTION_RATIO.name, describe(kappa)
+    if not has_particle:
+        allowed = "nothing in a scene without a particle"
+        yield Fault(
+            name, found, allowed, "leave it out", "{field} does not apply to a scene without a particle."
+        )
+    if method == "rk4":
+        yield Fault(name, found, "0 with method rk4", "write `method: event`")
+    if isinstance(contact, DwellContact | CompliantContact):
+        told = f"{{field}} is computed with instantaneous contact alone, and contact is {contact.model}."
+        yield Fault(name, found, f"0 with contact {contact.model}", "leave out one of the two", told)
 
 
 def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
@@ -236,7 +264,7 @@ def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
         )
     if asked.starts:
         found["attractors"] = attractors_document(
-            find_attractors(asked.design, asked.starts, asked.seed, settings)
+            find_attractors(asked.design, asked.starts, asked.seed, settings), rubs(asked.design.particle)
         )
     if asked.design.particle is not None and asked.design.particle.wall is not None:
         found["wall"] = asked.design.particle.wall._asdict()
@@ -281,8 +309,8 @@ def settles_after(metrics: Mapping[str, float]) -> float | None:
     return float(metrics["period"] * math.log(SETTLED) / math.log(multiplier))
 
 
-def attractors_document(found: Attractors) -> dict[str, Any]:
-    """Put the responses that many starts lead to into a document."""
+def attractors_document(found: Attractors, rubbing: bool) -> dict[str, Any]:
+    """Put the responses that many starts lead to into a document; `rubbing` where the particle has friction of its own."""
     return {
         "starts": found.starts,
         "failed": found.failed,
@@ -295,7 +323,7 @@ def attractors_document(found: Attractors) -> dict[str, Any]:
                 "metrics": {
                     name: number
                     for name, number in zip(Response._fields, one.response, strict=True)
-                    if not VARIABLES[name].asked
+                    if not VARIABLES[name].asked and (rubbing or not VARIABLES[name].rubbing)
                 },
             }
             for one in found.met

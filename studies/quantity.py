@@ -119,6 +119,13 @@ FREQUENCY_RATIO = Quantity(
     1e4,
     "give excitation over natural frequency; 1 is resonance",
 )
+PARTICLE_FRICTION_RATIO = Quantity(
+    "particle_friction_ratio",
+    "friction of the particle κ = μ_i g/(ω_n²·Z)",
+    0.0,
+    1e12,
+    "give 0 for a particle that slides freely",
+)
 RATIOS: dict[str, Quantity] = {
     q.name: q
     for q in (DAMPING_RATIO, RESTITUTION, MASS_RATIO, CLEARANCE_RATIO, FRICTION_RATIO, FREQUENCY_RATIO)

@@ -4,6 +4,7 @@ from dataclasses import MISSING, dataclass
 
 from damperlab.studies.field import NONE, At, Range, Ranges, asked, asked_at
 from damperlab.studies.kinds import EVERY_DIMENSION, EVERY_VARIABLE
+from damperlab.studies.quantity import PARTICLE_FRICTION_RATIO
 from damperlab.studies.unit_names import COORDINATES, RESULTS
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.studies.vocabulary import (
@@ -354,6 +355,13 @@ class Simulated:
     excitation: Excitation = asked(
         "base",
         "Excitation: base motion, or a force on the structure, whose static displacement F₀/k stands for Z in every ratio.",
+    )
+    particle_friction_ratio: float = asked(
+        0.0,
+        "Friction of the particle in its cavity, κ = μ_i g/(ω_n²·Z): the largest acceleration at which it still moves along, "
+        "over Z·ω_n².",
+        least=0.0,
+        most=PARTICLE_FRICTION_RATIO.highest,
     )
     starts: int = asked(
         0,

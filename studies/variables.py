@@ -357,4 +357,4 @@ Others are not defined where they are NaN, as the Floquet multiplier of a respon
 
 def available_variables(start: str) -> tuple[str, ...]:
     """Return the names of the variables that a start option stores where none are listed, in the cube's order."""
-    return tuple(v.name for v in VARIABLES.values() if v.start in ("", start) and not v.asked)
+    return tuple(v.name for v in VARIABLES.values() if v.start in ("", start) and not (v.asked or v.rubbing))

@@ -135,4 +135,6 @@ def _next_to(rest: State) -> Iterator[State]:
             if rest.gap > 0.0:
                 yield rest._replace(gap=rest.gap * (1.0 + times * NUDGE))
             continue
-        yield rest._replace(w=copysign(abs(rest.w) * (1.0 + times * NUDGE), rest.w))
+        w = copysign(abs(rest.w) * (1.0 + times * NUDGE), rest.w)
+        p_rate = rest.p_rate if rest.slide is None else rest.p_rate + (w - rest.w)  # carried along
+        yield rest._replace(w=w, p_rate=p_rate)

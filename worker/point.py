@@ -18,6 +18,7 @@ from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
     IMPACT_LOSS,
     METERS,
+    PARTICLE_LOSS,
     PEAK,
     RELATIVE_PEAK,
     SPEED,
@@ -29,6 +30,7 @@ from damperlab.worker.solver.observe.meter import (
 from damperlab.worker.solver.particle import Particle, with_floats
 from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.segment_log import empty_log
+from damperlab.worker.solver.sliding import rubs
 from damperlab.worker.solver.time_history import HISTORY_COLUMNS, sample_half
 from damperlab.worker.steady.response.closed_form import linear_response
 from damperlab.worker.steady.response.energy import energy_residual, stored_energy
@@ -121,9 +123,10 @@ def simulate_ready(
         if cycles is None:
             raise ValueError("rk4 stops after a number of cycles: give `cycles`")
         one = design.particle
-        if one is not None and (one.contact_time is not None or one.wall is not None):
+        if one is not None and (one.contact_time is not None or one.wall is not None or rubs(one)):
             raise ValueError(
-                "rk4 supports instantaneous impacts only: leave `contact_time` and `wall` out, or use the event solver"
+                "rk4 supports instantaneous impacts of a particle without friction only: leave `contact_time`, `wall` and "
+                "`friction` out, or use the event solver"
             )
         return _simulate_rk4(design, friction, cycles, steps_per_cycle, began)
     if cycles is not None:
@@ -131,7 +134,8 @@ def simulate_ready(
     settings = settings or Settings(4000, 0.02, 1e-9)
     acting = design.particle if design.particle is not None and design.particle.mass_ratio > 0.0 else None
     response, steady = _steady(design, friction, acting, settings)
-    measured = {name: _plain(number) for name, number in asked_of(response, settings).items()}
+    known = asked_of(response, settings, rubs(acting))
+    measured = {name: _plain(number) for name, number in known.items()}
     found = measured["status"] <= Status.MAX_CYCLES
     if not is_followed(design, history, followed):
         measured["run_time"] = thread_time() - began
@@ -139,12 +143,15 @@ def simulate_ready(
     return _march(design, friction, max(history, 1) if found else 0, history, measured, began, steady)
 
 
-def asked_of(response: Mapping[str, Any], settings: Settings) -> dict[str, Any]:
-    """Give the measures of a response that are known: those of its acceleration only where that was asked for."""
+def asked_of(response: Mapping[str, Any], settings: Settings, rubbing: bool) -> dict[str, Any]:
+    """Give the measures of a response that are known: those of its acceleration only where that was asked for.
+
+    Those of a particle with friction of its own only where there is one.
+    """
     return {
         name: number
         for name, number in response.items()
-        if settings.acceleration or not VARIABLES[name].asked
+        if (settings.acceleration or not VARIABLES[name].asked) and (rubbing or not VARIABLES[name].rubbing)
     }
 
 
@@ -281,7 +288,7 @@ def _measures(
         status = outcome if outcome != ARRIVED else int(Status.NOT_COMPUTED)
         return {"cycles": cycles, "status": status}
     time = 2.0 * pi * cycles / design.frequency_ratio
-    losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS]
+    losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS] + sums[PARTICLE_LOSS]
     share = 1.0 / losses if losses > 0.0 else 0.0
     sums[PEAK], sums[RELATIVE_PEAK] = peaks.max(axis=0)  # of all cycles, not of the last half
     end = stored_energy(state, base_rate_at_phase_zero(design.excitation), design.particle)
@@ -302,6 +309,7 @@ def _measures(
         "dissipation_viscous": float(sums[VISCOUS_LOSS] * share),
         "dissipation_friction": float(sums[FRICTION_LOSS] * share),
         "dissipation_impact": float(sums[IMPACT_LOSS] * share),
+        **({"dissipation_particle": float(sums[PARTICLE_LOSS] * share)} if rubs(design.particle) else {}),
         "cycles": cycles,
         "status": int(Status.MAX_CYCLES),
     }

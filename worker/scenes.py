@@ -28,6 +28,9 @@ Purpose = Literal[
 from rest, measured; the response to a record without or with its time history; how accurate a march is; the steady response and
 a motion from rest by fixed steps."""
 
+RUBBING = "rubbing"
+"""In the place of a contact model: instantaneous impacts of a particle that rubs on its cavity."""
+
 _STEADY: tuple[Purpose, ...] = ("steady", "peaks", "acceleration")
 
 SECONDS: dict[Purpose, float] = {
@@ -43,7 +46,7 @@ SECONDS: dict[Purpose, float] = {
     "rk4": 3.0,
 }
 """About what compiling takes where friction and a particle with instantaneous contact act [CPU s]; an estimate says it."""
-CONTACT_FACTOR = {"": 0.6, "instant": 1.0, "dwell": 1.1, "compliant": 2.2}
+CONTACT_FACTOR = {"": 0.6, "instant": 1.0, "dwell": 1.1, "compliant": 2.2, RUBBING: 1.6}
 """The same relative to instantaneous contact."""
 
 
@@ -57,7 +60,7 @@ class Scene(NamedTuple):
     friction : bool
         Whether friction acts.
     contact : str
-        Model of the particle's contact; empty where no particle acts.
+        Model of the particle's contact, or `RUBBING`; empty where no particle acts.
     forced : bool
         Whether a force on the structure excites it, in place of a shaken base.
     """
@@ -90,6 +93,8 @@ def every_scene() -> list[Scene]:
     found = [Scene(purpose, *what) for purpose in _STEADY for what in acting]
     others: tuple[Purpose, ...] = ("orbit", "transient", "record", "record-history")
     found += [Scene(purpose, *what) for purpose in others for what in (*acting, (False, ""))]
+    rubbing: tuple[Purpose, ...] = (*_STEADY, "orbit", "transient")
+    found += [Scene(purpose, friction, RUBBING) for purpose in rubbing for friction in (True, False)]
     found += [one._replace(forced=True) for one in found if not one.purpose.startswith("record")]
     stepped = [what for what in (*acting, (False, "")) if what[1] in ("", "instant")]
     found += [Scene(purpose, *what) for purpose in ("stepped", "rk4") for what in stepped]
@@ -151,4 +156,6 @@ def contact_name(particle: Particle | None) -> str:
     """Model of a particle's contact; empty without a particle."""
     if particle is None:
         return ""
+    if particle.friction is not None:
+        return RUBBING
     return "compliant" if particle.wall else "dwell" if particle.contact_time is not None else "instant"

@@ -255,6 +255,7 @@ class Client:
         history: int | None = None,
         samples: int | None = None,
         excitation: Excitation = Simulated.excitation,
+        particle_friction_ratio: float = Simulated.particle_friction_ratio,
         method: Method = Simulated.method,
         starts: int = Simulated.starts,
         seed: int = Simulated.seed,
@@ -286,7 +287,18 @@ class Client:
                 "mass_ratio": mass_ratio,
                 "clearance_ratio": clearance_ratio,
             }
-        asked = given(Simulated(cycles, method, history, samples, excitation, starts, seed))
+        asked = given(
+            Simulated(
+                cycles=cycles,
+                method=method,
+                history=history,
+                samples=samples,
+                excitation=excitation,
+                particle_friction_ratio=particle_friction_ratio,
+                starts=starts,
+                seed=seed,
+            )
+        )
         document: dict[str, Any] = {**ratios, **asked, "particle": particle}
         if contact is not None:
             document["contact"] = contact

@@ -1,7 +1,7 @@
 """A particle that rubs on its cavity. Where it does not, every function here is a constant that the compiler drops.
 
-The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. Or friction carries it along,
-as one body with the mass, while |u''| ≤ κ. A wall that pushes carries it whatever u'' is.
+The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. Or friction carries it
+along, as one body with the mass, while |u''| ≤ κ. A wall that pushes carries it whatever u'' is.
 """
 
 from damperlab.worker.jit import inlined

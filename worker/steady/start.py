@@ -4,7 +4,7 @@ from damperlab.worker.jit import kernel
 from damperlab.worker.solver.dwell import dwell_at_rest
 from damperlab.worker.solver.excitation.sine_base import Forced, base_rate_at_phase_zero
 from damperlab.worker.solver.sliding import slide_at_rest
-from damperlab.worker.solver.state import State
+from damperlab.worker.solver.state import Slide, State
 
 
 @kernel
@@ -89,4 +89,7 @@ def moving(u, u_rate, position, p_rate, frequency_ratio, friction, particle):
     gap = 0.0
     if particle is not None:
         gap = particle.clearance_ratio * (1.0 + position)
+        if particle.friction is not None:
+            slide = Slide(1.0 if u_rate > p_rate else -1.0, 0)
+            return State(u, w, slip, 1.0, gap, p_rate, 0.0, 0, 0, None, slide)
     return State(u, w, slip, 1.0, gap, p_rate, 0.0, 0, 0, dwell_at_rest(particle))

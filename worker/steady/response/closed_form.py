@@ -73,6 +73,7 @@ def linear_response(
         "dissipation_viscous": np.where(bounded & (damping_ratio > 0.0), 1.0, zero),
         "dissipation_friction": zero.copy(),
         "dissipation_impact": zero.copy(),
+        "dissipation_particle": zero.copy(),
         "dissipation_error": zero.copy(),
         "cycles": np.zeros(count, np.int32),
         "status": np.where(bounded, Status.CONVERGED, Status.UNBOUNDED).astype(np.int8),

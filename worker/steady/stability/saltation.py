@@ -7,8 +7,8 @@ vector field from f⁻ to f⁺:
     δz⁺ = R (δz⁻ + f⁻ δt) − f⁺ δt,    R: w → w − q g, g → k g.
 
 A reversal or a strike on a compliant wall has q = 0, k = 1; an impact q = β(1+e)/(1+β), k = −e, or where it ends a chatter
-q = β/(1+β), k = 0; the beginning of a dwell q = β/(1+β), k = 1, because the speed is remembered; its end q = βe/(1+β), k = −e. A particle that rubs and comes to rest in
-its cavity does so where y' is 0, with q = 0, k = 1.
+q = β/(1+β), k = 0; the beginning of a dwell q = β/(1+β), k = 1, because the speed is remembered; its end q = βe/(1+β), k = −e.
+A particle that rubs and comes to rest in its cavity does so where y' is 0, with q = 0, k = 1.
 Where the field does not jump nothing does: the onset of slip, a contact force that falls to zero, clearance.
 """
 
