@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.service.columns import columns
-from damperlab.studies.variables import DIMENSIONS, VARIABLES
+from damperlab.studies.variables import VARIABLES, dimensions_of
 
 
 def map_document(answer: xr.Dataset, metric: str) -> dict[str, Any]:
@@ -68,7 +68,7 @@ def designs_document(answer: xr.Dataset) -> dict[str, Any]:
         ``designs``, the best first, each with its coordinates, ``value``, ``error``, ``response_class``
         by name and what else the answer says of it; ``designs_total``, and the counts of those that were left out.
     """
-    first = ("rank", *DIMENSIONS, "value", "error", "response_class")
+    first = ("rank", *dimensions_of(answer.coords), "value", "error", "response_class")
     names_of = (*first, *(str(name) for name in answer.data_vars if name not in first))
     rows = zip(*(answer[name].values.tolist() for name in names_of), strict=True)
     names = _flags("response_class")

@@ -12,7 +12,6 @@ from damperlab.studies.questions import Compared, Simulated
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.studies.vocabulary import DEFAULTS
 
-
 TYPES: dict[Any, str] = {int: "integer", float: "number"}
 """Of JSON, by that of a field; text without an entry."""
 

@@ -4,13 +4,17 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from damperlab.studies.amplitudes import RATIOS_OF, over_amplitudes
+from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, over_amplitudes
 from damperlab.studies.axes import MAX_AXIS_VALUES
 from damperlab.studies.faults import Fault, counted, describe
+from damperlab.studies.kinds import rubs
 from damperlab.studies.physical import DERIVATIONS, Derivation, derivations, physical_faults
 from damperlab.studies.quantity import RATIOS
-from damperlab.studies.variables import STEPPED, VARIABLES, available_variables
+from damperlab.studies.variables import PARTICLE_FRICTION, STANDARD, STEPPED, VARIABLES, available_variables
 from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
+
+BESIDE_AXES = ("damping_ratio", PARTICLE_FRICTION)
+"""Dimensions that stand beside the axes of a study."""
 
 MAX_POINTS = 1_000_000_000
 """Design points of one study."""
@@ -62,6 +66,10 @@ def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
         filled["metrics"] = list(available_variables("ensemble"))
     if "metrics" not in filled and _is_stepped(document):
         filled["metrics"] = list(STEPPED)
+    if rubs(document):
+        kept = filled.get("metrics", STANDARD)
+        if "metrics" not in document and not _is_stepped(document):
+            filled["metrics"] = [name for name in VARIABLES if name in kept or VARIABLES[name].rubbing]
     return filled
 
 
@@ -70,12 +78,13 @@ def faults_between(document: Mapping[str, Any]) -> list[Fault]:
     axes, physical = document.get("axes", {}), document.get("physical")
     physical = {} if physical is None else physical
     particle = document.get("particle", True) is not False
-    faults = [*_not_given_by_start(document), *_not_stepped(document)]
+    faults = [*_not_given_by_start(document), *_not_stepped(document), *_not_rubbing(document)]
     if not isinstance(axes, dict) or not isinstance(physical, dict):
         return faults
     given = dict(axes)
-    if "damping_ratio" in document:
-        given["damping_ratio"] = document["damping_ratio"]
+    for name in BESIDE_AXES:
+        if name in document:
+            given[name] = document[name]
     faults.extend(physical_faults(physical, particle))
     made = derivations(physical, particle=True)
     faults.extend(_given_twice(given, made))
@@ -140,10 +149,43 @@ def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
             yield Fault(f"metrics[{index}]", name, allowed, "remove it, or use solver event", told)
 
 
+def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
+    """What does not go with the friction of a particle, and what needs it."""
+    metrics = document.get("metrics")
+    if not rubs(document):
+        for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
+            if isinstance(name, str) and name in VARIABLES and VARIABLES[name].rubbing:
+                allowed = f"{name} only with `{PARTICLE_FRICTION}`"
+                told = f"{{field}} is {name}, which needs `{PARTICLE_FRICTION}`."
+                yield Fault(
+                    f"metrics[{index}]", name, allowed, "remove it, or give the particle friction", told
+                )
+        return
+    contact = document.get("contact")
+    model = contact.get("model", "instant") if isinstance(contact, dict) else "instant"
+    if model != "instant":
+        told = (
+            "The friction of the particle is computed with instantaneous contact alone, and {field} is "
+            + f"{model}."
+        )
+        yield Fault(
+            "contact.model", f"{model}", "instant with friction of the particle", "leave `contact` out", told
+        )
+    if _is_stepped(document):
+        told = "{field} is rk4, which does not compute the friction of the particle."
+        yield Fault("solver.method", "rk4", "event with friction of the particle", "leave `solver` out", told)
+    physical = document.get("physical")
+    if isinstance(physical, dict) and over_amplitudes(physical, particle=True):
+        told = "{field} is an axis, and the friction ratio of the particle would change with it."
+        advice = "submit one study for each base amplitude"
+        allowed = "a single number with friction of the particle"
+        yield Fault(f"physical.{AMPLITUDE}", "an axis", allowed, advice, told)
+
+
 def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[Fault]:
     for derivation in made:
         if derivation.ratio in given:
-            ratio = derivation.ratio if derivation.ratio == "damping_ratio" else f"axes.{derivation.ratio}"
+            ratio = derivation.ratio if derivation.ratio in BESIDE_AXES else f"axes.{derivation.ratio}"
             found = f"{derivation.ratio} given a second time, beside {ratio}"
             allowed = "each ratio once, as a ratio or by physical quantities"
             advice = f"remove `{derivation.source}` or `{ratio}`"

@@ -25,6 +25,7 @@ from damperlab.studies.axes import (
     FrequencyRatio,
     FrictionRatio,
     MassRatio,
+    ParticleFrictionRatio,
     Restitution,
     axis_values,
 )
@@ -62,7 +63,15 @@ from damperlab.studies.static_displacement import (
     with_static_displacement,
     without_force,
 )
-from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, STANDARD, VARIABLES, Variable
+from damperlab.studies.variables import (
+    DIMENSION_LONG_NAMES,
+    DIMENSIONS,
+    PARTICLE_FRICTION,
+    STANDARD,
+    VARIABLES,
+    Variable,
+    dimensions_of,
+)
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 MAX_NAME = 200
@@ -121,6 +130,7 @@ class Study(Choice):
         ),
     ] = ""
     damping_ratio: DampingRatio = None
+    particle_friction_ratio: ParticleFrictionRatio = None
     axes: Axes = Field(default_factory=Axes)
     particle: Annotated[
         bool,
@@ -203,13 +213,15 @@ class Study(Choice):
         Kept: an axis may hold a million values, and every block asks for a slice of it.
         """
         given = self.physical.values() if self.physical is not None else {}
+        made = {d.ratio: d for d in derivations(given, self.particle)}
         names = tuple(AMPLITUDE_DIMENSIONS) if self.over_amplitudes else DIMENSIONS
-        made = {d.ratio: d for d in derivations(given, self.particle) if d.ratio in names}
+        if self.particle and (self.particle_friction_ratio is not None or PARTICLE_FRICTION in made):
+            names = (PARTICLE_FRICTION, *names)
         values: dict[str, NDArray[np.float64]] = {}
         for name in names:
             if RATIOS_OF.get(name, name) in OF_PARTICLE and not self.particle:
                 values[name] = np.zeros(1)
-            elif name in DIMENSIONS:
+            elif name in DIMENSION_LONG_NAMES:
                 values[name] = made[name].values(given) if name in made else axis_values(self._spec(name))
             else:
                 values[name] = given.get(name, np.zeros(1))
@@ -229,7 +241,7 @@ class Study(Choice):
     @property
     def labels(self) -> dict[str, dict[str, str]]:
         """``units`` and ``long_name`` of the dimensions."""
-        named = {name: ("1", words) for name, words in DIMENSION_LONG_NAMES.items()}
+        named = {name: ("1", DIMENSION_LONG_NAMES[name]) for name in dimensions_of(self.coordinates)}
         if self.over_amplitudes:
             named = AMPLITUDE_DIMENSIONS
             if self.physical is not None and self.physical.constant is not None:
@@ -315,7 +327,7 @@ class Study(Choice):
 
     def _spec(self, name: str) -> AxisSpec:
         # Validation leaves no ratio empty that is neither made of the physical block nor the particle's.
-        spec: AxisSpec = getattr(self if name == "damping_ratio" else self.axes, name)
+        spec: AxisSpec = getattr(self.axes if name in Axes.model_fields else self, name)
         return spec
 
 

@@ -14,7 +14,7 @@ from damperlab.studies.ground.variables import DAMPER as SUITE_DAMPER
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
-from damperlab.studies.variables import DIMENSIONS, VARIABLES, Variable
+from damperlab.studies.variables import DIMENSIONS, PARTICLE_FRICTION, VARIABLES, Variable
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,9 @@ AMPLITUDES = Kind(
 )
 KINDS: tuple[Kind, ...] = (HARMONIC, SUITE, AMPLITUDES)
 
-EVERY_DIMENSION: tuple[str, ...] = tuple(dict.fromkeys(name for kind in KINDS for name in kind.dimensions))
+EVERY_DIMENSION: tuple[str, ...] = tuple(
+    dict.fromkeys((*(name for kind in KINDS for name in kind.dimensions), PARTICLE_FRICTION))
+)
 EVERY_VARIABLE: tuple[str, ...] = tuple(dict.fromkeys(name for kind in KINDS for name in kind.variables))
 
 
@@ -150,3 +152,18 @@ def kind_of_definition(definition: Mapping[str, Any]) -> Kind:
         return SUITE
     crossed = over_amplitudes(definition.get("physical"), definition.get("particle", True) is not False)
     return AMPLITUDES if crossed else HARMONIC
+
+
+def rubs(definition: Mapping[str, Any]) -> bool:
+    """Whether a harmonic study, by its definition, has friction of its particle, be it 0."""
+    physical = definition.get("physical")
+    made = isinstance(physical, Mapping) and physical.get("particle_friction_coefficient") is not None
+    return (made or definition.get(PARTICLE_FRICTION) is not None) and definition.get(
+        "particle", True
+    ) is not False
+
+
+def dimensions_of_definition(definition: Mapping[str, Any]) -> tuple[str, ...]:
+    """Give the dimensions of a study's cube by its definition."""
+    kind = kind_of_definition(definition)
+    return (PARTICLE_FRICTION, *kind.dimensions) if kind is HARMONIC and rubs(definition) else kind.dimensions

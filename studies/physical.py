@@ -20,7 +20,7 @@ from damperlab.studies.amplitudes import (
 from damperlab.studies.axes import AxisSpec, along, axis_values
 from damperlab.studies.choices import Choice
 from damperlab.studies.faults import Fault, StudyFaults, describe
-from damperlab.studies.quantity import RATIOS, Quantity
+from damperlab.studies.quantity import QUANTITY_OF, Quantity
 from damperlab.studies.reads import Reads
 
 Values = Mapping[str, NDArray[np.float64]]
@@ -41,6 +41,16 @@ FRICTION_FORCE = _si("friction_force_n", "Coulomb friction force F_f [N]", 0.0)
 CLEARANCE = _si("clearance_m", "clearance d on either side of the particle, half the free cavity length [m]")
 PARTICLE_MASS = _si("particle_mass_kg", "mass m of the particle [kg]", 0.0)
 
+PARTICLE_FRICTION = Quantity(
+    "particle_friction_coefficient",
+    "coefficient μ_i of sliding friction between particle and cavity",
+    0.0,
+    1e6,
+    "give 0 for a particle that slides freely; steel on steel has 0.1 to 0.5, a ball that rolls 0.001 to 0.02",
+)
+STANDARD_GRAVITY = 9.80665
+"""g [m/s²]."""
+
 QUANTITIES = (
     MASS,
     NATURAL_FREQUENCY,
@@ -50,6 +60,7 @@ QUANTITIES = (
     FRICTION_FORCE,
     CLEARANCE,
     PARTICLE_MASS,
+    PARTICLE_FRICTION,
 )
 """Every quantity of a physical block."""
 
@@ -91,6 +102,7 @@ class Physical(Choice):
     friction_force_n: Annotated[AxisSpec | None, along(FRICTION_FORCE)] = None
     clearance_m: Annotated[AxisSpec | None, along(CLEARANCE)] = None
     particle_mass_kg: Annotated[AxisSpec | None, along(PARTICLE_MASS)] = None
+    particle_friction_coefficient: Annotated[AxisSpec | None, along(PARTICLE_FRICTION)] = None
     constant: Annotated[
         Literal["velocity", "acceleration"] | None,
         Reads(
@@ -199,6 +211,11 @@ DERIVATIONS: dict[str, Derivation] = {
             lambda of: of["friction_force_n"] / (_stiffness(of) * of["base_amplitude_m"]),
         ),
         Derivation(
+            "particle_friction_ratio", "particle_friction_coefficient", ("natural_frequency_hz", "base_amplitude_m"),
+            lambda of: of["particle_friction_coefficient"] * STANDARD_GRAVITY
+            / ((2.0 * math.pi * of["natural_frequency_hz"]) ** 2 * of["base_amplitude_m"]), of_particle=True,
+        ),
+        Derivation(
             "frequency_ratio", "excitation_frequency_hz", ("natural_frequency_hz",),
             lambda of: of["excitation_frequency_hz"] / of["natural_frequency_hz"],
         ),
@@ -293,7 +310,7 @@ def derived_faults(physical: Physical, particle: bool, band: NDArray[np.float64]
     given = physical.values()
     crossed = physical.over_amplitudes(particle)
     for derivation in derivations(given, particle):
-        quantity = RATIOS[derivation.ratio]
+        quantity = QUANTITY_OF[derivation.ratio]
         spans = crossed and derivation.source in RATIOS_OF
         values = derivation.values(_corners(physical, derivation.source, band) if spans else given)
         field = f"physical.{derivation.source}"

@@ -131,3 +131,5 @@ RATIOS: dict[str, Quantity] = {
     for q in (DAMPING_RATIO, RESTITUTION, MASS_RATIO, CLEARANCE_RATIO, FRICTION_RATIO, FREQUENCY_RATIO)
 }
 """The six dimensions of a cube as quantities, in the cube's order."""
+QUANTITY_OF = RATIOS | {PARTICLE_FRICTION_RATIO.name: PARTICLE_FRICTION_RATIO}
+"""Every dimension that a cube may have."""

@@ -39,12 +39,14 @@ COORDINATE_NAMES = {
     "friction_force_n": "friction force",
     "particle_mass_kg": "mass of the particle m",
     "frequency_hz": "excitation frequency",
+    "particle_friction_coefficient": "friction coefficient of the particle μ_i",
 }
 COORDINATE_SOURCES = {
     "clearance_m": "clearance_ratio",
     "friction_force_n": "friction_ratio",
     "particle_mass_kg": "mass_ratio",
     "frequency_hz": "frequency_ratio",
+    "particle_friction_coefficient": "particle_friction_ratio",
 }
 """The ratio that each coordinate in units stands for."""
 ALIASES = {"excitation_frequency_hz": "frequency_hz"}

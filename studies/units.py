@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, base_amplitudes
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
-from damperlab.studies.physical import Physical
+from damperlab.studies.physical import STANDARD_GRAVITY, Physical
 from damperlab.studies.unit_names import (
     ACCELERATIONS,
     AMPLITUDES,
@@ -22,8 +22,9 @@ from damperlab.studies.unit_names import (
     RESULT_NAMES,
     SPEED,
 )
-from damperlab.studies.variables import DIMENSION_LONG_NAMES
+from damperlab.studies.variables import DIMENSION_LONG_NAMES, PARTICLE_FRICTION
 
+COEFFICIENT = "particle_friction_coefficient"
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
 """What is multiplied with; each a number, not an axis, for what needs it."""
 
@@ -230,6 +231,13 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
         InUnits("friction_force_n", "friction_ratio", force, "N", COORDINATE_NAMES["friction_force_n"]),
         InUnits("particle_mass_kg", "mass_ratio", mass, "kg", COORDINATE_NAMES["particle_mass_kg"]),
         InUnits("frequency_hz", "frequency_ratio", frequency, "Hz", COORDINATE_NAMES["frequency_hz"]),
+        InUnits(
+            COEFFICIENT,
+            PARTICLE_FRICTION,
+            acceleration / STANDARD_GRAVITY,
+            "1",
+            COORDINATE_NAMES[COEFFICIENT],
+        ),
         *(InUnits(name, source, amplitude, "m", RESULT_NAMES[name]) for source, name in AMPLITUDES.items()),
         *(
             InUnits(name, source, acceleration, "m s-2", RESULT_NAMES[name])

@@ -1,5 +1,6 @@
 """Every result variable, its unit and its meaning: the one registry that the cube, the queries and the documents read."""
 
+from collections.abc import Container
 from dataclasses import dataclass
 from enum import IntEnum
 from math import nan
@@ -14,12 +15,20 @@ _DIMENSIONS: dict[str, tuple[str, str, str]] = {
 }
 DIMENSIONS: tuple[str, ...] = tuple(_DIMENSIONS)
 """The dimensions of every cube, in this order, always all present."""
+PARTICLE_FRICTION = "particle_friction_ratio"
+"""The dimension before them, only where a study has it."""
+_DIMENSIONS[PARTICLE_FRICTION] = ("friction ratio of the particle", "κ", " = μ_i·g/(ω_n²·Z)")
 DIMENSION_NAMES: dict[str, str] = {name: words for name, (words, _, _) in _DIMENSIONS.items()}
 SYMBOLS: dict[str, str] = {name: symbol for name, (_, symbol, _) in _DIMENSIONS.items()}
 """The dimensions as the paper writes them."""
 DIMENSION_LONG_NAMES: dict[str, str] = {
     name: f"{words} {symbol}{more}" for name, (words, symbol, more) in _DIMENSIONS.items()
 }
+
+
+def dimensions_of(names: Container[object]) -> tuple[str, ...]:
+    """Give the dimensions of a harmonic study, by the names of what it has, in the order of its cube."""
+    return (PARTICLE_FRICTION, *DIMENSIONS) if PARTICLE_FRICTION in names else DIMENSIONS
 
 
 class Status(IntEnum):

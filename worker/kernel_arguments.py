@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
-from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.variables import PARTICLE_FRICTION, dimensions_of
 from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
@@ -44,13 +44,13 @@ def block_points(study: Study, block: Block) -> dict[str, NDArray[np.float64]]:
     Returns
     -------
     dict of ndarray, shape (block points,)
-        One flat array for each of the six ratios, in C order of the block.
+        One flat array for each ratio, in C order of the block.
     """
     axes = [axis[part] for axis, part in zip(study.coordinates.values(), block.slices, strict=True)]
     grids = np.meshgrid(*axes, indexing="ij")
     points = {name: grid.reshape(-1) for name, grid in zip(study.coordinates, grids, strict=True)}
     ratios = study.ratios(points)
-    return {name: ratios[name] for name in DIMENSIONS}
+    return {name: ratios[name] for name in dimensions_of(ratios)}
 
 
 def has_friction(points: dict[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
@@ -83,6 +83,7 @@ def kernel_arguments(
     contact_time = contact_time_of(contact)
     rubs = has_friction(points)
     rattles = has_particle(points, study.particle)
+    drags = points.get(PARTICLE_FRICTION, np.zeros(rubs.size)) > 0.0
     for i in chosen:
         yield (
             int(i),
@@ -95,6 +96,7 @@ def kernel_arguments(
                 float(points["mass_ratio"][i]),
                 contact_time,
                 wall_of(contact, float(points["restitution"][i]), float(points["mass_ratio"][i])),
+                float(points[PARTICLE_FRICTION][i]) if drags[i] else None,
             )
             if rattles[i]
             else None,

@@ -8,6 +8,7 @@ from damperlab.studies.choices import Rk4Solver
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
+from damperlab.studies.variables import PARTICLE_FRICTION
 from damperlab.studies.vocabulary import CONTACT_MODELS
 from damperlab.worker.kernel_arguments import wants_acceleration, wants_energies
 from damperlab.worker.solver.particle import Particle
@@ -139,10 +140,15 @@ def scenes(study: AnyStudy) -> list[Scene]:
     purpose: Purpose = "steady" if wants_energies(study) else "peaks"
     if wants_acceleration(study):
         purpose = "acceleration"
+    dragged = (
+        _signs(study.coordinates[PARTICLE_FRICTION]) if PARTICLE_FRICTION in study.coordinates else {False}
+    )
+    contacts = {RUBBING if drags else study.contact.model for drags in dragged}
     return sorted(
-        Scene(purpose, f, study.contact.model if p else "", study.forced)
+        Scene(purpose, f, contact, study.forced)
         for f in rubs
         for p in rattles
+        for contact in (contacts if p else ("",))
         if f or p
     )
 

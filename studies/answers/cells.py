@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
+from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.follow_up import tolerance_of
 from damperlab.studies.answers.judging import judge, new_tally
 from damperlab.studies.answers.nearness import inside, nearest_place, same
@@ -129,7 +129,7 @@ class _Grid:
     ) -> "_Grid":
         """Judge every design of a cube in the ranges and next to their ends; NaN where one does not qualify."""
         index, axes, edges = {}, [], []
-        for name in DESIGN:
+        for name in question.design:
             values = cube[name].values
             kept = np.argsort(values, kind="stable")
             if name in ranges:

@@ -1,8 +1,8 @@
 """Which designs may be the best, given what is unknown about each, and how likely it is that the best is another.
 
 The mean of an irregular response lies farther from the truth, now and then, than a normal error of the stated size would: it is
-taken as distributed by Student's t with `DEGREES` degrees of freedom. Of 427 such means over random designs 2.3 % were more than
-`WIDTH` stated errors off runs of 200,000 cycles, and 1.4 % more than 4.6, for which Student's t has 5 % and 1 %.
+taken as distributed by Student's t with `DEGREES` degrees of freedom. Of 427 such means over random designs 2.3 % were more
+than `WIDTH` stated errors off runs of 200,000 cycles, and 1.4 % more than 4.6, for which Student's t has 5 % and 1 %.
 """
 
 import math

@@ -1,6 +1,7 @@
 """The question for the best designs, checked against the cube it is put to."""
 
 import math
+from collections.abc import Container
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,11 +14,18 @@ from damperlab.studies.answers.selection import check_dimension, require_stored
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.units import coordinates_in_units, results_in_units
-from damperlab.studies.variables import DIMENSIONS, VARIABLES
+from damperlab.studies.variables import DIMENSIONS, VARIABLES, dimensions_of
 from damperlab.studies.vocabulary import OBJECTIVES, Objective
 
 FREQUENCY = "frequency_ratio"
 DESIGN: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != FREQUENCY)
+
+
+def design_of(names: Container[object]) -> tuple[str, ...]:
+    """Give the dimensions of a design, by the names of what a cube has."""
+    return tuple(name for name in dimensions_of(names) if name != FREQUENCY)
+
+
 METRIC = "amplitude_ratio"
 
 
@@ -38,6 +46,11 @@ class DesignQuestion:
     exclude_locked: bool
     max_impact_speed: float | None
     limits: dict[str, tuple[float, float]]
+
+    @property
+    def design(self) -> tuple[str, ...]:
+        """The dimensions of a design."""
+        return design_of(self.axes)
 
     @property
     def long_name(self) -> str:
@@ -109,7 +122,7 @@ class DesignQuestion:
                     )
                 )
             check_dimension(cube, name, name)
-        axes = {name: within(cube, name, name, ranges.get(name)) for name in DESIGN}
+        axes = {name: within(cube, name, name, ranges.get(name)) for name in design_of(cube.sizes)}
         counting = within(cube, "band", FREQUENCY, band)
         if objective == "resonance":
             distance = np.abs(cube[FREQUENCY].values[counting] - 1.0)

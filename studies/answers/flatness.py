@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.design_question import DESIGN, DesignQuestion
+from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.judging import judge, new_tally
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 
@@ -39,12 +39,12 @@ def flatness(
         them; of one that is `unknown` there is no value, as it was not computed, failed, or is left out.
     """
     found = []
-    for name in DESIGN:
+    for name in question.design:
         if cube.sizes[name] == 1:
             continue
         axis = cube[name].values
         order = np.argsort(axis)
-        index = {other: np.array([design[other]]) for other in DESIGN if other != name}
+        index = {other: np.array([design[other]]) for other in question.design if other != name}
         index |= {name: np.arange(axis.size), "frequency_ratio": question.axes["frequency_ratio"]}
         line = judge(cube, question, index, new_tally())
         found_at = np.full(axis.size, np.nan)

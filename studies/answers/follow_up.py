@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.brief import Brief
 from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
 from damperlab.studies.units import STRUCTURE
-from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.variables import DIMENSIONS, PARTICLE_FRICTION, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 WASTE = 1.5
@@ -70,6 +69,8 @@ def follow_up(
     document["name"] = f"{study.name[: MAX_NAME - 10]}, {kind}" if study.name else kind
     kept = [name for name in DIMENSIONS if study.particle or name not in OF_PARTICLE]
     document["damping_ratio"] = axes["damping_ratio"]
+    if PARTICLE_FRICTION in axes:
+        document[PARTICLE_FRICTION] = axes[PARTICLE_FRICTION]
     document["axes"] = {name: axes[name] for name in kept if name != "damping_ratio"}
     if steady is not None:
         document["steady"] = {**document.get("steady", {}), **steady}
@@ -174,5 +175,5 @@ def say_spent(spent: Mapping[str, float]) -> str:
 
 def found_of(best: xr.Dataset) -> dict[str, Any]:
     """Give the coordinates, the value and the error of the first design."""
-    names = (*DESIGN, "frequency_ratio", "value", "error")
+    names = (*dimensions_of(best.coords), "value", "error")
     return {name: float(best[name].values[0]) for name in names}

@@ -7,12 +7,12 @@ import xarray as xr
 
 from damperlab.studies.answers.band import WHY
 from damperlab.studies.answers.contenders import limits
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
+from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.phrases import OVER_MORE_THAN_Z, Phrases
 from damperlab.studies.portable import product
 from damperlab.studies.store.export.slabs import slabs
 from damperlab.studies.unit_names import OVER
-from damperlab.studies.variables import DIMENSIONS, NONE_IS_ZERO, VARIABLES, ResponseClass, Status
+from damperlab.studies.variables import NONE_IS_ZERO, VARIABLES, ResponseClass, Status
 
 REASONS: dict[str, str] = {
     "incomplete": "not computed yet at every frequency that counts",
@@ -57,11 +57,11 @@ def judged(
         `response_class`, `locked_share`, `locked_near_resonance` (at the judged frequency nearest r = 1), `impact_share`
         and `beside`.
     """
-    shape = tuple(question.axes[name].size for name in DESIGN)
+    shape = tuple(question.axes[name].size for name in question.design)
     chunks = cube[METRIC].encoding.get("chunks", cube[METRIC].shape)
     frequencies = question.axes[FREQUENCY].size
     for slab in slabs(shape, tuple(chunks[:-1]), max(1, budget // frequencies)):
-        index = {name: question.axes[name][part] for name, part in zip(DESIGN, slab, strict=True)}
+        index = {name: question.axes[name][part] for name, part in zip(question.design, slab, strict=True)}
         index[FREQUENCY] = question.axes[FREQUENCY]
         yield judge(cube, question, index, tally, beside)
 
@@ -77,7 +77,7 @@ def judge(
 
     def load(name: str) -> np.ndarray:
         """Give (design, frequency)."""
-        values = cube[name].isel(index).transpose(*DIMENSIONS).values
+        values = cube[name].isel(index).transpose(*question.design, FREQUENCY).values
         return np.asarray(values.reshape(-1, question.frequencies.size))
 
     status = load("status")
@@ -117,8 +117,8 @@ def judge(
     each = np.arange(rows.size)
     value, doubt = _weigh(question, amplitude, error, place)
     lowest, highest = (_weigh_alone(question, side) for side in limits(amplitude, bounded))
-    corner = np.unravel_index(rows, [index[name].size for name in DESIGN])
-    found = {name: index[name][at] for name, at in zip(DESIGN, corner, strict=True)}
+    corner = np.unravel_index(rows, [index[name].size for name in question.design])
+    found = {name: index[name][at] for name, at in zip(question.design, corner, strict=True)}
     found |= {FREQUENCY: question.axes[FREQUENCY][place], "value": value, "error": doubt}
     found |= {"lowest": lowest, "highest": np.where(np.isinf(highest), np.nan, highest)}
     unknown = np.full(rows.size, np.nan)
@@ -186,7 +186,7 @@ def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np
         },
     }
     coordinates: dict[str, object] = {"rank": np.arange(1, found["value"].size + 1)}
-    for name in (*DESIGN, FREQUENCY):
+    for name in (*question.design, FREQUENCY):
         coordinates[name] = ("rank", cube[name].values[found[name]], dict(cube[name].attrs))
     return xr.Dataset(
         {name: ("rank", found[name], attributes) for name, attributes in named.items()}, coordinates

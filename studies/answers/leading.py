@@ -6,7 +6,7 @@ from typing import Any
 
 import xarray as xr
 
-from damperlab.studies.answers.design_question import DESIGN
+from damperlab.studies.answers.design_question import design_of
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.selection import NO_LEAD, Lead, choose, in_ratios
@@ -47,7 +47,7 @@ def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | N
         ranked by them.
     """
     kind = kind_of(cube.sizes)
-    dimensions = DESIGN if kind is HARMONIC else kind.designs
+    dimensions = design_of(cube.sizes) if kind is HARMONIC else kind.designs
     if not set(dimensions) <= set(cube.sizes):
         return NO_LEAD
     open_ones = [name for name in dimensions if cube.sizes[name] > 1 and name not in at and name not in free]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion, judging_in_ratios
+from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, judging_in_ratios
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.flatness import flatness
 from damperlab.studies.answers.nearness import nearest_place
@@ -56,7 +56,7 @@ def merged_designs(
         try:
             answers[name] = optimal_designs(cubes[name], judging, MOST_DESIGNS)
         except QueryFault as error:
-            if error.fault.field in set(judging.ranges).intersection(DESIGN):
+            if error.fault.field in set(judging.ranges).intersection(question.design):
                 continue
             raise
         same = ("band", "frequencies")
@@ -72,7 +72,7 @@ def merged_designs(
         answer.assign(study=("rank", np.full(answer.sizes["rank"], name))) for name, answer in answers.items()
     ]
     joined = xr.concat(parts, "rank", combine_attrs="override", join="outer")
-    coordinates = np.stack([joined[name].values for name in DESIGN], axis=1)
+    coordinates = np.stack([joined[name].values for name in question.design], axis=1)
     errors = joined["error"].values
     # of one design the smallest error; where that is equal, as of periodic responses, the earlier study
     order = np.lexsort((np.arange(errors.size), np.where(np.isnan(errors), np.inf, errors)))
@@ -104,9 +104,9 @@ def _verdict(
     strikes = np.flatnonzero(ranked["impact_share"].values > 0)[:1]
     active = best_with_impacts(ranked.isel(rank=strikes)) if strikes.size else None
     home = cubes[str(ranked["study"].values[0])]
-    everything = {name: np.arange(home.sizes[name]) for name in DESIGN}
+    everything = {name: np.arange(home.sizes[name]) for name in question.design}
     theirs = replace(question, axes={**everything, FREQUENCY: _frequencies(home, question)})
-    design = {name: nearest_place(home[name].values, ranked[name].values[0]) for name in DESIGN}
+    design = {name: nearest_place(home[name].values, ranked[name].values[0]) for name in question.design}
     flat = flatness(home, theirs, design, float(ranked["value"].values[0]))
     return {"flatness": flat, **verdict(cube, question, ranked, active, flat, cubes)}
 

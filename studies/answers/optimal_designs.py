@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion
+from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.flatness import flatness, say_flatness
 from damperlab.studies.answers.judging import (
     REASONS,
@@ -78,7 +78,7 @@ def optimal_designs(
     ranked = min(top, answer.sizes["rank"])
     flat = []
     if ranked:
-        first = {name: int(best.found[name][0]) for name in DESIGN}
+        first = {name: int(best.found[name][0]) for name in question.design}
         flat = flatness(cube, question, first, float(best.found["value"][0]))
 
     def note(phrases: Phrases) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from damperlab.studies.unit_names import (
     with_what_it_is_over,
 )
 from damperlab.studies.units import InUnits, coordinates_in_units, in_si, results_in_units
-from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS, VARIABLES
+from damperlab.studies.variables import DIMENSION_NAMES, PARTICLE_FRICTION, SYMBOLS, VARIABLES
 
 AMPLITUDE = "amplitude_ratio"
 FREQUENCY = "frequency_ratio"
@@ -47,6 +47,7 @@ PRINTED: dict[str, Printed] = {
     "friction_ratio": Printed("F_f", "friction force F_f", "N", 1.0),
     "mass_ratio": Printed("m", "mass of the particle m", "kg", 1.0),
     FREQUENCY: Printed("f", "excitation frequency f", "Hz", 1.0),
+    PARTICLE_FRICTION: Printed("μ_i", "friction coefficient of the particle μ_i", "", 1.0),
     "impact_speed_max": Printed("v", "largest impact speed", "m/s", 1.0),
     "dissipation_per_cycle": Printed("ΔE", "energy dissipated per cycle", "J", 1.0),
     **{name: Printed("X", "amplitude X", "mm", 1e3) for name in AMPLITUDES},
@@ -66,6 +67,7 @@ PRINTED_OF_SI: dict[str, Printed] = {
     **{name: PRINTED[ratio] for name, ratio in RATIOS_OF.items()},
     BASE_AMPLITUDE: Printed("Z", "base amplitude Z", "mm", 1e3),
     "particle_mass_kg": PRINTED["mass_ratio"],
+    "particle_friction_coefficient": PRINTED[PARTICLE_FRICTION],
     "frequency_hz": PRINTED[FREQUENCY],
     **{name: PRINTED[source] for source, name in (AMPLITUDES | ACCELERATIONS).items()},
     SPEED: PRINTED["impact_speed_max"],

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.design_question import DESIGN, DesignQuestion
+from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.hidden_peak import advised_axis, hidden_of, say_hidden
 from damperlab.studies.answers.phrases import Phrases
 
@@ -45,13 +45,13 @@ class RankedPeaks:
         """Ask the first designs of a ranking, and the best with impacts."""
         r = question.frequencies
         listed = min(question.top, ranked.sizes["rank"], MOST_PEAKS) if question.objective == "peak" else 0
-        names = [*DESIGN, *(["study"] if homes else [])]
+        names = [*question.design, *(["study"] if homes else [])]
         designs = [
             {name: ranked[name].values[rank].item() for name in names}
             for rank in range(listed if r.size > 1 else 0)
         ]
         if designs and active is not None and homes is None:
-            acting = {name: active[name] for name in DESIGN}
+            acting = {name: active[name] for name in question.design}
             designs += [] if acting in designs else [acting]
         where = [hidden_of(homes[each["study"]] if homes else cube, r, each) for each in designs]
         zeta = np.array([each["damping_ratio"] for each in designs])

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.cells import Cells, joined
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, DesignQuestion, judging_in_ratios
+from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, judging_in_ratios
 from damperlab.studies.answers.ends import end_of
 from damperlab.studies.answers.faults import NONE_QUALIFIES, QueryFault
 from damperlab.studies.answers.follow_up import (
@@ -81,7 +81,7 @@ def refine_optimum(
         )
     asked = DesignQuestion.ask(parent, judging)
     found = found_of(best)
-    varied = [name for name in DESIGN if parent[name].size > 1]
+    varied = [name for name in asked.design if parent[name].size > 1]
     if not varied:
         allowed = "a study that varies at least one design dimension"
         advice = "submit one with an axis of several values"
@@ -113,7 +113,7 @@ def refine_optimum(
     elsewhere = np.flatnonzero(promising)
     elsewhere = elsewhere[np.argsort(cells.promise[elsewhere], kind="stable")][:AT_ONCE]
     chosen.append(_grids(cells, elsewhere, 2, tolerance, varied))
-    fixed = {name: found[name] for name in DESIGN if name not in varied} | {
+    fixed = {name: found[name] for name in asked.design if name not in varied} | {
         FREQUENCY: asked.frequencies.tolist()
     }
     studies = tuple(follow_up(study, fixed | axes, "refined") for grids in chosen for axes in grids)

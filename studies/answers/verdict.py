@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.contenders import CONFIDENCE, chance_of_another, contend
-from damperlab.studies.answers.design_question import DESIGN, FREQUENCY, METRIC, DesignQuestion
+from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.ends import end_of
 from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.flatness import flatness
@@ -21,7 +21,7 @@ from damperlab.studies.brief import PLACES, Brief, Damper, Note, damper_of, list
 from damperlab.studies.faults import counted
 from damperlab.studies.tmd.transfer import highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
-from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
+from damperlab.studies.variables import ResponseClass, Status, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 UNRESOLVED = 0.03
@@ -53,7 +53,10 @@ def best_with_impacts(found: xr.Dataset) -> dict[str, Any] | None:
     """Give the best design whose particle strikes at a frequency that counts, None where there is none or nobody knows."""
     if found.sizes["rank"] == 0:
         return None
-    rank = {name: found[name].values.item() for name in (*DIMENSIONS, "value", "error", "impact_share")}
+    rank = {
+        name: found[name].values.item()
+        for name in (*dimensions_of(found.coords), "value", "error", "impact_share")
+    }
     kind = ResponseClass(int(found["response_class"].values.item()))
     return {**rank, "response_class": kind.name.lower()}
 
@@ -171,7 +174,7 @@ class _Known:
         if active is not None and best["impact_share"] == 0:
             lead, lead_flat = active, []
             if not homes:
-                place = {name: nearest_place(cube[name].values, active[name]) for name in DESIGN}
+                place = {name: nearest_place(cube[name].values, active[name]) for name in question.design}
                 lead_flat = flatness(cube, question, place, float(active["value"]))
         beside = [row for row in rows[1:] if row["value"] > lead["value"]][:OTHERS]
         tuned_peak, bare = _beside(cube, question, lead)
@@ -355,7 +358,9 @@ class _Known:
 
     def _design(self, row: Row, phrases: Phrases, acts: bool = False) -> str:
         """Name what varies of a design; of one whose particle does nothing its friction alone, unless it is asked to `act`."""
-        varied = [name for name in DESIGN if self.cube.sizes[name] > 1 or name == "friction_ratio"]
+        varied = [
+            name for name in self.question.design if self.cube.sizes[name] > 1 or name == "friction_ratio"
+        ]
         if row["impact_share"] == 0 and not acts:
             varied = [name for name in varied if name not in OF_PARTICLE]
         return ", ".join(phrases.equal(name, row[name], ".3g") for name in varied)
@@ -431,6 +436,6 @@ def _cut_off(cube: xr.Dataset, question: DesignQuestion, best: Row) -> int:
     """Count the responses of a design whose run ended before they were known to the tolerance."""
     if "status" not in cube:
         return 0
-    place = {name: nearest_place(cube[name].values, float(best[name])) for name in DESIGN}
+    place = {name: nearest_place(cube[name].values, float(best[name])) for name in question.design}
     status = cube["status"].isel({**place, FREQUENCY: question.axes[FREQUENCY]}).values
     return int((status == Status.MAX_CYCLES).sum())

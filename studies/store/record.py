@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from damperlab.studies.html import card
-from damperlab.studies.kinds import kind_of_definition
+from damperlab.studies.kinds import dimensions_of_definition
 from damperlab.studies.store.submitter import SUBMITTED_BY
 
 PREPARATIONS: tuple[str, ...] = ("starting", "compiling", "previewing", "waiting")
@@ -168,7 +168,7 @@ class Record:
     @property
     def dimensions(self) -> tuple[str, ...]:
         """The dimensions of the cube, in its order."""
-        return kind_of_definition(self.definition).dimensions
+        return dimensions_of_definition(self.definition)
 
     @property
     def ended(self) -> bool:

@@ -98,7 +98,17 @@ def stopped(state: State, slip: float, p_rate: float, riding: float, gap_order: 
     """The mass at rest on the base: sticking for slip 0, else about to slip in that direction."""
     slip_order = 0 if slip == 0.0 else 1
     return State(
-        state.v, 0.0, slip, state.wall, state.gap, p_rate, riding, slip_order, gap_order, state.dwell
+        state.v,
+        0.0,
+        slip,
+        state.wall,
+        state.gap,
+        p_rate,
+        riding,
+        slip_order,
+        gap_order,
+        state.dwell,
+        state.slide,
     )
 
 
@@ -114,7 +124,7 @@ def in_contact(
     dwell: Dwell | None,
 ) -> State:
     """The particle on a wall, with which it moves or which pushes it."""
-    return State(state.v, w, slip, wall, 0.0, p_rate, 1.0, slip_order, gap_order, dwell)
+    return State(state.v, w, slip, wall, 0.0, p_rate, 1.0, slip_order, gap_order, dwell, state.slide)
 
 
 @inlined
@@ -122,7 +132,7 @@ def in_flight(
     state: State, w: float, slip: float, wall: float, p_rate: float, gap_order: int, dwell: Dwell | None
 ) -> State:
     """The particle leaving a wall."""
-    return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, gap_order, dwell)
+    return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, gap_order, dwell, state.slide)
 
 
 @inlined

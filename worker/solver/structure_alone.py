@@ -52,4 +52,5 @@ def march_alone(state: State, halves: int, base: SineBase | SineForce, free: Lin
         slip_order=0,
         gap_order=0,
         dwell=state.dwell,
+        slide=state.slide,
     )

@@ -58,7 +58,7 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
             swing = 0.0 if isinstance(scene.base, SineForce) else 1.0  # of the base
             clear = abs(gap - scene.particle.clearance_ratio) + swing <= scene.particle.clearance_ratio
         if clear:
-            return State(v, 0.0, 0.0, state.wall, gap, 0.0, 0.0, 0, 0, state.dwell), True
+            return State(v, 0.0, 0.0, state.wall, gap, 0.0, 0.0, 0, 0, state.dwell, state.slide), True
     return state, False
 
 
@@ -123,7 +123,8 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     v = state.v
     if abs(v) > edge:
         v = edge if state.v > 0.0 else -edge
-    return State(v, 0.0, 0.0, state.wall, state.gap, 0.0, state.riding, 0, 0, state.dwell), way_left
+    held = State(v, 0.0, 0.0, state.wall, state.gap, 0.0, state.riding, 0, 0, state.dwell, state.slide)
+    return held, way_left
 
 
 @kernel

@@ -92,4 +92,4 @@ def moving(u, u_rate, position, p_rate, frequency_ratio, friction, particle):
         if particle.friction is not None:
             slide = Slide(1.0 if u_rate > p_rate else -1.0, 0)
             return State(u, w, slip, 1.0, gap, p_rate, 0.0, 0, 0, None, slide)
-    return State(u, w, slip, 1.0, gap, p_rate, 0.0, 0, 0, dwell_at_rest(particle))
+    return State(u, w, slip, 1.0, gap, p_rate, 0.0, 0, 0, dwell_at_rest(particle), slide_at_rest(particle))

@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy import ColumnElement, Row, and_, exists, not_
 
 from damperlab.studies.faults import Fault, describe, listing, write_nearest
-from damperlab.studies.kinds import EVERY_DIMENSION, kind_of_definition
+from damperlab.studies.kinds import EVERY_DIMENSION, dimensions_of_definition
 from damperlab.studies.remarks import faults_of_tag
 from damperlab.studies.store.catalogue.rows import asked_for
 from damperlab.studies.store.catalogue.tables import studies
@@ -110,7 +110,7 @@ class Wanted:
     def fits(self, row: Row[Any]) -> bool:
         """Whether the grid of a study reaches into the range."""
         definition = json.loads(row.definition)
-        names = [name for name in kind_of_definition(definition).dimensions if name not in _OF_TEXTS]
+        names = [name for name in dimensions_of_definition(definition) if name not in _OF_TEXTS]
         box = dict(zip(names, json.loads(row.box), strict=True))
         ends = box.get(str(self.axis)) or self._ends_in_units(definition)
         if ends is None:

@@ -102,7 +102,7 @@ def state_at(point: Array, like: State, particle: Particle | None) -> tuple[Stat
             if like.gap < 0.0:  # let go while still in a compliant wall
                 least_gap = -inf
             possible = possible and least_gap <= gap <= 2.0 * particle.clearance_ratio
-    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, dwell), possible
+    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, dwell, like.slide), possible
 
 
 @inlined

@@ -240,4 +240,5 @@ def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Met
         slip_order=slip_order,
         gap_order=order,
         dwell=dwell,
+        slide=state.slide,
     )
