@@ -28,7 +28,10 @@ class Particle(NamedTuple):
     wall : Wall or None
         Of a cavity with compliant walls, whose constants stand for e; None where walls are rigid.
     friction : float or None
-        κ > 0 of a particle that rubs on its cavity, with instantaneous impacts; None where it slides freely.
+        κ > 0 of a particle that rubs on its cavity, with instantaneous impacts; None where it slides freely. 0 where it only
+        falls.
+    gravity : float or None
+        G > 0 along the cavity, towards negative u; None where that lies.
     """
 
     clearance_ratio: float
@@ -37,6 +40,7 @@ class Particle(NamedTuple):
     contact_time: float | None = None
     wall: Wall | None = None
     friction: float | None = None
+    gravity: float | None = None
 
 
 def with_floats(particle: Particle) -> Particle:
@@ -52,4 +56,5 @@ def with_floats(particle: Particle) -> Particle:
         contact_time,
         wall,
         None if particle.friction is None else float(particle.friction),
+        None if particle.gravity is None else float(particle.gravity),
     )

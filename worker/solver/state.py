@@ -30,10 +30,13 @@ class Slide(NamedTuple):
         Sign of u' − p'; 0 while friction, or a wall, carries the particle along.
     order : int
         How many leading Taylor coefficients of u' − p' are zero by the event just passed.
+    down : float or None
+        Where gravity acts: −1 if it points towards negative u, +1 in a mirrored half cycle. None where none acts.
     """
 
     direction: float
     order: int
+    down: float | None = None
 
 
 class State(NamedTuple):
@@ -82,15 +85,16 @@ def advanced(
     state: State, v: float, w: float, gap: float, p_rate: float, dwell: Dwell | None, gap_order: int
 ) -> State:
     """Later in the same regime: no velocity is known to be zero any more."""
-    slide = _slide_on(state.slide)
+    slide = slide_on(state.slide)
     return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, gap_order, dwell, slide)
 
 
 @inlined
-def _slide_on(slide: Slide | None) -> Slide | None:
+def slide_on(slide: Slide | None) -> Slide | None:
+    """The same later: no relative velocity is known to be zero any more."""
     if slide is None:
         return None
-    return Slide(slide.direction, 0)
+    return Slide(slide.direction, 0, slide.down)
 
 
 @inlined
@@ -157,4 +161,11 @@ def mirrored(state: State) -> State:
 def _mirrored(slide: Slide | None) -> Slide | None:
     if slide is None:
         return None
-    return Slide(-slide.direction, slide.order)
+    return Slide(-slide.direction, slide.order, _opposite(slide.down))
+
+
+@inlined
+def _opposite(down: float | None) -> float | None:
+    if down is None:
+        return None
+    return -down

@@ -60,11 +60,13 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
         expand_base(base, phase_of_sine(sine, cosine, r), of_base)
         held = friction is not None and logged[SLIP] == 0.0
         offset = 0.0 if friction is None else logged[SLIP] * friction
+        riding = logged[RIDING] > 0.0
         p_acceleration = 0.0
         if particle is not None and particle.friction is not None:
             p_acceleration = particle.friction * logged[SLIDE]
-            offset += 0.0 if held else particle.mass_ratio * p_acceleration
-        riding = logged[RIDING] > 0.0
+            if particle.gravity is not None:
+                p_acceleration -= mirror * particle.gravity
+            offset += 0.0 if held or riding else particle.mass_ratio * p_acceleration
         if held:
             absolute[:] = of_base
             stick(logged[V], relative, absolute)

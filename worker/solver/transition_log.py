@@ -15,20 +15,21 @@ from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.excitation import Phase
 from damperlab.worker.solver.segment_log import Log, append_segment
-from damperlab.worker.solver.sliding import direction_of
+from damperlab.worker.solver.sliding import direction_of, down_of
 from damperlab.worker.solver.state import State
 
 SPAN, EVENT, INERTIA_FORCE, BASE_RATE, FORCE, V = range(6)
 """Columns of a row: time since the transition before [1/ω_n], kind of the event that ends it, −s'', s', sin φ and v there."""
 
 BEFORE = 6
-AFTER = 14
+AFTER = 15
 """First columns of the state just before and just after."""
 
-W, SLIP, RIDING, WALL, GAP, P_RATE, SPEED, SLIDE = range(8)
-"""Columns of a state, from BEFORE or AFTER on; SPEED is that of its `Dwell`, SLIDE the direction of its `Slide`."""
+W, SLIP, RIDING, WALL, GAP, P_RATE, SPEED, SLIDE, DOWN = range(9)
+"""Columns of a state, from BEFORE or AFTER on; SPEED is that of its `Dwell`, SLIDE and DOWN are
+of its `Slide`."""
 
-WIDTH = 22
+WIDTH = 24
 
 
 class Transitions(NamedTuple):
@@ -108,3 +109,4 @@ def _side(rows: Floats, at: int, state: State) -> None:
     rows[at + P_RATE] = state.p_rate
     rows[at + SPEED] = approach_speed(state.dwell)
     rows[at + SLIDE] = direction_of(state.slide)
+    rows[at + DOWN] = down_of(state.slide)

@@ -3,8 +3,8 @@
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.dwell import dwell_at_rest
 from damperlab.worker.solver.excitation.sine_base import Forced, base_rate_at_phase_zero
-from damperlab.worker.solver.sliding import slide_at_rest
-from damperlab.worker.solver.state import Slide, State
+from damperlab.worker.solver.sliding import moving_slide, slide_at_rest
+from damperlab.worker.solver.state import State
 
 
 @kernel
@@ -19,6 +19,8 @@ def at_rest(frequency_ratio, friction, particle):
         gap = particle.clearance_ratio
         if particle.friction is not None:
             riding = 1.0
+        if particle.gravity is not None:
+            gap = 0.0  # on the lower wall
     return State(
         0.0,
         0.0 - base_rate_at_phase_zero(frequency_ratio),
@@ -90,6 +92,6 @@ def moving(u, u_rate, position, p_rate, frequency_ratio, friction, particle):
     if particle is not None:
         gap = particle.clearance_ratio * (1.0 + position)
         if particle.friction is not None:
-            slide = Slide(1.0 if u_rate > p_rate else -1.0, 0)
+            slide = moving_slide(1.0 if u_rate > p_rate else -1.0, particle)
             return State(u, w, slip, 1.0, gap, p_rate, 0.0, 0, 0, None, slide)
     return State(u, w, slip, 1.0, gap, p_rate, 0.0, 0, 0, dwell_at_rest(particle), slide_at_rest(particle))

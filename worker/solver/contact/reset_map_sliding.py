@@ -1,8 +1,8 @@
 """What an event changes where the particle rubs on its cavity: which of the two bodies slip, decided together.
 
-Where both have the same velocity, what friction passes on between them, f, is the one at which u'' = p'': the more of it, the
-smaller is u'' and the larger is p'' = f/β. So the particle is torn loose where the largest f, βκ, is too little; a wall that
-pushes has no largest one to its side. The friction of the structure is judged with each f that is tried.
+Where both have the same velocity, the force between them is the one at which u'' = p'': the more of it, the smaller is u'' and
+the larger is p''. So the particle is torn loose where the largest friction, βκ, is too little; a wall that pushes has no largest
+force to its side. The friction of the structure is judged with each force that is tried.
 """
 
 from damperlab.worker.jit import inlined
@@ -30,7 +30,7 @@ from damperlab.worker.solver.excitation.excitation import (
 from damperlab.worker.solver.observe.meter import IMPACT_LOSS, SPEED, Meter
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.sliding import direction_of
+from damperlab.worker.solver.sliding import direction_of, with_fall, without_fall
 from damperlab.worker.solver.state import Slide, State
 
 _SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
@@ -50,23 +50,59 @@ def after_event_of_rubbing(
     """The state just after an event, as `reset_map.after_event` gives it, of a particle with friction κ."""
     if kind in (NEAR_WALL, FAR_WALL):
         return _impact(state, kind, phase, scene, particle, friction, meter)
-    w, p_rate = state.w, state.p_rate
+    w, p_rate, direction = state.w, state.p_rate, direction_of(state.slide)
     if kind == TURN:
         scene.counts[TURNS] += 1
         w = 0.0
     if kind == REST or state.riding > 0.0:
-        p_rate = w + phase.rate
-        moved = State(state.v, w, state.slip, state.wall, state.gap, p_rate, 0.0, 0, 0, None, Slide(0.0, 0))
+        moved = _sliding(state, w, state.slip, w + phase.rate, 0.0)
         loose = _torn_to(moved, phase, scene, particle) if kind == RELEASE else 0.0
         return _together(moved, loose, kind == SLIP_ONSET, phase, scene, particle, friction)
-    pull = particle.mass_ratio * friction * direction_of(state.slide)
     slip = state.slip
     slip_order = 0
     if w == 0.0:
+        pull = _pull(state, direction, particle, friction)
         slip = _onset(state.v + pull, 1.0, phase, scene, kind == SLIP_ONSET)
         slip_order = 1 if slip != 0.0 else 0
-    slide = Slide(direction_of(state.slide), 0)
-    return State(state.v, w, slip, state.wall, state.gap, p_rate, 0.0, slip_order, 0, None, slide)
+    return _with(_sliding(state, w, slip, p_rate, direction), slip_order, 0, 0.0, _slide(state, direction, 0))
+
+
+@inlined
+def _slide(state: State, direction: float, order: int) -> Slide | None:
+    if state.slide is None:
+        return None
+    return Slide(direction, order, state.slide.down)
+
+
+@inlined
+def _sliding(state: State, w: float, slip: float, p_rate: float, direction: float) -> State:
+    """The same place with other velocities, the particle not carried."""
+    slide = _slide(state, direction, 0)
+    return State(state.v, w, slip, state.wall, state.gap, p_rate, 0.0, 0, 0, state.dwell, slide)
+
+
+@inlined
+def _with(state: State, slip_order: int, gap_order: int, riding: float, slide: Slide | None) -> State:
+    """The same motion, with what is known of how it goes on."""
+    return State(
+        state.v,
+        state.w,
+        state.slip,
+        state.wall,
+        state.gap,
+        state.p_rate,
+        riding,
+        slip_order,
+        gap_order,
+        state.dwell,
+        slide,
+    )
+
+
+@inlined
+def _pull(state: State, direction: float, particle: Particle, friction: float) -> float:
+    """Force of a particle that slides in a direction on the mass, against u: what its acceleration p'' takes."""
+    return particle.mass_ratio * with_fall(friction * direction, state.slide, particle)
 
 
 @inlined
@@ -99,11 +135,11 @@ def _response(state: State, pull: float, inertia: float, phase: Phase, scene: Sc
 
 @inlined
 def _torn_to(state: State, phase: Phase, scene: Scene, particle: Particle) -> float:
-    """Direction of the slide of a particle that is known to be torn loose: away from its wall, or with u''."""
+    """Direction of the slide of a particle that is known to be torn loose: away from its wall, or with what it lacks."""
     if state.gap == 0.0:
         return -state.wall
     _, acceleration = _response(state, 0.0, 1.0 + particle.mass_ratio, phase, scene)
-    return 1.0 if acceleration > 0.0 else -1.0
+    return 1.0 if without_fall(acceleration, state.slide, particle) > 0.0 else -1.0
 
 
 @inlined
@@ -127,53 +163,31 @@ def _together(
     slips : bool
         Whether the mass, at rest on the base, is known to slip.
     """
-    most = particle.mass_ratio * friction
     limit = breakaway(friction, largest_forcing(scene.base))
     on_wall = state.gap == 0.0
-    slide = loose
+    direction = loose
     if loose == 0.0:
-        _, forward = _response(state, most, 1.0, phase, scene)
-        _, backward = _response(state, -most, 1.0, phase, scene)
-        if forward > limit and not (on_wall and state.wall > 0.0):
-            slide = 1.0
-        elif backward < -limit and not (on_wall and state.wall < 0.0):
-            slide = -1.0
-    inertia = 1.0 + particle.mass_ratio if slide == 0.0 else 1.0
-    slip, acceleration = _response(state, slide * most, inertia, phase, scene)
+        _, forward = _response(state, _pull(state, 1.0, particle, friction), 1.0, phase, scene)
+        _, backward = _response(state, _pull(state, -1.0, particle, friction), 1.0, phase, scene)
+        if without_fall(forward, state.slide, particle) > limit and not (on_wall and state.wall > 0.0):
+            direction = 1.0
+        elif without_fall(backward, state.slide, particle) < -limit and not (on_wall and state.wall < 0.0):
+            direction = -1.0
+    carried = direction == 0.0
+    inertia = 1.0 + particle.mass_ratio if carried else 1.0
+    pull = 0.0 if carried else _pull(state, direction, particle, friction)
+    slip, acceleration = _response(state, pull, inertia, phase, scene)
     if slips:
-        slip = _onset(state.v + slide * most, inertia, phase, scene, True)
+        slip = _onset(state.v + pull, inertia, phase, scene, True)
     slip_order = 1 if state.w == 0.0 and slip != 0.0 else 0
-    if slide == 0.0:
-        return State(
-            state.v,
-            state.w,
-            slip,
-            state.wall,
-            state.gap,
-            state.p_rate,
-            1.0,
-            slip_order,
-            0,
-            None,
-            Slide(0.0, 0),
-        )
-    gathers = slide * acceleration - friction
+    after = _sliding(state, state.w, slip, state.p_rate, direction)
+    if carried:
+        return _with(after, slip_order, 0, 1.0, after.slide)
+    gathers = direction * without_fall(acceleration, state.slide, particle) - friction
     scale = largest_forcing(scene.base) + abs(state.w) + abs(state.v) + friction
     order = 1 if gathers > _STILL * scale else 2
     gap_order = 1 + order if on_wall else 0
-    return State(
-        state.v,
-        state.w,
-        slip,
-        state.wall,
-        state.gap,
-        state.p_rate,
-        0.0,
-        slip_order,
-        gap_order,
-        None,
-        Slide(slide, order),
-    )
+    return _with(after, slip_order, gap_order, 0.0, _slide(state, direction, order))
 
 
 @inlined
@@ -194,32 +208,37 @@ def _impact(
         scene.counts[IMPACTS] += 1
     jump, p_rate = rebound(u_rate, u_rate - wall * approach, particle.restitution, particle.mass_ratio)
     leaving = particle.restitution * approach
-    w = state.w + jump
-    slip = state.slip
-    if scene.friction is not None and w != 0.0:
-        slip = 1.0 if w > 0.0 else -1.0
+    after = _at_wall(state, wall, state.w + jump, p_rate, scene)
     rounding = _SPEED_ROUNDING * (abs(u_rate) + abs(p_rate) + abs(phase.rate))
-    after = State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, 1, None, Slide(-wall, 0))
     # on its way back to the wall friction pushes the particle towards it
-    _, acceleration = _response(after, wall * particle.mass_ratio * friction, 1.0, phase, scene)
-    closing = wall * acceleration - friction
+    _, acceleration = _response(after, _pull(state, wall, particle, friction), 1.0, phase, scene)
+    closing = wall * without_fall(acceleration, state.slide, particle) - friction
     loss = impact_loss(approach, particle.restitution, particle.mass_ratio)
     joins = leaving <= rounding or (
-        closing > 0.0 and is_chatter_over(w, leaving, acceleration, closing, scene, particle)
+        closing > 0.0 and is_chatter_over(after.w, leaving, acceleration, closing, scene, particle)
     )
     if joins:
-        jump, p_rate = rebound(w + phase.rate, p_rate, 0.0, particle.mass_ratio)
+        jump, _ = rebound(after.w + phase.rate, p_rate, 0.0, particle.mass_ratio)
         loss += impact_loss(leaving, 0.0, particle.mass_ratio)
-        w += jump
-        if scene.friction is not None and w != 0.0:
-            slip = 1.0 if w > 0.0 else -1.0
-        p_rate = w + phase.rate
-        after = State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, 0, None, Slide(0.0, 0))
-        after = _together(after, 0.0, False, phase, scene, particle, friction)
+        w = after.w + jump
+        joined = _at_wall(state, wall, w, w + phase.rate, scene)
+        after = _together(joined, 0.0, False, phase, scene, particle, friction)
         if after.riding > 0.0:
             scene.counts[ATTACHMENTS] += 1
+    else:
+        after = _with(after, 0, 1, 0.0, _slide(state, -wall, 0))
     if meter is not None:
         meter.sums[SPEED] = max(meter.sums[SPEED], approach)
         if meter.energies is not None:
             meter.sums[IMPACT_LOSS] += loss
     return after
+
+
+@inlined
+def _at_wall(state: State, wall: float, w: float, p_rate: float, scene: Scene) -> State:
+    """Both bodies at a wall just after an impact."""
+    slip = state.slip
+    if scene.friction is not None and w != 0.0:
+        slip = 1.0 if w > 0.0 else -1.0
+    slide = _slide(state, 0.0, 0)
+    return State(state.v, w, slip, wall, 0.0, p_rate, 0.0, 0, 0, state.dwell, slide)

@@ -13,7 +13,7 @@ from damperlab.worker.solver.excitation.excitation import (
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.regime import Regime, Segment
 from damperlab.worker.solver.scene import Scene
-from damperlab.worker.solver.sliding import direction_of, order_of, with_pull
+from damperlab.worker.solver.sliding import direction_of, largest_of, order_of, with_pull, without_fall
 from damperlab.worker.solver.state import State
 
 
@@ -122,10 +122,10 @@ def _rubs_on_between(
     base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
     if start.riding > 0.0:
         sag = share * u_derivative_bound(4, segment, base)
-        before = wall_acceleration(start, segment.phase, regime, base)
-        after = wall_acceleration(end, segment.phase_end, regime, base)
+        before = given_to(start, segment.phase, regime, base, particle)
+        after = given_to(end, segment.phase_end, regime, base, particle)
         return is_held(start, before, friction, sag) and is_held(end, after, friction, sag)
-    sag = share * (segment.bounds.u2 + friction)
+    sag = share * (segment.bounds.u2 + largest_of(particle))
     if min(start.gap, end.gap) <= sag or max(start.gap, end.gap) + sag >= 2.0 * particle.clearance_ratio:
         return False
     slowest = min(sliding_speed(start, segment.phase), sliding_speed(end, segment.phase_end))
@@ -138,24 +138,31 @@ def _rubs_on_from(segment: Segment, scene: Scene, particle: Particle, friction: 
     base, start, regime, time = scene.base, segment.start, segment.regime, segment.time
     if start.riding > 0.0:
         change = time * u_derivative_bound(3, segment, base)
-        return is_held(start, wall_acceleration(start, segment.phase, regime, base), friction, change)
+        return is_held(start, given_to(start, segment.phase, regime, base, particle), friction, change)
     if start.gap_order + order_of(start.slide) > 0:
         return False
     drift = gap_rate(start, segment.phase) * time
-    sag = 0.5 * (segment.bounds.u2 + friction) * time * time
+    most = segment.bounds.u2 + largest_of(particle)
+    sag = 0.5 * most * time * time
     if start.gap + min(0.0, drift) - sag <= 0.0:
         return False
     if start.gap + max(0.0, drift) + sag >= 2.0 * particle.clearance_ratio:
         return False
-    return sliding_speed(start, segment.phase) > time * (segment.bounds.u2 + friction)
+    return sliding_speed(start, segment.phase) > time * most
 
 
 @inlined
-def is_held(state: State, acceleration: float, friction: float, margin: float) -> bool:
-    """Whether a carried particle stays so though u'' should change by less than a margin."""
+def given_to(state: State, phase: Phase, regime: Regime, base: Excitation, particle: Particle) -> float:
+    """Acceleration that friction, or a wall, has to give a particle that is carried along."""
+    return without_fall(wall_acceleration(state, phase, regime, base), state.slide, particle)
+
+
+@inlined
+def is_held(state: State, given: float, friction: float, margin: float) -> bool:
+    """Whether a carried particle stays so though what it is given should change by less than a margin."""
     if state.gap == 0.0:
-        return state.wall * acceleration + friction > margin
-    return friction - abs(acceleration) > margin
+        return state.wall * given + friction > margin
+    return friction - abs(given) > margin
 
 
 @inlined

@@ -28,7 +28,14 @@ from damperlab.worker.solver.motion.taylor import TERMS, acceleration_into, rate
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
-from damperlab.worker.solver.sliding import acceleration_of, direction_of, largest_of, order_of, with_pull
+from damperlab.worker.solver.sliding import (
+    acceleration_of,
+    direction_of,
+    largest_of,
+    order_of,
+    with_pull,
+    without_fall,
+)
 from damperlab.worker.solver.state import State
 
 # By k: bound on the second derivative of p(t)/t^k over that on the (k + 2)th of p, 2/(k + 2)!, where k roots are divided out.
@@ -168,21 +175,21 @@ def _rubbing_event(
 ) -> tuple[float, int]:
     """When a particle that rubs is torn loose, meets a wall or comes to rest, if before the event found so far."""
     if segment.start.riding > 0.0:
-        return _torn_loose(segment, scene, friction, curves, t, kind)
+        return _torn_loose(segment, scene, particle, friction, curves, t, kind)
     t, kind = _wall_event(segment, scene, particle.clearance_ratio, curves, t, kind)
     return _rest_event(segment, scene, particle, curves, t, kind)
 
 
 @inlined
 def _torn_loose(
-    segment: Segment, scene: Scene, friction: float, curves: Curves, t: float, kind: int
+    segment: Segment, scene: Scene, particle: Particle, friction: float, curves: Curves, t: float, kind: int
 ) -> tuple[float, int]:
     """When friction, and the wall where the particle is on one, cannot carry it any further."""
     start, scratch = segment.start, curves.scratch
     limit = breakaway(friction, largest_forcing(scene.base))
     curvature = u_derivative_bound(4, segment, scene.base)
     acceleration_into(curves.absolute, scratch)
-    scratch[0] += start.wall * limit
+    scratch[0] = without_fall(scratch[0], start.slide, particle) + start.wall * limit
     found = first_crossing(scratch, start.wall, 0.0, t, curvature)
     if found < inf:
         t, kind = found, RELEASE

@@ -23,7 +23,7 @@ from damperlab.worker.solver.observe.meter import (
 )
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
-from damperlab.worker.solver.sliding import acceleration_of
+from damperlab.worker.solver.sliding import with_pull
 
 # Gauss–Lobatto on [0, 1], 6 points: exact to degree 9. The four inner nodes, and the weights of ends, outer and inner nodes.
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)
@@ -110,8 +110,10 @@ def _measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
             if start.riding == 0.0:
                 meter.sums[SLIDING] += segment.time
             if meter.energies is not None:
-                pull = scene.particle.mass_ratio * acceleration_of(start, scene.particle)
-                meter.sums[PARTICLE_LOSS] += abs(pull * (end.gap - start.gap))
+                rubs = scene.particle.mass_ratio * scene.particle.friction
+                if start.riding == 0.0:
+                    meter.sums[PARTICLE_LOSS] += rubs * abs(end.gap - start.gap)
+                pull = with_pull(0.0, start, scene.particle)
                 if not isinstance(scene.base, SineForce):
                     meter.sums[WORK_IN] += pull * (segment.phase_end.position - segment.phase.position)
 

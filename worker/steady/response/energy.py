@@ -12,6 +12,7 @@ from damperlab.worker.solver.observe.meter import (
     VISCOUS_LOSS,
     WORK_IN,
 )
+from damperlab.worker.solver.sliding import fall_of
 
 
 @kernel
@@ -40,7 +41,17 @@ def stored_energy(state, base_rate, particle):
         energy += 0.5 * particle.mass_ratio * state.p_rate * state.p_rate
         energy += _contact_energy(state.dwell, particle)
         energy += _wall_energy(state.gap, particle.wall)
+        energy += _height_energy(state, particle)
     return energy
+
+
+@kernel
+def _height_energy(state, particle):
+    """Energy of a particle that gravity acts on, against the spring that bears it: −βG (u − p)."""
+    if particle.gravity is not None:
+        apart = state.wall * (particle.clearance_ratio - state.gap)
+        return particle.mass_ratio * fall_of(state.slide, particle) * apart
+    return 0.0
 
 
 @kernel

@@ -10,7 +10,7 @@ from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.events import IMPACTS
 from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.sliding import direction_of
-from damperlab.worker.solver.state import Dwell, Slide, State
+from damperlab.worker.solver.state import Dwell, State, slide_on
 
 Array = NDArray[np.float64]
 
@@ -114,8 +114,9 @@ def _rubbing_at(point: Array, like: State, particle: Particle, possible: bool) -
     if like.riding == 0.0 or like.gap > 0.0:
         gap = particle.clearance_ratio - like.wall * (v - point[3])
     possible = possible and 0.0 <= gap <= 2.0 * particle.clearance_ratio
-    slide = Slide(direction_of(like.slide), 0)
-    return State(v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, like.dwell, slide), possible
+    return State(
+        v, w, like.slip, like.wall, gap, p_rate, like.riding, 0, 0, like.dwell, slide_on(like.slide)
+    ), possible
 
 
 @inlined

@@ -25,6 +25,7 @@ from damperlab.worker.solver.transition_log import (
     AFTER,
     BASE_RATE,
     BEFORE,
+    DOWN,
     EVENT,
     FORCE,
     GAP,
@@ -92,7 +93,10 @@ def field(
     if particle is not None:
         if particle.friction is not None:
             p_acceleration = particle.friction * rows[at + side + SLIDE]
-            offset += particle.mass_ratio * p_acceleration
+            if particle.gravity is not None:
+                p_acceleration += particle.gravity * rows[at + side + DOWN]
+            if not riding:
+                offset += particle.mass_ratio * p_acceleration
     a = 0.0
     if not held:
         taken = base.two_zeta * w + rows[at + V] + offset

@@ -1,0 +1,173 @@
+"""A structure on a shaken base with a particle that rubs on its cavity, and falls in it, stepped by an integrator of its own.
+
+Between events the motion is integrated as it stands, in absolute coordinates, by scipy's DOP853. Which of the two bodies slip
+is found by trying every combination and taking the one that contradicts itself least. Nothing is shared with the solver.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+from math import cos, inf, pi, sin
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+Floats = NDArray[np.float64]
+
+TIE = 1e-7
+"""Time after a tie at which the bodies that move on are told apart."""
+STEP = 1e-4
+"""Time by which they then move on, before events are looked for again."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Who slips: the structure on its base, the particle in its cavity; 0 where it does not. `wall` is the one that pushes."""
+
+    slip: float
+    slide: float
+    wall: float = 0.0
+
+
+@dataclass(frozen=True)
+class RubbingParticle:
+    """The scene; ratios as in the model, `gravity` towards negative u."""
+
+    damping_ratio: float
+    frequency_ratio: float
+    friction: float
+    clearance: float
+    restitution: float
+    mass: float
+    rubs: float
+    gravity: float = 0.0
+
+    def start(self) -> tuple[Floats, float]:
+        """Give u, u', p, p' at rest, and the wall that the particle lies on."""
+        if self.gravity > 0.0:
+            return np.array([0.0, 0.0, -self.clearance, 0.0]), 1.0
+        return np.zeros(4), 0.0
+
+    def base(self, t: float) -> tuple[float, float, float]:
+        """Give displacement, velocity and acceleration of the base."""
+        r = self.frequency_ratio
+        return sin(r * t), r * cos(r * t), -r * r * sin(r * t)
+
+    def spring(self, t: float, y: Floats) -> float:
+        """Give the force of spring and dashpot on the structure."""
+        s, rate, _ = self.base(t)
+        return -float(2.0 * self.damping_ratio * (y[1] - rate) + (y[0] - s))
+
+    def accelerations(self, t: float, y: Floats, mode: Mode) -> tuple[float, float]:
+        """Give u'' and p'' in a mode."""
+        carried = mode.slide == 0.0
+        inertia = 1.0 + self.mass if carried else 1.0
+        of_particle = 0.0 if carried else self.mass * (self.gravity - self.rubs * mode.slide)
+        held = self.friction > 0.0 and mode.slip == 0.0
+        force = self.spring(t, y) - self.friction * mode.slip + of_particle
+        u = self.base(t)[2] if held else force / inertia
+        return u, u if carried else self.rubs * mode.slide - self.gravity
+
+    def contradiction(self, t: float, y: Floats, mode: Mode, slips: bool, slides: bool) -> float:
+        """Say by how much a mode contradicts itself; `slips` and `slides` where these velocities are not zero."""
+        u, p = self.accelerations(t, y, mode)
+        found = -inf
+        if self.friction > 0.0 and mode.slip == 0.0:
+            inertia = 1.0 + self.mass if mode.slide == 0.0 else 1.0
+            pull = 0.0 if mode.slide == 0.0 else self.mass * (self.gravity - self.rubs * mode.slide)
+            found = max(found, abs(self.spring(t, y) + pull - inertia * u) - self.friction)
+        elif self.friction > 0.0 and not slips:
+            found = max(found, -mode.slip * (u - self.base(t)[2]))
+        if mode.slide == 0.0:
+            found = max(found, self._torn(u, mode))
+        elif not slides:
+            found = max(found, -mode.slide * (u - p), inf if mode.slide == mode.wall else -inf)
+        return found
+
+    def _torn(self, u: float, mode: Mode) -> float:
+        if mode.wall:
+            return -(mode.wall * (u + self.gravity) + self.rubs)
+        return abs(u + self.gravity) - self.rubs
+
+    def mode(self, t: float, y: Floats, at_rest: bool, together: bool, wall: float) -> Mode:
+        """Give the mode in which the motion goes on."""
+        slips = (0.0, 1.0, -1.0) if at_rest else (float(np.sign(y[1] - self.base(t)[1])),)
+        slides = (0.0, 1.0, -1.0) if together else (float(np.sign(y[1] - y[3])),)
+        modes = [Mode(a if self.friction > 0.0 else 1.0, b, wall) for a, b in product(slips, slides)]
+        return min(
+            modes, key=lambda mode: self.contradiction(t, y, mode, not at_rest, not together)
+        )
+
+    def flow(self, mode: Mode) -> Callable[[float, Floats], list[float]]:
+        """Give the right-hand side of a mode."""
+
+        def rates(t: float, y: Floats) -> list[float]:
+            u, p = self.accelerations(t, y, mode)
+            return [y[1], u, y[3], p]
+
+        return rates
+
+    def events(self, mode: Mode) -> dict[str, Callable[[float, Floats], float]]:
+        """Give the functions that fall through zero where a mode ends."""
+        found: dict[str, Callable[[float, Floats], float]] = {}
+        if self.friction > 0.0:
+            if mode.slip == 0.0:
+                found["onset"] = lambda t, y: -self.contradiction(t, y, Mode(0.0, mode.slide, mode.wall), True, True)
+            else:
+                found["turn"] = lambda t, y: mode.slip * (y[1] - self.base(t)[1])
+        if mode.slide == 0.0:
+            found["torn"] = lambda t, y: -self._torn(self.accelerations(t, y, mode)[0], mode)
+        else:
+            found["rest"] = lambda t, y: mode.slide * (y[1] - y[3])
+            found["behind"] = lambda t, y: self.clearance - (y[0] - y[2])
+            found["ahead"] = lambda t, y: self.clearance + (y[0] - y[2])
+        return found
+
+    def march(self, cycles: int) -> tuple[Floats, int]:
+        """March from rest through whole cycles; u, u', p, p' at the end, and the number of impacts."""
+        end = 2.0 * pi * cycles / self.frequency_ratio
+        y, wall = self.start()
+        t, impacts, at_rest, together = 0.0, 0, False, True
+        while t < end - 1e-12:
+            mode = self.mode(t, y, at_rest, together, wall)
+            t, y, event = self._step(t, end, y, mode)
+            at_rest, together = mode.slip == 0.0, mode.slide == 0.0
+            if event == "turn":
+                at_rest, y[1] = True, self.base(t)[1]
+            elif event == "rest":
+                together, y[3], wall = True, y[1], 0.0
+            elif event in ("behind", "ahead"):
+                wall = 1.0 if event == "behind" else -1.0
+                impacts += 1
+                at_rest, together = False, self.restitution == 0.0
+                y = self._struck(y, wall)
+            elif event in ("onset", "torn"):
+                ahead = self._on(t, TIE, y, mode)
+                after = self.mode(t + TIE, ahead, at_rest, together, wall)
+                y, t = self._on(t, STEP, y, after), t + STEP
+                at_rest, together = after.slip == 0.0, after.slide == 0.0
+                wall = wall if together else 0.0
+        return y, impacts
+
+    def _struck(self, y: Floats, wall: float) -> Floats:
+        e, b = self.restitution, self.mass
+        u = ((1.0 - b * e) * y[1] + b * (1.0 + e) * y[3]) / (1.0 + b)
+        p = ((1.0 + e) * y[1] + (b - e) * y[3]) / (1.0 + b)
+        return np.array([y[0], u, y[0] - wall * self.clearance, u if e == 0.0 else p])
+
+    def _on(self, t: float, time: float, y: Floats, mode: Mode) -> Floats:
+        found = solve_ivp(self.flow(mode), (t, t + time), y, method="DOP853", rtol=1e-13, atol=1e-15)
+        return np.asarray(found.y[:, -1])
+
+    def _step(self, t: float, end: float, y: Floats, mode: Mode) -> tuple[float, Floats, str]:
+        """Integrate a mode to its first event, or to the end."""
+        named = self.events(mode)
+        functions = list(named.values())
+        for function in functions:
+            function.terminal, function.direction = True, -1  # type: ignore[attr-defined]
+        found = solve_ivp(
+            self.flow(mode), (t, end), y, method="DOP853", rtol=3e-14, atol=1e-14, events=functions, max_step=0.05
+        )
+        hit = [name for name, times in zip(named, found.t_events, strict=True) if len(times)]
+        return float(found.t[-1]), found.y[:, -1].copy(), hit[0] if hit else ""
