@@ -97,6 +97,7 @@ def values(start: float, stop: float, num: int, spacing: str = "linear") -> np.n
     ("start", "stop", "num"),
     [
         (0.5, 1.5, 101),
+        (0.5, 1.5, 401),  # sums of doubles give 0.7250000000000001 here
         (0, 0.8, 33),
         (0.1, 0.7, 1001),
         (1, 25, 49),
@@ -111,16 +112,6 @@ def test_every_value_is_the_double_nearest_to_the_exact_one(start: float, stop: 
     exact = [first + (last - first) * i / max(1, num - 1) for i in range(num)]
     # float() of a fraction is correctly rounded
     assert values(start, stop, num).tolist() == [float(value) for value in exact]
-
-
-def test_decimal_steps_are_the_decimals_that_they_look_like() -> None:
-    # sums of doubles give 0.7250000000000001 here
-    assert values(0.5, 1.5, 401).tolist() == [float(f"{0.5 + i / 400:.4f}") for i in range(401)]
-
-
-@pytest.mark.parametrize(("start", "stop", "num"), [(0.3, 1.7, 141), (0.5, 1.5, 1001), (0.5, 2.5, 201)])
-def test_a_wider_range_and_a_finer_step_hold_every_value(start: float, stop: float, num: int) -> None:
-    assert np.isin(values(0.5, 1.5, 101), values(start, stop, num)).all()
 
 
 @pytest.mark.parametrize(

@@ -140,11 +140,3 @@ def test_a_thinned_map_keeps_the_largest_and_the_smallest_difference(
     assert thin.sizes["frequency_ratio"] == 4
     assert float(thin["difference"].max()) == float(answer["difference"].max())
     assert float(thin["difference"].min()) == float(answer["difference"].min())
-
-
-def test_a_result_with_a_unit_of_its_own_is_told_with_it(whole: xr.Dataset) -> None:
-    whole["run_time"].attrs["units"] = "s"
-    slower = whole.assign(run_time=whole["run_time"] + 2.0)
-    slower["run_time"].attrs["units"] = "s"
-    note = map_difference(whole, slower, *AXES, Selection("run_time")).attrs["note"]
-    assert "by at most 2 s at d/Z" in note

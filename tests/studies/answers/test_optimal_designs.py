@@ -22,9 +22,10 @@ def _by_hand(whole, objective, low=0.0, high=9.0, locked=True, speed=np.inf, ran
     found = []
     for index in itertools.product(*(range(whole.sizes[name]) for name in DESIGN)):
         coordinates = {name: whole[name].values[i] for name, i in zip(DESIGN, index, strict=True)}
-        if any(not a <= coordinates[name] <= b for name, (a, b) in (ranges or {}).items()):
-            continue
         get = {name: whole[name].values[index] for name in whole.data_vars}
+        held = {name: get[name][counting] if name in get else coordinates[name] for name in ranges or {}}
+        if any(((held[name] < a) | (held[name] > b)).any() for name, (a, b) in (ranges or {}).items()):
+            continue
         if not np.isin(get["status"][counting], (0, 1)).all():
             continue
         if (not locked and get["response_class"][near] == 1) or (
@@ -54,15 +55,18 @@ QUESTIONS = [
         {"ranges": {"clearance_ratio": (2.0, 10.0), "restitution": (0.4, 1.0)}},
         {"ranges": {"clearance_ratio": (2.0, 10.0), "restitution": (0.4, 1.0)}},
     ),
+    ({"ranges": {"stick_fraction": (2.0, 8.8)}}, {"ranges": {"stick_fraction": (2.0, 8.8)}}),
 ]
 
 
-@pytest.mark.parametrize("budget", [1, 2**18])
-@pytest.mark.parametrize("question", range(len(QUESTIONS)))
-@pytest.mark.parametrize("objective", ["resonance", "peak", "band_mean", "band_rms"])
+@pytest.mark.parametrize("budget", [20, 2**18])
+@pytest.mark.parametrize(
+    ("objective", "question"),
+    list(zip(["resonance", "peak", "band_mean", "band_rms", "peak"], QUESTIONS, strict=True)),
+)
 def test_the_ranking_is_that_of_the_whole_cube(cube, whole, monkeypatch, objective, question, budget):
     monkeypatch.setattr(damperlab.studies.answers.optimal_designs, "BUDGET", budget)
-    asked, by_hand = QUESTIONS[question]
+    asked, by_hand = question
     band = {} if objective == "resonance" else {"band": (0.8, 1.0)}
     limits = {} if objective == "resonance" else {"low": 0.8, "high": 1.0}
     answer = optimal_designs(cube, Judging(objective, **band, **asked), top=7)
@@ -95,6 +99,9 @@ def test_what_was_left_out_is_counted_and_said(cube, whole):
     assert answer.attrs["complete"] == 1 - missing.mean()
     left = len(status) - missing.sum() - failed.sum() - answer.attrs["locked"]
     assert answer.sizes["rank"] == left
+    few = optimal_designs(cube, Judging("peak", ranges={"stick_fraction": (2.0, 8.8)}), top=100)
+    assert few.sizes["rank"] + few.attrs["outside"] == len(status) - missing.sum() - failed.sum()
+    assert f"{few.attrs['outside']} outside a limit on a result" in few.attrs["note"]
     assert f"{failed.sum()} failed at a frequency that counts" in answer.attrs["note"]
     assert "6 frequencies from r = 0.7 to 1.25" in answer.attrs["note"]
 
@@ -110,7 +117,15 @@ def test_a_single_frequency_is_no_judgement_over_a_band_and_the_answer_says_so(c
         np.testing.assert_allclose(
             answer["value"], optimal_designs(cube, Judging("resonance"))["value"], rtol=1e-15
         )
-    assert "Only one frequency counts here" in optimal_designs(cube, Judging("resonance")).attrs["note"]
+    near = optimal_designs(cube, Judging("resonance"))
+    assert "Only one frequency counts here" in near.attrs["note"]
+    assert "peak" in near.attrs["brief"]["next"]
+    assert "next_frequencies" not in optimal_designs(cube).attrs
+    answer = optimal_designs(alone)
+    assert answer.attrs["next_frequencies"] == {"start": 0.8, "stop": 1.25, "num": 19}
+    assert "0.8 to 1.25" in answer.attrs["brief"]["next"]
+    assert "one_frequency" in {note["kind"] for note in answer.attrs["notes"]}
+    assert answer.attrs["brief"]["damper"] is None
     band = optimal_designs(alone, Judging(band=(0.9, 1.1)))
     assert (band.attrs["objective"], band.attrs["band"]) == ("peak", [1.0, 1.0])
     np.testing.assert_array_equal(band["value"], optimal_designs(alone)["value"])
@@ -153,6 +168,7 @@ def test_a_study_that_keeps_little_is_ranked_by_what_it_keeps(cube):
         ({"ranges": {"clearance_ratio": (float("nan"), 4.0)}}, "clearance_ratio", "lower one first"),
         ({"ranges": {"clearance": (1.0, 4.0)}}, "clearance", "did you mean clearance_ratio"),
         ({"ranges": {"frequency_ratio": (1.0, 4.0)}}, "frequency_ratio", "band"),
+        ({"ranges": {"response_class": (0.0, 1.0)}}, "response_class", ""),
         ({"max_impact_speed": -1.0}, "max_impact_speed", "at least 0"),
         ({"max_impact_speed": float("nan")}, "max_impact_speed", "at least 0"),
     ],

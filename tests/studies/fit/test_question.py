@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from tests.studies.fit.estimates import BENCH as PROTOTYPE
 
-from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.asking import make_question
 from damperlab.studies.fit.history.asking import make_history_question
@@ -98,14 +97,6 @@ def test_confidence_and_deviation_have_bounds() -> None:
     with pytest.raises(StudyFaults) as caught:
         make_question(parse_measurement(TABLE), PROTOTYPE, {"restitution": None}, share=0.0, confidence=95.0)
     assert [fault.field for fault in caught.value.faults] == ["confidence", "deviation"]
-
-
-def test_the_study_of_a_question_is_one_that_parses() -> None:
-    question = asked(restitution=None)
-    document = question.document(
-        question.given({"restitution": 0.3}, {}), {"start": 0.9, "stop": 1.1, "num": 5}
-    )
-    assert parse_harmonic(document).points == 5
 
 
 DECAY = History("decay", 0.01, 0.02 * np.cos(2 * np.pi * 2.5 * 0.01 * np.arange(400)))
