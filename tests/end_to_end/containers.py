@@ -40,12 +40,11 @@ class Containers:
 
     def start(self, name: str, command: list[str], given: Mapping[str, str]) -> None:
         """Start a part with the variables that it is given."""
-        environment = {**os.environ, **PATH, **{key: self.here(value) for key, value in given.items()}}
         with self.log(name).open("wb") as out:
             self.running[name] = subprocess.Popen(
                 [self.here(word) for word in command],
                 cwd=self.folder,
-                env=environment,
+                env={**os.environ, **PATH, **given},
                 stdout=out,
                 stderr=subprocess.STDOUT,
             )

@@ -40,8 +40,8 @@ class Stack(Containers):
 
     def here(self, text: str) -> str:
         """Lead to the database, too."""
-        text = text.replace("postgresql://damperlab@database/damperlab", self.database).replace("$$", "$")
-        return super().here(text)
+        text = super().here(text).replace("$$", "$")
+        return text.replace("postgresql://damperlab@database/damperlab", self.database)
 
 
 @pytest.fixture
@@ -79,7 +79,8 @@ def stack(tmp_path: Path) -> Iterator[str]:
                 # a container has all ports to itself
                 flags = [f"{role}.port{kind}" for role in STORE_ROLES for kind in ("", ".grpc")]
                 command[-1] += "".join(f" -{flag}={free_port()}" for flag in flags if flag != "s3.port")
-            parts.start(name, command, part.get("environment", {}))
+            given = {key: parts.here(value) for key, value in part.get("environment", {}).items()}
+            parts.start(name, command, given)
             parts.wait(name, lambda check=part["healthcheck"]["test"][1:]: parts.ends_well(check))
         yield f"http://127.0.0.1:{parts.ports['8000']}"
         parts.leave("service")
