@@ -5,7 +5,6 @@ import pytest
 import xarray as xr
 
 from damperlab.studies.answers.compared_response import compared_response
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.questions import Selection
 from damperlab.studies.variables import Status
 
@@ -40,17 +39,3 @@ def test_of_a_study_that_has_computed_nothing_no_difference_is_denied(whole: xr.
     empty["status"][:] = Status.NOT_COMPUTED
     for pair in ((whole, empty), (empty, whole)):
         assert compared_response(*pair).attrs["note"].endswith("No frequency has a value in both studies.")
-
-
-def test_what_cannot_be_compared_is_refused(whole: xr.Dataset) -> None:
-    for other, metric, field in (
-        (whole.isel(frequency_ratio=slice(3)), "amplitude_ratio", "with"),
-        (whole.assign_coords(mass_ratio=[0.2]), "amplitude_ratio", "with"),
-    ):
-        with pytest.raises(QueryFault) as caught:
-            compared_response(whole, other, Selection(metric))
-        assert caught.value.fault.field == field
-    coded = whole.copy()
-    coded["response_class"].attrs["flag_values"] = [0]
-    with pytest.raises(QueryFault, match="a quantity"):
-        compared_response(coded, coded, Selection("response_class"))

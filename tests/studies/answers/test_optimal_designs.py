@@ -7,7 +7,6 @@ import pytest
 
 import damperlab.studies.answers.optimal_designs
 from damperlab.studies.answers.design_question import DESIGN
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.questions import Judging
 
@@ -151,39 +150,6 @@ def test_a_study_that_keeps_little_is_ranked_by_what_it_keeps(cube):
     assert np.isnan(answer["error"]).all()
     assert (answer["response_class"] == -1).all()
     assert np.isnan(answer["locked_share"]).all()
-
-
-@pytest.mark.parametrize(
-    ("question", "field", "words"),
-    [
-        ({"objective": "best"}, "objective", "resonance, peak"),
-        ({"objective": "resonance", "band": (0.8, 1.2)}, "band", "resonance"),
-        ({"objective": "peak", "band": (1.2, 0.8)}, "band", "lower one first"),
-        (
-            {"objective": "peak", "band": (0.96, 0.99)},
-            "band",
-            "contains none of its values; the study has 6 values from 0.7 to 1.25",
-        ),
-        ({"ranges": {"clearance_ratio": (30.0, 40.0)}}, "clearance_ratio", "the nearest value is 20"),
-        ({"ranges": {"clearance_ratio": (float("nan"), 4.0)}}, "clearance_ratio", "lower one first"),
-        ({"ranges": {"clearance": (1.0, 4.0)}}, "clearance", "did you mean clearance_ratio"),
-        ({"ranges": {"frequency_ratio": (1.0, 4.0)}}, "frequency_ratio", "band"),
-        ({"ranges": {"response_class": (0.0, 1.0)}}, "response_class", ""),
-        ({"max_impact_speed": -1.0}, "max_impact_speed", "at least 0"),
-        ({"max_impact_speed": float("nan")}, "max_impact_speed", "at least 0"),
-    ],
-)
-def test_a_question_without_an_answer_is_refused_with_what_may_be_asked(cube, question, field, words):
-    with pytest.raises(QueryFault, match=f"(?i){words}") as caught:
-        optimal_designs(cube, Judging(**question))
-    assert caught.value.fault.field == field
-
-
-@pytest.mark.parametrize("top", [0, 10_001])
-def test_a_number_of_designs_that_nobody_lists_is_refused(cube, top):
-    with pytest.raises(QueryFault, match="1 to") as caught:
-        optimal_designs(cube, top=top)
-    assert caught.value.fault.field == "top"
 
 
 def test_the_end_of_a_range_is_the_grid_point_that_a_person_means(whole):

@@ -7,12 +7,11 @@ import pytest
 import xarray as xr
 from tests.studies.solving import solved
 
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.questions import Judging, Search
+from damperlab.studies.questions import Judging
 from damperlab.studies.units import with_units
 
 FRICTION = {
@@ -134,25 +133,6 @@ def test_a_follow_up_of_a_hybrid_keeps_everything_but_the_axes():
     assert ours["frequency_ratio"].tolist() == [1.0, 1.1]
     assert (more.steady, more.metrics) == (study.steady, study.metrics)
     assert step.points == 9 * 9 * 2
-
-
-def test_what_cannot_be_refined_is_refused():
-    study = parse_study(FRICTION)
-    name, cube = named(study)
-    empty = cube.copy(deep=True).load()
-    empty["status"][:] = -1
-    for error_field, call in (
-        ("tolerance", lambda: refine_optimum(study, {name: cube}, Search(0.0))),
-        ("refine", lambda: refine_optimum(study, {name: empty})),
-        ("refine", lambda: refine_optimum(study, {name: cube.isel(friction_ratio=[3])})),
-        ("along", lambda: refine_boundary(study, {name: cube}, "clearance", {})),
-        ("boundary", lambda: refine_boundary(study, {name: cube}, "restitution", {})),
-        ("boundary", lambda: refine_boundary(study, {name: empty}, "friction_ratio", {})),
-        ("with", lambda: merged_designs({"a": cube, "b": cube.isel(frequency_ratio=slice(3))})),
-    ):
-        with pytest.raises(QueryFault) as caught:
-            call()
-        assert caught.value.fault.field == error_field
 
 
 def test_follow_ups_of_a_study_in_units_keep_its_units():
