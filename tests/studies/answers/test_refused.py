@@ -24,6 +24,7 @@ from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.questions import Fragile, Judging, Race, Search, Selection, Tuning, Varied
+from damperlab.studies.store.store import Store
 
 Ask = Callable[[xr.Dataset], object]
 NAN = float("nan")
@@ -152,10 +153,16 @@ REFUSED: list[tuple[str, str, Ask]] = [
 ]
 
 
+@pytest.fixture(scope="module")
+def loaded(filled: tuple[Store, str]) -> xr.Dataset:
+    store, study_id = filled
+    return store.cube(study_id).load()
+
+
 @pytest.mark.parametrize(("field", "words", "ask"), REFUSED)
 def test_a_question_without_an_answer_is_refused_with_what_may_be_asked(
-    whole: xr.Dataset, field: str, words: str, ask: Ask
+    loaded: xr.Dataset, field: str, words: str, ask: Ask
 ) -> None:
     with np.errstate(invalid="ignore"), pytest.raises(QueryFault, match=f"(?i){words}") as caught:
-        ask(whole)
+        ask(loaded)
     assert caught.value.fault.field == field
