@@ -6,6 +6,7 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
+import pytest
 import yaml
 from docs.console import ROOT, put_files
 from tests.ports import free_port
@@ -25,6 +26,7 @@ STUDY = {
 }
 
 
+@pytest.mark.night
 def test_the_batch_script_computes_a_study_and_ends_all_it_started(tmp_path: Path) -> None:
     put_files((ROOT / "docs" / "how-to" / "slurm.md").read_text(), tmp_path)
     script = tmp_path / "study.sbatch"

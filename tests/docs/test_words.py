@@ -2,7 +2,7 @@
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -110,28 +110,19 @@ def test_every_command_and_option_is_described_in_a_sentence() -> None:
     assert odd == []
 
 
-def test_no_help_text_uses_a_retired_word() -> None:
-    assert [(place, words) for place, text in command_texts() if (words := refused_in(text))] == []
+def http_texts() -> Iterator[tuple[str, str]]:
+    return described(create_app(Settings(data_dir=Path("nowhere"))).openapi(), "")
 
 
-def test_no_message_uses_a_retired_word() -> None:
-    assert [(place, words) for place, text in message_texts() if (words := refused_in(text))] == []
-
-
-def test_no_text_of_the_page_uses_a_retired_word() -> None:
-    assert [(place, text, words) for place, text in page_texts() if (words := refused_in(text))] == []
+@pytest.mark.parametrize("texts", [command_texts, message_texts, page_texts, http_texts])
+def test_nothing_that_is_said_uses_a_retired_word(texts: Callable[[], Iterator[tuple[str, str]]]) -> None:
+    assert [(place, words) for place, text in texts() if (words := refused_in(text))] == []
 
 
 def test_no_page_of_the_documentation_uses_the_retired_name_of_a_suite() -> None:
     for page in (ROOT / "docs").rglob("*.md"):
         text = page.read_text().split("## Retired words")[0]
         assert not re.search(r"\bsurveys?\b", text, re.IGNORECASE), page.name
-
-
-def test_no_description_of_the_http_interface_uses_a_retired_word(tmp_path: Path) -> None:
-    document = create_app(Settings(data_dir=tmp_path)).openapi()
-    found = [(place, words) for place, text in described(document, "") if (words := refused_in(text))]
-    assert found == []
 
 
 @pytest.mark.parametrize(

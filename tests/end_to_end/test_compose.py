@@ -7,17 +7,15 @@ database's image, which is not here, only the server: a real one, whose address 
 
 import os
 import re
-import signal
 import subprocess
-import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 import yaml
+from tests.end_to_end.containers import PATH, Containers, computed
 from tests.faults.processes import Database
 from tests.ports import free_port
 
@@ -25,10 +23,9 @@ from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.files.places import open_shelf
 
 ROOT = Path(__file__).parents[2]
-START_SECONDS = 300.0
-WORK_SECONDS = 600.0
 STORE_ROLES = ("master", "volume", "filer", "s3", "admin")
 """Parts of the object store that listen, each at two ports."""
+VOLUMES = ("certificates", "database-key", "store-key", "objects", "data", "tmp")
 
 
 def _compose() -> dict[str, Any]:
@@ -36,40 +33,32 @@ def _compose() -> dict[str, Any]:
     return document
 
 
-def _wait(true: Callable[[], bool], process: subprocess.Popen[bytes], log: Path, seconds: float) -> None:
-    give_up = time.monotonic() + seconds
-    while not true():
-        assert process.poll() is None, log.read_text()
-        assert time.monotonic() < give_up, log.read_text()
-        time.sleep(0.2)
+class Stack(Containers):
+    """The services, and a database of our own in the place of the image's."""
+
+    database = ""
+
+    def here(self, text: str) -> str:
+        """Lead to the database, too."""
+        text = super().here(text).replace("$$", "$")
+        return text.replace("postgresql://damperlab@database/damperlab", self.database)
 
 
 @pytest.fixture
 def stack(tmp_path: Path) -> Iterator[str]:
     """The address of the service, once every part is healthy by its own check."""
-    compose = _compose()
-    scheduler_port, service_port, store_port = (str(free_port()) for _ in range(3))
+    services = _compose()["services"]
+    parts = Stack(tmp_path, {port: str(free_port()) for port in ("8786", "8000", "8333")}, VOLUMES)
     database = Database(tmp_path / "database")
-    folders = ("certificates", "database-key", "store-key", "objects", "data", "tmp")
-    for folder in folders:
+    parts.database = database.address
+    for folder in VOLUMES:
         (tmp_path / folder).mkdir()
 
-    def here(text: str) -> str:
-        text = re.sub(r"\bscheduler:8786\b", f"127.0.0.1:{scheduler_port}", text)
-        text = text.replace('"scheduler"', '"127.0.0.1"').replace("0.0.0.0", "127.0.0.1")
-        text = text.replace("objects:8333", "127.0.0.1:8333")
-        for port, free in (("8786", scheduler_port), ("8000", service_port), ("8333", store_port)):
-            text = re.sub(rf"\b{port}\b", free, text)
-        text = re.sub(rf"(?<![\w/])/({'|'.join(folders)})\b", rf"{tmp_path}/\1", text)
-        return text.replace("postgresql://damperlab@database/damperlab", database.address).replace("$$", "$")
-
-    path = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-
     # what is made once, at the first start
-    command = [here(word) for word in compose["services"]["keys"]["command"]]
     made = []
     for _ in range(2):
-        subprocess.run(command, check=True, env={**os.environ, **path}, timeout=START_SECONDS)
+        command = [parts.here(word) for word in services["keys"]["command"]]
+        subprocess.run(command, check=True, env={**os.environ, **PATH}, timeout=300)
         kept = [
             *(f"certificates/{name}.pem" for name in ("ca", "cert", "key")),
             *("database-key/password", "database-key/pgpass", "store-key/env"),
@@ -82,47 +71,21 @@ def stack(tmp_path: Path) -> Iterator[str]:
     assert len(password) == 48
     assert made[0][kept.index("database-key/pgpass")] == f"database:5432:damperlab:damperlab:{password}\n"
 
-    started: list[tuple[str, subprocess.Popen[bytes]]] = []
     try:
         for name in ("objects", "scheduler", "worker", "service"):
-            part = compose["services"][name]
-            command = [here(word) for word in (*part.get("entrypoint", ()), *part["command"])]
+            part = services[name]
+            command = [*part.get("entrypoint", ()), *part["command"]]
             if name == "objects":
                 # a container has all ports to itself
                 flags = [f"{role}.port{kind}" for role in STORE_ROLES for kind in ("", ".grpc")]
                 command[-1] += "".join(f" -{flag}={free_port()}" for flag in flags if flag != "s3.port")
-            environment = {key: here(value) for key, value in part.get("environment", {}).items()}
-            log = tmp_path / f"{name}.log"
-            with log.open("wb") as out:
-                process = subprocess.Popen(
-                    command,
-                    cwd=tmp_path,
-                    env={**os.environ, **path, **environment},
-                    stdout=out,
-                    stderr=subprocess.STDOUT,
-                )
-            started.append((name, process))
-            check = [here(word) for word in part["healthcheck"]["test"][1:]]
-
-            def healthy(check: list[str] = check) -> bool:
-                done = subprocess.run(
-                    check, env={**os.environ, **path}, capture_output=True, timeout=30, check=False
-                )
-                return done.returncode == 0
-
-            _wait(healthy, process, log, START_SECONDS)
-        yield f"http://127.0.0.1:{service_port}"
-        service = started.pop()[1]
-        service.send_signal(signal.SIGTERM)
-        assert service.wait(START_SECONDS) == 0, (tmp_path / "service.log").read_text()
+            given = {key: parts.here(value) for key, value in part.get("environment", {}).items()}
+            parts.start(name, command, given)
+            parts.wait(name, lambda check=part["healthcheck"]["test"][1:]: parts.ends_well(check))
+        yield f"http://127.0.0.1:{parts.ports['8000']}"
+        parts.leave("service")
     finally:
-        for _, process in reversed(started):
-            process.terminate()
-            try:
-                process.wait(20)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+        parts.kill()
         database.close()
 
 
@@ -134,16 +97,10 @@ def test_study_runs_through_all_parts(stack: str, tmp_path: Path) -> None:
         "damping_ratio": 0.0038,
         "axes": {"friction_ratio": [0.0, 0.2, 0.6], "frequency_ratio": [0.9, 1.0, 1.1]},
     }
-    with httpx.Client(base_url=f"{stack}/api/v1", timeout=60) as client:
-        record = client.post("/studies", json=study).raise_for_status().json()
-        give_up = time.monotonic() + WORK_SECONDS
-        while record["state"] not in ("done", "failed", "cancelled"):
-            assert time.monotonic() < give_up, record
-            time.sleep(0.2)
-            record = client.get(f"/studies/{record['id']}").raise_for_status().json()
-        assert (record["state"], record["points_done"], record["points_failed"]) == ("done", 9, 0), record
+    with httpx.Client(base_url=stack, timeout=60) as client:
+        place = f"/api/v1/studies/{computed(client, study)['id']}/resonance-map"
         params = {"x": "frequency_ratio", "y": "friction_ratio", "metric": "relative_amplitude_ratio"}
-        answer = client.get(f"/studies/{record['id']}/resonance-map", params=params).raise_for_status().json()
+        answer = client.get(place, params=params).raise_for_status().json()
     # what was computed is in the object store, and not in the data folder
     assert not list((tmp_path / "data").rglob("zarr.json"))
     assert (answer["x"], answer["y"], answer["complete"]) == ([0.9, 1.0, 1.1], [0.0, 0.2, 0.6], 1.0)

@@ -7,12 +7,8 @@ become free ones, volumes become folders, Secrets become the variables and files
 import json
 import os
 import re
-import shutil
-import signal
 import subprocess
-import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +16,7 @@ import httpx
 import kubernetes_validate
 import pytest
 import yaml
+from tests.end_to_end.containers import PATH, Containers, computed
 from tests.faults.processes import Database, ObjectServer
 from tests.ports import free_port
 
@@ -27,7 +24,6 @@ ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "deploy" / "kubernetes"
 VERSIONS = ("1.30", "1.37")
 """The oldest and newest version of Kubernetes whose schemas the manifests are held against."""
-START_SECONDS = 600.0
 Document = dict[str, Any]
 
 
@@ -65,19 +61,6 @@ def test_every_manifest_is_as_the_published_schemas_say(version: str) -> None:
     broken["spec"]["template"]["spec"]["containers"][0]["port"] = 8786
     with pytest.raises(kubernetes_validate.ValidationError):
         kubernetes_validate.validate(broken, version, strict=True)
-
-
-def test_kustomize_makes_of_them_what_stands_in_the_files() -> None:
-    if shutil.which("kubectl") is None:
-        pytest.skip("there is no kubectl here")
-    made = subprocess.run(["kubectl", "kustomize", str(FOLDER)], capture_output=True, text=True, check=True)
-    found = list(yaml.safe_load_all(made.stdout))
-    names = {(one["kind"], one["metadata"]["name"]) for one in found}
-    assert names == {(one["kind"], one["metadata"]["name"]) for one in resources()}
-    assert {one["metadata"].get("namespace") for one in found if one["kind"] != "Namespace"} == {"damperlab"}
-    images = re.findall(r"image: (.*)", made.stdout)
-    job = documents("first-key.yaml")[0]["spec"]["template"]["spec"]["containers"][0]["image"]
-    assert set(images) == {job}
 
 
 def test_no_pod_may_do_more_than_it_must() -> None:
@@ -138,59 +121,33 @@ def test_page_for_operators_makes_the_secrets_that_the_pods_take() -> None:
     assert metric in page
 
 
-class Parts:
-    """The containers' own commands on this machine."""
+class Pods(Containers):
+    """The containers of the pods, and their Secrets as the documentation says to make them."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.ports = {"8786": str(free_port()), "8000": str(free_port())}
-        self.running: dict[str, subprocess.Popen[bytes]] = {}
-        self.path = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+        ports = {port: str(free_port()) for port in ("8786", "8000")}
+        super().__init__(folder, ports, ("certificates", "data", "tmp"))
         self.secrets: dict[str, dict[str, str]] = {}
-
-    def here(self, text: str) -> str:
-        """Put what is here in the place of what a cluster provides."""
-        text = text.replace("scheduler:8786", "127.0.0.1:8786").replace("0.0.0.0", "127.0.0.1")
-        for port, free in self.ports.items():
-            text = re.sub(rf"\b{port}\b", free, text)
-        return re.sub(r"(?<![\w/])/(certificates|data|tmp)\b", rf"{self.folder}/\1", text)
 
     def environment(self, part: Document) -> dict[str, str]:
         """Give the variables of a container."""
         given: dict[str, str] = {}
         for each in part.get("envFrom", []):
             given |= self.secrets[each["secretRef"]["name"]]
-        given |= {each["name"]: self.here(each["value"]) for each in part.get("env", [])}
-        return {**os.environ, **self.path, **given}
+        return given | {each["name"]: self.here(each["value"]) for each in part.get("env", [])}
 
-    def command(self, name: str) -> tuple[list[str], Document]:
-        """Give the command of a pod's container, and the container."""
-        part = pods()[name]["spec"]["containers"][0]
-        return [self.here(word) for word in part["args"]], part
-
-    def start(self, name: str) -> None:
+    def run(self, name: str) -> None:
         """Start a part and wait until every probe of it is content."""
-        command, part = self.command(name)
-        log = self.folder / f"{name}.log"
-        with log.open("wb") as out:
-            process = subprocess.Popen(
-                command, cwd=self.folder, env=self.environment(part), stdout=out, stderr=subprocess.STDOUT
-            )
-        self.running[name] = process
+        part = pods()[name]["spec"]["containers"][0]
+        self.start(name, part["args"], self.environment(part))
         for kind in ("startupProbe", "livenessProbe", "readinessProbe"):
             if kind in part:
-                self.wait(lambda probe=part[kind]: self.content(probe), process, log)
+                self.wait(name, lambda probe=part[kind]: self.content(probe))
 
     def content(self, probe: Document) -> bool:
         """Ask a probe."""
         if "exec" in probe:
-            command = [self.here(word) for word in probe["exec"]["command"]]
-            return (
-                subprocess.run(
-                    command, env={**os.environ, **self.path}, capture_output=True, check=False
-                ).returncode
-                == 0
-            )
+            return self.ends_well(probe["exec"]["command"])
         asked = probe["httpGet"]
         headers = {each["name"]: each["value"] for each in asked["httpHeaders"]}
         try:
@@ -199,67 +156,46 @@ class Parts:
         except httpx.HTTPError:
             return False
 
-    def wait(self, true: Callable[[], bool], process: subprocess.Popen[bytes], log: Path) -> None:
-        """Wait until something is so, while a process runs."""
-        give_up = time.monotonic() + START_SECONDS
-        while not true():
-            assert process.poll() is None, log.read_text()
-            assert time.monotonic() < give_up, log.read_text()
-            time.sleep(0.2)
-
 
 @pytest.fixture
-def parts(tmp_path: Path) -> Iterator[Parts]:
-    found = Parts(tmp_path)
+def running(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pods]:
+    found = Pods(tmp_path)
     for folder in ("data", "tmp"):
         (tmp_path / folder).mkdir()
     database = Database(tmp_path / "database")
     objects = ObjectServer(tmp_path / "objects")
     try:
-        os.environ.update(objects.environment)
-        objects.wait()
-        for name in objects.environment:
-            del os.environ[name]
+        with monkeypatch.context() as patch:
+            for name, value in objects.environment.items():
+                patch.setenv(name, value)
+            objects.wait()
         found.secrets = {
             "damperlab-store": objects.environment | {"DAMPERLAB_STORE": objects.address},
             "damperlab-catalogue": {"DAMPERLAB_CATALOGUE": database.address},
         }
-        made = ("damperlab", "certificates", str(tmp_path / "certificates"))
-        subprocess.run(made, env={**os.environ, **found.path}, check=True, capture_output=True)
+        assert found.ends_well(["damperlab", "certificates", "/certificates"])
         yield found
     finally:
-        for process in reversed(found.running.values()):
-            process.kill()
-            process.wait()
+        found.kill()
         objects.kill()
         database.close()
 
 
 @pytest.mark.night
-def test_study_runs_through_the_containers_commands_and_a_worker_leaves_well(parts: Parts) -> None:
-    command, part = parts.command("first-key")
-    told = subprocess.run(
-        [*command, "--json"], env=parts.environment(part), capture_output=True, text=True, check=True
-    )
+def test_study_runs_through_the_containers_commands_and_a_worker_leaves_well(running: Pods) -> None:
+    part = pods()["first-key"]["spec"]["containers"][0]
+    command = [*(running.here(word) for word in part["args"]), "--json"]
+    environment = {**os.environ, **PATH, **running.environment(part)}
+    told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     for name in ("scheduler", "worker", "service"):
-        parts.start(name)
+        running.run(name)
     headers = {"Authorization": f"Bearer {json.loads(told.stdout)['key']}"}
     study = {"particle": False, "axes": {"friction_ratio": [0.0, 0.6], "frequency_ratio": 1.0}}
-    with httpx.Client(
-        base_url=f"http://127.0.0.1:{parts.ports['8000']}", headers=headers, timeout=60
-    ) as client:
-        record = (
-            client.post("/api/v1/studies", json=study | {"damping_ratio": 0.0038}).raise_for_status().json()
-        )
-        give_up = time.monotonic() + START_SECONDS
-        while record["state"] not in ("done", "failed", "cancelled"):
-            assert time.monotonic() < give_up, record
-            time.sleep(0.2)
-            record = client.get(f"/api/v1/studies/{record['id']}").raise_for_status().json()
-        assert (record["state"], record["points_failed"]) == ("done", 0), record
+    url = f"http://127.0.0.1:{running.ports['8000']}"
+    with httpx.Client(base_url=url, headers=headers, timeout=60) as client:
+        computed(client, study | {"damping_ratio": 0.0038})
         # the number that the autoscaler goes by
         assert "\ndamperlab_blocks_left 0\n" in client.get("/metrics").raise_for_status().text
     # the service first, as its scheduler's client
     for name in ("service", "worker"):
-        parts.running[name].send_signal(signal.SIGTERM)
-        assert parts.running[name].wait(START_SECONDS) == 0, (parts.folder / f"{name}.log").read_text()
+        running.leave(name)

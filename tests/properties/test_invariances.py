@@ -15,7 +15,7 @@ from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.settle import at_rest
 
-FEW = settings(max_examples=30, deadline=None)
+FEW = settings(max_examples=20, deadline=None)
 
 
 def march(design: Design, state: State, halves: int) -> State:

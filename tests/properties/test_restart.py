@@ -132,28 +132,23 @@ FEW = settings(max_examples=25, deadline=None)
 
 
 @pytest.mark.parametrize(
-    "scene", ["instant", *(pytest.param(one, marks=pytest.mark.night) for one in ("dwell", "compliant"))]
-)
-def test_restart_after_any_event_comes_to_the_same_end(scene: str) -> None:
-    @FEW
-    @given(st.builds(Design, damping_ratios, frequency_ratios, st.just(0.0), SCENES[scene]), *RESTARTS)
-    def holds(design: Design, which: int, share: float) -> None:
-        comes_to_the_same_end(design, which, share)
-
-    holds()
-
-
-@pytest.mark.parametrize(
-    "scene",
+    ("scene", "friction"),
     [
-        "friction alone",
-        "instant",
-        *(pytest.param(one, marks=pytest.mark.night) for one in ("dwell", "compliant")),
+        ("friction alone", True),
+        ("instant", False),
+        ("instant", True),
+        *(
+            pytest.param(scene, friction, marks=pytest.mark.night)
+            for scene in ("dwell", "compliant")
+            for friction in (False, True)
+        ),
     ],
 )
-def test_restart_after_any_event_with_friction_comes_to_the_same_end(scene: str) -> None:
+def test_restart_after_any_event_comes_to_the_same_end(scene: str, friction: bool) -> None:
+    frictions = friction_ratios if friction else st.just(0.0)
+
     @FEW
-    @given(st.builds(Design, damping_ratios, frequency_ratios, friction_ratios, SCENES[scene]), *RESTARTS)
+    @given(st.builds(Design, damping_ratios, frequency_ratios, frictions, SCENES[scene]), *RESTARTS)
     def holds(design: Design, which: int, share: float) -> None:
         comes_to_the_same_end(design, which, share)
 

@@ -64,19 +64,6 @@ def test_a_key_of_designs_for_the_base_is_removed_where_a_force_excites_the_stru
     assert parse_study(document)
 
 
-def test_without_a_particle_no_clearance_is_advised_beside_the_amplitude() -> None:
-    given = {
-        "base_amplitude_m": None,
-        "clearance_m": None,
-        "particle_mass_kg": None,
-        "friction_force_n": None,
-    }
-    document = frame(**given, base_acceleration_m_per_s2=0.196) | {"particle": False}
-    (advice,) = (fault.advice for fault in faults(document) if "acceleration" in fault.field)
-    assert "`friction_force_n`" in advice
-    assert "`clearance_m`" not in advice
-
-
 def test_the_amplitude_of_a_constant_acceleration_is_a_list_also_where_it_is_one() -> None:
     (fault,) = faults(frame(constant="acceleration"))
     assert fault.field == "physical.constant"
@@ -154,3 +141,42 @@ def test_a_tab_before_a_key_is_called_a_tab(text: str) -> None:
         parse_study_text(text, "yaml")
     (fault,) = caught.value.faults
     assert f"at line {text.count(chr(10)) + 1}, column 1: a tab" in fault.sentence
+
+
+NO_WORD = "choose one of these"
+
+
+SCENE = {"axes": {"clearance_ratio": 3, "frequency_ratio": 1}}
+
+
+@pytest.mark.parametrize(
+    ("part", "advice"),
+    [
+        ({"contact": {"model": "dwel"}}, "write dwell"),
+        ({"contact": {"model": "sandstone"}}, NO_WORD),
+        ({"start": "rset"}, "write rest"),
+        ({"start": {"kind": "continuatoin"}}, "write continuation"),
+        ({"start": {"kind": "elsewhere"}}, NO_WORD),
+        ({"solver": {"method": "evnt"}}, "write event"),
+        ({"excitation": "bas"}, "write base"),
+        ({"excitation": "moon"}, NO_WORD),
+    ],
+)
+def test_a_word_is_advised_where_one_is_near(part: dict[str, Any], advice: str) -> None:
+    (fault,) = faults(SCENE | part)
+    assert fault.advice == advice
+
+
+def test_a_start_from_rest_may_be_written_as_those_with_settings_are() -> None:
+    assert parse_study(SCENE | {"start": {"kind": "rest"}}) == parse_study(SCENE | {"start": "rest"})
+    assert parse_study(SCENE | {"start": "rest"}) == parse_study(SCENE)
+
+
+def test_a_start_without_its_kind_is_told_so_and_what_of_it_is_unknown() -> None:
+    missing, unknown = faults(SCENE | {"start": {"ensemble": {"n": 4}}})
+    assert (missing.field, missing.found) == ("start.kind", "nothing")
+    assert "`kind: ensemble`" in missing.advice
+    assert unknown.field == "start.ensemble"
+    assert "kind, n, seed, direction" in unknown.allowed
+    (alone,) = faults(SCENE | {"start": {"n": 4}})
+    assert (alone.field, alone.found) == ("start.kind", "nothing")

@@ -68,9 +68,7 @@ def test_every_fault_is_reported_at_once() -> None:
             "damping_ratio": 1,
             "axes": {
                 "clearance_ratio": [1, -0.5, math.nan, 1],
-                "restitution": "0.47",
                 "friction_ratio": {"start": 1, "num": 10**400, "step": 2},
-                "mass_ratio": [],
                 "frequency_ratio": math.inf,
                 "damping_ratio": 0.1,
             },
@@ -78,43 +76,29 @@ def test_every_fault_is_reported_at_once() -> None:
             "contact": {"model": "springy"},
             "metrics": ["amplitude"],
             "steady": {"max_cycles": 0, "tolerance": True},
-            "solver": {"method": "rk5"},
-            "start": "up",
-            "physical": {"mass_kg": -1, "friction_force_n": 2},
+            "physical": {"mass_kg": -1},
         }
     )
-    assert set(found) == {
-        "nam",
-        "damping_ratio",
-        "axes.clearance_ratio[1]",
-        "axes.clearance_ratio[2]",
-        "axes.clearance_ratio[3]",
-        "axes.restitution",
-        "axes.friction_ratio.step",
-        "axes.friction_ratio.stop",
-        "axes.friction_ratio.num",
-        "axes.mass_ratio",
-        "axes.frequency_ratio",
-        "axes.damping_ratio",
-        "particle",
-        "contact.model",
-        "metrics[0]",
-        "steady.max_cycles",
-        "steady.tolerance",
-        "solver.method",
-        "start",
-        "physical.mass_kg",
-        "physical.natural_frequency_hz",
-        "physical.base_amplitude_m",
-        "physical.friction_force_n",
+    told = {
+        "nam": "`name`",
+        "damping_ratio": "",
+        "axes.clearance_ratio[1]": "-0.5",
+        "axes.clearance_ratio[2]": "NaN",
+        "axes.clearance_ratio[3]": "",
+        "axes.friction_ratio.step": "",
+        "axes.friction_ratio.stop": "",
+        "axes.friction_ratio.num": "400 digits",
+        "axes.frequency_ratio": "",
+        "axes.damping_ratio": "top of the document",
+        "particle": "",
+        "contact.model": "instant or dwell or compliant",
+        "metrics[0]": "`amplitude_ratio`",
+        "steady.max_cycles": "",
+        "steady.tolerance": "",
+        "physical.mass_kg": "",
     }
-    assert "-0.5" in found["axes.clearance_ratio[1]"]
-    assert "NaN" in found["axes.clearance_ratio[2]"]
-    assert "`name`" in found["nam"]
-    assert "top of the document" in found["axes.damping_ratio"]
-    assert "400 digits" in found["axes.friction_ratio.num"]
-    assert "instant or dwell or compliant" in found["contact.model"]
-    assert "`amplitude_ratio`" in found["metrics[0]"]
+    assert found.keys() == told.keys()
+    assert all(words in found[field] for field, words in told.items())
 
 
 @pytest.mark.parametrize("document", [None, True, 3, "figure-11", [], [MINIMAL], b"{}", {1, 2}, object()])

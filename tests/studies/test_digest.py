@@ -1,4 +1,4 @@
-"""The digest is equal for equal questions and differs for different ones."""
+"""The digest is equal for equal questions and differs for different ones, also by the rule that made the coordinates."""
 
 import json
 import math
@@ -9,6 +9,7 @@ import pytest
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.reading import parse_study_text
+from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
 from damperlab.studies.variables import STANDARD
 
 BASE: dict[str, Any] = {
@@ -103,3 +104,47 @@ def test_values_do_not_move_between_axes_unnoticed() -> None:
     one = axes(friction_ratio=[1, 2], frequency_ratio=[3])
     other = axes(friction_ratio=[1], frequency_ratio=[2, 3])
     assert digest(**one) != digest(**other)
+
+
+DOCUMENT: dict[str, Any] = {
+    "damping_ratio": 0.05,
+    "axes": {
+        "friction_ratio": {"start": 0.1, "stop": 0.7, "num": 7},
+        "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 401},
+    },
+    "particle": False,
+}
+SUMMED = parse_study(
+    DOCUMENT
+    | {
+        "axes": {
+            "friction_ratio": np.linspace(0.1, 0.7, 7).tolist(),
+            "frequency_ratio": np.linspace(0.5, 1.5, 401).tolist(),
+        }
+    }
+)
+
+
+def test_the_digest_tells_by_which_rule_ranges_were_expanded() -> None:
+    exact = parse_study(DOCUMENT)
+    definition = exact.document()
+    assert SUMMED.digest != exact.digest
+    for study in (exact, SUMMED):
+        read = parse_stored(definition, study.digest)
+        assert read.digest == study.digest
+        for name, values in study.coordinates.items():
+            assert read.coordinates[name].tobytes() == values.tobytes()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"damping_ratio": 0.03},
+        {"damping_ratio": 3},
+        {"axes": {"frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 402}}},
+    ],
+)
+def test_a_definition_that_changed_is_refused(change: dict[str, Any]) -> None:
+    study = parse_study(DOCUMENT)
+    with pytest.raises(DefinitionDamaged, match=study.digest[:12]):
+        parse_stored(study.document() | change, study.digest)

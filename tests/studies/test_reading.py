@@ -72,14 +72,16 @@ def test_repeated_keys_are_refused_beside_other_faults(written_in: Format) -> No
     assert sorted(fields) == ["axes.clearance_ratio", "axes.frequency_ratio", "axes_", "axes_"]
 
 
-@pytest.mark.parametrize("spelled", ["NaN", "Infinity", "-Infinity", "1e999", "9" * 10_000])
-def test_numbers_that_json_does_not_have_are_named_where_they_stand(spelled: str) -> None:
-    assert only_fault(JSON.replace("[5, 10]", f"[5, {spelled}]"), "json").field == "axes.clearance_ratio[1]"
-
-
-@pytest.mark.parametrize("spelled", [".nan", ".inf", "-.inf", "1e999", "9" * 10_000])
-def test_numbers_that_are_not_finite_are_named_in_yaml_too(spelled: str) -> None:
-    assert only_fault(JSON.replace("[5, 10]", f"[5, {spelled}]"), "yaml").field == "axes.clearance_ratio[1]"
+@pytest.mark.parametrize(
+    ("spelled", "written_in"),
+    [
+        *((each, "json") for each in ("NaN", "Infinity", "-Infinity", "1e999", "9" * 10_000)),
+        *((each, "yaml") for each in (".nan", ".inf", "-.inf", "1e999", "9" * 10_000)),
+    ],
+)
+def test_numbers_that_are_not_finite_are_named_where_they_stand(spelled: str, written_in: Format) -> None:
+    text = JSON.replace("[5, 10]", f"[5, {spelled}]")
+    assert only_fault(text, written_in).field == "axes.clearance_ratio[1]"
 
 
 @pytest.mark.parametrize("opening", ["[", '{"a":', "- ", "? ", "[{", "{a: "])
@@ -101,7 +103,10 @@ def test_values_in_yaml_are_counted_while_they_are_read() -> None:
     assert f"{MAX_YAML_VALUES:,}" in only_fault("[" + "1," * MAX_YAML_VALUES + "]", "yaml").allowed
 
 
-@given(st.binary(max_size=60) | st.text(max_size=60), st.sampled_from(["json", "yaml"]))
+PUNCTUATION = st.text(alphabet='[]{}:,-?&*!|>"\n #ab1.e', max_size=40)
+
+
+@given(st.binary(max_size=60) | st.text(max_size=60) | PUNCTUATION, st.sampled_from(["json", "yaml"]))
 @example("a: \0", "yaml")
 @example("a: \ud800", "yaml")
 @example('{"\\ud800": "\\ud800"}', "json")
@@ -112,13 +117,6 @@ def test_arbitrary_text_only_ever_raises_study_faults(text: str | bytes, written
     with pytest.raises(StudyFaults) as caught:
         parse_study_text(text, written_in)
     str(caught.value).encode("utf-8")
-
-
-@given(st.text(alphabet='[]{}:,-?&*!|>"\n #ab1.e', max_size=40))
-@settings(max_examples=200, deadline=None)
-def test_yaml_punctuation_only_ever_raises_study_faults(text: str) -> None:
-    with pytest.raises(StudyFaults):
-        parse_study_text(text, "yaml")
 
 
 def test_files_are_read_by_their_suffix(tmp_path: Path) -> None:
@@ -158,19 +156,3 @@ def test_figure_11_is_the_papers_plane_at_resonance() -> None:
     np.testing.assert_allclose(at["friction_ratio"], np.arange(33) / 40, rtol=4e-16)
     fixed = {name: float(v[0]) for name, v in at.items() if len(v) == 1}
     assert fixed == {"damping_ratio": 0.0038, "restitution": 0.47, "mass_ratio": 0.1, "frequency_ratio": 1.0}
-
-
-def test_response_bands_hold_the_resonance_itself() -> None:
-    for name in ("figure-7", "figure-9", "figure-14"):
-        assert 1.0 in read_study(name).coordinates["frequency_ratio"]
-
-
-def test_one_grid_holds_every_entry_of_table_3() -> None:
-    at = read_study("table-3").coordinates
-    assert at["clearance_ratio"].tolist() == [5, 10, 15]
-    assert at["mass_ratio"].tolist() == [0, 0.1]
-    assert 0 in at["friction_ratio"]
-    # 0.69 stands for the friction that theory puts behind the measured 16.22 of friction alone; it comes to 16.01.
-    friction = 0.69
-    assert friction in at["friction_ratio"]
-    assert np.hypot(1.0, (1 - 4 * friction / np.pi) / (2 * 0.0038)) == pytest.approx(16.22, rel=0.02)

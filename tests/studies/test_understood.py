@@ -54,13 +54,16 @@ def test_over_base_amplitudes_the_ratios_reach_from_corner_to_corner() -> None:
         assert ends == (every[name].min(), every[name].max())
 
 
+HEAVY, MOVES, WIDE, RUBS = "heavier", "10 times as far", "larger than any motion", "more than 100 times"
+
+
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
-        ({"particle_mass_kg": 3000}, "The particle is heavier than the structure (β = 71.4)"),
-        ({"base_amplitude_m": 0.08}, "The base moves more than 10 times as far as the clearance"),
-        ({"clearance_m": [0.2, 2.0]}, "The clearance is larger than any motion"),
-        ({"friction_force_n": [16e3, 32e3]}, "The friction force is more than 100 times"),
+        ({"particle_mass_kg": 3000}, HEAVY),
+        ({"base_amplitude_m": 0.08}, MOVES),
+        ({"clearance_m": [0.2, 2.0]}, WIDE),
+        ({"friction_force_n": [16e3, 32e3]}, RUBS),
     ],
 )
 def test_what_is_certainly_unusual_is_remarked(changed: dict[str, Any], words: str) -> None:
@@ -86,44 +89,33 @@ def test_under_a_force_what_is_unusual_is_said_of_the_force() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "words"),
+    ("changed", "clearance", "base", "words"),
     [
-        ({"particle_mass_kg": 3000}, "The particle is heavier than the structure (β = 71.4)"),
-        (
-            {"excitation": {"base_amplitude_m": 0.3}},
-            "The base moves more than 10 times as far as the clearance",
-        ),
-        (
-            {"excitation": {"base_acceleration_m_per_s2": 1e3}},
-            "`clearance_m` and `base_acceleration_m_per_s2`",
-        ),
-        ({"excitation": {"force_n": 17e4}}, "The static displacement is more than 10 times the clearance"),
-        (
-            {"clearance": {"start": 0.5, "stop": 2.0}},
-            "The clearance is larger than any motion (d/Z = 5e+03 to 2e+04)",
-        ),
-        (
-            {"excitation": {"base_amplitude_m": 0.3}, "clearance": {"start": 0.5, "stop": 2.0}},
-            "The base shakes with at least 97.8 g: check the units of `base_amplitude_m` and of the frequencies.",
-        ),
-        ({"friction_force_n": 16e3}, "The friction force is more than 100 times"),
-        ({"clearance": {"start": 0.0002, "stop": 2.0}}, ""),
-        ({"friction_force_n": 10, "particle_mass_kg": 3}, ""),
+        ({"particle_mass_kg": 3000}, 0.002, {}, HEAVY),
+        ({}, 0.002, {"base_amplitude_m": 0.3}, MOVES),
+        ({}, 0.002, {"base_acceleration_m_per_s2": 1e3}, "`clearance_m` and `base_acceleration_m_per_s2`"),
+        ({}, 0.002, {"force_n": 17e4}, "The static displacement is more than 10 times the clearance"),
+        ({}, [0.5, 2.0], {}, WIDE),
+        ({}, [0.5, 2.0], {"base_amplitude_m": 0.3}, "check the units of `base_amplitude_m`"),
+        ({"friction_force_n": 16e3}, 0.002, {}, RUBS),
+        ({}, 2.0, {}, ""),
+        ({}, 0.002, {}, ""),
     ],
 )
 def test_what_is_certainly_unusual_in_a_specification_is_remarked(
-    changed: dict[str, Any], words: str
+    changed: dict[str, Any], clearance: float | list[float], base: dict[str, Any], words: str
 ) -> None:
+    start, stop = clearance if isinstance(clearance, list) else (0.0002, clearance)
     asked = parse_specification(
         {
             "structure": {"mass_kg": 42, "natural_frequency_hz": 11.3, "damping_ratio": 0.011},
-            "excitation": changed.get("excitation", {"base_amplitude_m": 1e-4})
-            | {"frequency_hz": {"start": 9, "stop": 14}},
-            "choose": {"clearance_m": changed.get("clearance", {"start": 0.0002, "stop": 0.002})},
-            "friction_force_n": changed.get("friction_force_n", 10),
-            "particle_mass_kg": changed.get("particle_mass_kg", 3),
+            "excitation": (base or {"base_amplitude_m": 1e-4}) | {"frequency_hz": {"start": 9, "stop": 14}},
+            "choose": {"clearance_m": {"start": start, "stop": stop}},
+            "friction_force_n": 10,
+            "particle_mass_kg": 3,
             "restitution": 0.5,
         }
+        | changed
     )
     found = "".join(unusual_specification(asked))
     assert words in found

@@ -74,74 +74,41 @@ def cube(stored: tuple[Store, str]) -> xr.Dataset:
     return store.cube(study_id)
 
 
-def test_results_in_units_are_the_ratios_times_each_base_amplitude(cube: xr.Dataset) -> None:
-    ratio = cube["amplitude_ratio"].values
-    np.testing.assert_array_equal(cube["amplitude_m"].values, ratio * Z[:, None])
-    speed = 2 * np.pi * HERTZ * Z[:, None]
-    np.testing.assert_allclose(
-        cube["impact_speed_max_m_per_s"], cube["impact_speed_max"].values * speed, rtol=1e-15
-    )
-    # energy goes with the square of the base amplitude
-    energy = MASS * (2 * np.pi * HERTZ) ** 2 * Z[:, None] ** 2
-    np.testing.assert_allclose(
-        cube["dissipation_per_cycle_j"], cube["dissipation_per_cycle"].values * energy, rtol=1e-15
-    )
-    # read in pieces, along each dimension on its own, the factors go with their places
-    part = cube["amplitude_m"].isel(base_amplitude_m=[2, 0], frequency_ratio=slice(1, 3), clearance_m=1)
-    np.testing.assert_array_equal(part.values[0, 0, 0], (ratio * Z[:, None])[0, 0, 0, 1][:, [2, 0], 1:3])
-    one = cube["amplitude_m"].isel(base_amplitude_m=1)
-    np.testing.assert_array_equal(one.values, ratio[..., 1, :] * Z[1])
-    for name, unit in (
-        ("amplitude_m", "m"),
-        ("impact_speed_max_m_per_s", "m s-1"),
-        ("amplitude_error_m", "m"),
-        ("dissipation_per_cycle_j", "J"),
-    ):
-        assert cube[name].attrs["units"] == unit
-
-
-def test_under_a_constant_acceleration_results_in_units_have_the_displacement_of_each_frequency(
-    stored: tuple[Store, str],
+@pytest.mark.parametrize(("constant", "order"), [(None, 0), ("acceleration", 2)])
+def test_results_in_units_are_the_ratios_times_the_displacement_of_the_base_at_each_frequency(
+    stored: tuple[Store, str], constant: str | None, order: int
 ) -> None:
-    store, _ = stored
-    cube = store.cube(keep(store, PHYSICAL | {"constant": "acceleration"}))
-    base_m = Z[:, None] / cube["frequency_ratio"].values ** 2
-    ratio = cube["amplitude_ratio"].values
+    store, study_id = stored
+    cube = store.cube(keep(store, PHYSICAL | {"constant": constant}) if constant else study_id)
+    base_m = Z[:, None] / cube["frequency_ratio"].values ** order
+    ratio, stiffness = cube["amplitude_ratio"].values, MASS * (2 * np.pi * HERTZ) ** 2
     np.testing.assert_array_equal(cube["amplitude_m"].values, ratio * base_m)
+    speed = cube["impact_speed_max"].values * (2 * np.pi * HERTZ * base_m)
+    np.testing.assert_allclose(cube["impact_speed_max_m_per_s"], speed, rtol=1e-15)
+    # energy goes with the square of the base amplitude
+    energy = cube["dissipation_per_cycle"].values * (stiffness * base_m**2)
+    np.testing.assert_allclose(cube["dissipation_per_cycle_j"], energy, rtol=1e-15)
+    units = {"amplitude_m": "m", "impact_speed_max_m_per_s": "m s-1", "dissipation_per_cycle_j": "J"}
+    assert {name: cube[name].attrs["units"] for name in units} == units
+    # read in pieces, along each dimension on its own, the factors go with their places
     part = cube["amplitude_m"].isel(base_amplitude_m=[2, 0], frequency_ratio=slice(1, 3), clearance_m=1)
     np.testing.assert_array_equal(part.values[0, 0, 0], (ratio * base_m)[0, 0, 0, 1][:, [2, 0], 1:3])
     one = cube["amplitude_m"].isel(frequency_ratio=2, friction_force_n=[0, 2])
     np.testing.assert_array_equal(one.values, (ratio * base_m)[..., 2][..., [0, 2], :])
     loaded = with_units(cube.drop_vars(["amplitude_m"]).load())
     np.testing.assert_array_equal(loaded["amplitude_m"].values, ratio * base_m)
-    np.testing.assert_allclose(
-        loaded["dissipation_per_cycle_j"].values,
-        cube["dissipation_per_cycle"].values * (MASS * (2 * np.pi * HERTZ) ** 2 * base_m**2),
-        rtol=1e-15,
-    )
-    np.testing.assert_allclose(cube["dissipation_per_cycle_j"], loaded["dissipation_per_cycle_j"], rtol=1e-15)
-    assert cube["clearance_ratio"].dims == ("clearance_m", "base_amplitude_m", "frequency_ratio")
-    np.testing.assert_array_equal(cube["clearance_ratio"][1], 0.01 / base_m)
-    stiffness = MASS * (2 * np.pi * HERTZ) ** 2
-    # a handful of roundings
-    np.testing.assert_allclose(cube["friction_ratio"][2], 1.5 / (stiffness * base_m), rtol=1e-15)
+    # the ratios of a damper, a handful of roundings
+    per = base_m if constant else Z
+    dims = ("base_amplitude_m", "frequency_ratio") if constant else ("base_amplitude_m",)
+    assert cube["clearance_ratio"].dims == ("clearance_m", *dims)
+    np.testing.assert_array_equal(cube["clearance_ratio"][1], 0.01 / per)
+    np.testing.assert_allclose(cube["friction_ratio"][2], 1.5 / (stiffness * per), rtol=1e-15)
     # the map shows the worst of metres, which is not where the ratio is largest
     shown = resonance_map(cube, "clearance_m", "friction_force_n", Selection(metric="amplitude_m"))
-    np.testing.assert_allclose(
-        shown["amplitude_m"].values.T.ravel(), (ratio * base_m).max(axis=(5, 6)).ravel(), rtol=1e-15
-    )
+    worst = (ratio * base_m).max(axis=(5, 6)).ravel()
+    np.testing.assert_allclose(shown["amplitude_m"].values.T.ravel(), worst, rtol=1e-15)
     rows = list(csv.DictReader(io.StringIO("".join(csv_lines(cube)))))
-    assert len(rows) == ratio.size
     np.testing.assert_allclose([float(row["amplitude_m"]) for row in rows], (ratio * base_m).ravel())
-
-
-def test_ratios_are_coordinates_beside_the_dimensions(cube: xr.Dataset) -> None:
-    assert cube["clearance_ratio"].dims == ("clearance_m", "base_amplitude_m")
-    np.testing.assert_array_equal(cube["clearance_ratio"], np.array([[0.006], [0.01]]) / Z)
-    stiffness = MASS * (2 * np.pi * HERTZ) ** 2
-    np.testing.assert_allclose(
-        cube["friction_ratio"], np.array([[0.5], [1.0], [1.5]]) / (stiffness * Z), rtol=1e-15
-    )
 
 
 def test_exports_hold_dampers_ratios_and_units(cube: xr.Dataset, tmp_path: Path) -> None:
@@ -239,31 +206,34 @@ def test_the_base_amplitude_is_one_of_the_parameters_that_matter(cube: xr.Datase
     assert set(names) == {"base_amplitude_m", "clearance_m", "friction_force_n"}
 
 
-def test_questions_about_one_base_amplitude_are_refused_in_words(cube: xr.Dataset) -> None:
-    dimensions = tuple(map(str, cube["status"].dims))
-    require_harmonic(dimensions, "frequency-response", amplitudes=True)
-    with pytest.raises(
-        QueryFault, match="a study over base amplitudes, and tmd-comparison is a question about"
-    ):
-        require_harmonic(dimensions, "tmd-comparison")
-
-
-def test_a_tuned_mass_damper_is_compared_at_one_base_amplitude(cube: xr.Dataset) -> None:
+@pytest.mark.parametrize("constant", ["displacement", "velocity", "acceleration"])
+def test_a_tuned_mass_damper_is_compared_at_one_base_amplitude(
+    stored: tuple[Store, str], constant: str
+) -> None:
+    store, study_id = stored
+    falls = constant != "displacement"
+    whole = store.cube(keep(store, PHYSICAL | {"constant": constant}) if falls else study_id)
+    definition = whole.attrs["study"]
     at = {"clearance_m": 0.01, "friction_force_n": 1.5, "base_amplitude_m": 0.0021}
-    one, rest = at_one_amplitude(cube, at)
-    assert tuple(one["status"].dims) == DIMENSIONS
-    np.testing.assert_array_equal(one["clearance_ratio"], np.array([0.006, 0.01]) / 0.002)
-    stiffness = MASS * (2 * np.pi * HERTZ) ** 2
-    np.testing.assert_allclose(
-        one["friction_ratio"], np.array([0.5, 1, 1.5]) / (stiffness * 0.002), rtol=1e-14
-    )
-    answer = said_of_it(tmd_comparison(one, Tuning(mass_ratio=0.05), rest), one, cube)
-    np.testing.assert_array_equal(answer["hybrid"], cube["amplitude_ratio"].values[0, 0, 0, 1, 2, 1])
-    assert answer.attrs["note"].startswith("Base amplitude Z = 0.002 m. At ")
-    assert answer.attrs["in_units"]["note"].startswith("Base amplitude Z = 2 mm. At ")
+    one, rest = at_one_amplitude(whole, at)
+    assert whole.attrs["study"] == definition
+    if not falls:
+        assert tuple(one["status"].dims) == DIMENSIONS
+        np.testing.assert_array_equal(one["clearance_ratio"], np.array([0.006, 0.01]) / 0.002)
+        stiffness = MASS * (2 * np.pi * HERTZ) ** 2
+        forces = np.array([0.5, 1, 1.5])
+        np.testing.assert_allclose(one["friction_ratio"], forces / (stiffness * 0.002), rtol=1e-14)
+    answer = said_of_it(tmd_comparison(one, Tuning(mass_ratio=0.05), rest), one, whole)
+    np.testing.assert_array_equal(answer["hybrid"], whole["amplitude_ratio"].values[0, 0, 0, 1, 2, 1])
+    same = frequency_response(whole, Selection("amplitude_ratio", at))
+    np.testing.assert_array_equal(answer["hybrid"], same["amplitude_ratio"])
+    for words in (answer.attrs, answer.attrs["in_units"]):
+        assert words["verdict"]
+        assert (f"The {constant} of the base is the same at every frequency" in words["note"]) is falls
+    assert "2 mm" in answer.attrs["in_units"]["note"]
     assert "clearance d = 10 mm, friction force F_f = 1.5 N" in answer.attrs["in_units"]["note"]
     with pytest.raises(QueryFault, match="about one base amplitude, and the study has 3") as refused:
-        at_one_amplitude(cube, {})
+        at_one_amplitude(whole, {})
     assert refused.value.fault.field == "base_amplitude_m"
 
 
@@ -277,29 +247,6 @@ def test_what_a_study_over_base_amplitudes_does_not_answer_says_what_does(asked:
     assert fault.field == "study"
     assert fault.allowed == f"a study with one base amplitude for {asked}"
     assert instead in fault.advice
-
-
-@pytest.mark.parametrize(("constant", "power"), [("velocity", 1), ("acceleration", 2)])
-def test_a_tuned_mass_damper_is_compared_where_the_base_amplitude_falls_with_the_frequency(
-    stored: tuple[Store, str], constant: str, power: int
-) -> None:
-    store, _ = stored
-    whole = store.cube(keep(store, PHYSICAL | {"constant": constant}))
-    definition = whole.attrs["study"]
-    at = {"clearance_m": 0.01, "friction_force_n": 1.5, "base_amplitude_m": 0.0021}
-    one, rest = at_one_amplitude(whole, at)
-    assert whole.attrs["study"] == definition
-    answer = said_of_it(tmd_comparison(one, Tuning(mass_ratio=0.05), rest), one, whole)
-    np.testing.assert_array_equal(answer["hybrid"], whole["amplitude_ratio"].values[0, 0, 0, 1, 2, 1])
-    same = frequency_response(whole, Selection("amplitude_ratio", at))
-    np.testing.assert_array_equal(answer["hybrid"], same["amplitude_ratio"])
-    for words in (answer.attrs, answer.attrs["in_units"]):
-        assert words["note"].startswith(f"The {constant} of the base is the same at every frequency")
-        assert f"over the amplitude at the frequency itself, Z/r{'²' * (power == 2)}." in words["note"]
-        assert words["verdict"]
-    assert "base amplitude Z = 2 mm (the grid point nearest to the 2.1 mm asked for)" in answer.attrs["note"]
-    with pytest.raises(QueryFault, match="about one base amplitude, and the study has 3"):
-        at_one_amplitude(whole, {})
 
 
 def test_a_tuned_mass_damper_is_compared_with_the_best_damper_at_an_amplitude_that_alone_is_named(

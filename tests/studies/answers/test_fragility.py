@@ -9,9 +9,8 @@ import xarray as xr
 from scipy.optimize import minimize
 from scipy.stats import norm
 
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.fragility import WIDEST, bounds, fit_lognormal, fragility
-from damperlab.studies.kinds import HARMONIC, SUITE
+from damperlab.studies.kinds import SUITE
 from damperlab.studies.questions import Fragile
 
 SCALES = np.array([0.5, 1.0, 2.0, 4.0])
@@ -197,8 +196,3 @@ def test_what_cannot_be_fitted_is_said() -> None:
     never = fragility(suite_of(np.full((4, 4), 0.001)), Fragile(0.02))
     assert never.attrs["never"] == 4
     assert "0 of 4 records" in never.attrs["note"]
-    shape = (1,) * len(HARMONIC.dimensions)
-    axes = {name: np.ones(1) for name in HARMONIC.dimensions}
-    harmonic = xr.Dataset({"status": (HARMONIC.dimensions, np.zeros(shape, np.int8))}, axes)
-    with pytest.raises(QueryFault, match="needs a ground-motion suite"):
-        fragility(harmonic, Fragile(0.02))

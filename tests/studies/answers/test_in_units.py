@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damperlab.service.figures.style import fixed_title
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
@@ -191,31 +190,6 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
     ratios.attrs = {}
     for answer in (optimal_designs(ratios), tmd_comparison(ratios)):
         assert "in_units" not in answer.attrs
-
-
-def test_a_damper_is_followed_over_base_amplitudes_in_millimetres(cube: xr.Dataset) -> None:
-    rays = cube.isel(clearance_ratio=slice(1, None), friction_ratio=slice(1, None))
-    note = robust_designs(rays, (0.5, 1.0)).attrs["in_units"]["note"]
-    assert f"base amplitudes from {0.5e3 * BASE:g} to {1e3 * BASE:g} mm in 2 steps" in note
-    assert f"f = {0.8 * HERTZ:g} to {1.1 * HERTZ:g} Hz" in note
-    # what is ranked is the ratio to each of these amplitudes
-    assert RATIO.sub("", note, count=1).count("ratio") == 0
-
-
-def test_a_figure_of_what_was_asked_in_units_tells_its_place_in_them(cube: xr.Dataset) -> None:
-    light = {"mass_ratio": 0.05}
-    answer = resonance_map(cube, "clearance_m", "friction_force_n", Selection("amplitude_m", light))
-    title = fixed_title(answer)
-    assert "$m$ = 0.1 kg" in title
-    assert title.endswith("; max over $f$")
-    curve = fixed_title(frequency_response(cube, Selection("amplitude_m", {"clearance_ratio": 3.0})))
-    assert "$d$ = 6 mm" in curve
-    for symbol in ("β", "d/Z", "γ_F"):
-        assert symbol not in title + curve
-    # what is asked as ratios is told as ratios
-    ratios = fixed_title(resonance_map(cube, "clearance_ratio", "friction_ratio", Selection(at=light)))
-    assert "$β$ = 0.05" in ratios
-    assert ratios.endswith("; max over $r$")
 
 
 def test_limits_on_results_are_told_as_ratios_and_in_units(cube: xr.Dataset) -> None:

@@ -4,17 +4,10 @@ import numpy as np
 import pytest
 
 import damperlab.studies.answers.resonance_map
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.questions import Selection
 from damperlab.studies.variables import Status
-
-
-def split(question):
-    """Arguments of a map, those of its selection in one value."""
-    chosen = {name: question.pop(name) for name in ("metric", "at", "interpolate") if name in question}
-    return {**question, "selection": Selection(**chosen)}
 
 
 def test_a_map_holds_the_slice_with_error_class_and_status(cube, whole):
@@ -124,7 +117,7 @@ def test_any_two_dimensions_make_a_map(cube, whole):
     assert one_row["amplitude_ratio"].shape == (3, 1)
 
 
-@pytest.mark.parametrize("budget", [1, 45, 10**6])
+@pytest.mark.parametrize("budget", [45, 10**6])
 @pytest.mark.parametrize("reduce", ["max", "min"])
 def test_an_extremum_over_a_dimension_brings_its_place(cube, whole, monkeypatch, budget, reduce):
     monkeypatch.setattr(damperlab.studies.answers.resonance_map, "BUDGET", budget)
@@ -162,31 +155,7 @@ def test_an_extremum_over_a_dimension_brings_its_place(cube, whole, monkeypatch,
     assert answer.attrs["points_failed"] == (status > 1).sum() > 0
 
 
-@pytest.mark.parametrize("budget", [1, 10**6])
-def test_a_mean_over_a_dimension_takes_what_is_there(cube, whole, monkeypatch, budget):
-    monkeypatch.setattr(damperlab.studies.answers.resonance_map, "BUDGET", budget)
-    answer = resonance_map(
-        cube,
-        "clearance_ratio",
-        "friction_ratio",
-        Selection(at={"frequency_ratio": 0.7}),
-        over="restitution",
-        reduce="mean",
-    )
-    values = whole["amplitude_ratio"].values[0, :, 0, :, :, 0].transpose(0, 2, 1)
-    known = np.isfinite(values)
-    number = known.sum(axis=0)
-    expected = np.where(number > 0, np.where(known, values, 0).sum(axis=0) / np.maximum(number, 1), np.nan)
-    # three terms: rounding alone may differ
-    np.testing.assert_allclose(answer["amplitude_ratio"], expected, rtol=4 * np.finfo(float).eps)
-    status = whole["status"].values[0, :, 0, :, :, 0].transpose(0, 2, 1)
-    worst = np.where((status > 1).any(axis=0), 2, np.where((status < 0).any(axis=0), -1, status.max(axis=0)))
-    np.testing.assert_array_equal(answer["status"], worst)
-    assert "response_class" not in answer
-
-
-@pytest.mark.parametrize("budget", [1, 45, 10**6])
-@pytest.mark.parametrize("reduce", ["max", "min", "mean"])
+@pytest.mark.parametrize(("budget", "reduce"), [(45, "max"), (10**6, "min"), (1, "mean"), (10**6, "mean")])
 def test_a_reduction_is_that_of_the_worst_frequency(cube, whole, monkeypatch, budget, reduce):
     monkeypatch.setattr(damperlab.studies.answers.resonance_map, "BUDGET", budget)
     answer = resonance_map(cube, "clearance_ratio", "friction_ratio", over="restitution", reduce=reduce)
@@ -206,6 +175,7 @@ def test_a_reduction_is_that_of_the_worst_frequency(cube, whole, monkeypatch, bu
     assert answer.attrs["complete"] == float((part["status"] >= 0).mean())
     if reduce == "mean":
         assert "frequency_ratio_at" not in answer
+        assert "response_class" not in answer
         return
     known = np.isfinite(expected.values)
     row, column = np.argwhere(known)[0]
@@ -224,47 +194,6 @@ def test_a_map_where_nothing_is_known_is_empty_not_wrong(cube):
         assert np.isnan(answer["amplitude_ratio"]).all()
         assert (answer["status"] == -1).all()
         assert answer.attrs["complete"] == 0
-
-
-@pytest.mark.parametrize(
-    ("question", "field", "words"),
-    [
-        ({"x": "clearance"}, "x", "did you mean clearance_ratio"),
-        ({"y": "friction_ratio", "x": "friction_ratio"}, "y", "no other argument"),
-        ({"metric": "amplitude"}, "metric", "did you mean amplitude"),
-        ({"over": "clearance_ratio"}, "over", "no other argument"),
-        ({"over": "nothing"}, "over", "one of damping_ratio"),
-        ({"over": "restitution", "reduce": "median"}, "reduce", "max, min, mean"),
-        ({"reduce": "max"}, "reduce", "name the dimension"),
-        ({"over": "restitution", "metric": "response_class"}, "metric", "codes"),
-        ({"at": {"gap": 1.0}}, "gap", "one of"),
-        ({"at": {"clearance_ratio": 1.0}}, "clearance_ratio", "it is an axis of the map"),
-        ({"at": {"restitution": float("nan")}}, "restitution", "finite"),
-        ({"interpolate": True, "metric": "response_class"}, "interpolate", "codes"),
-        ({"interpolate": True, "over": "restitution"}, "interpolate", "leave `over` out"),
-    ],
-)
-def test_a_map_that_cannot_be_drawn_is_refused_with_what_can(cube, question, field, words):
-    with pytest.raises(QueryFault, match=f"(?i){words}") as caught:
-        resonance_map(cube, **split({"x": "clearance_ratio", "y": "friction_ratio", **question}))
-    assert caught.value.fault.field == field
-
-
-@pytest.mark.parametrize(
-    ("at", "allowed"),
-    [
-        ({"clearance_ratio": 4000.0}, "a value from 1 to 20"),
-        ({"clearance_ratio": -20.0}, "a value from 1 to 20"),
-        ({"restitution": 47.0}, "a value from 0.2 to 0.8"),
-        ({"mass_ratio": 100.0}, "a value from 0.1"),
-    ],
-)
-@pytest.mark.parametrize("interpolate", [False, True])
-def test_a_value_far_outside_its_axis_is_refused(cube, at, allowed, interpolate):
-    with pytest.raises(QueryFault, match="the nearest grid point would answer another question") as caught:
-        frequency_response(cube, Selection(at=at, interpolate=interpolate))
-    (name,) = at
-    assert (caught.value.fault.field, caught.value.fault.allowed) == (name, allowed)
 
 
 def test_a_value_a_step_beyond_its_axis_is_answered_at_its_end(cube):
@@ -293,51 +222,20 @@ def test_a_curve_runs_along_the_frequency(cube, whole):
     assert "nearest to the 9 asked for" in answer.attrs["note"]
 
 
-def test_a_curve_of_one_frequency_says_so(cube):
-    answer = frequency_response(cube.isel(frequency_ratio=[2]))
-    assert answer["amplitude_ratio"].shape == (1,)
-    assert "one point" in answer.attrs["note"]
-
-
-@pytest.mark.parametrize(
-    ("metric", "at", "field"),
-    [
-        ("amplitude", {}, "metric"),
-        ("cycles", {"frequency_ratio": 1.0}, "frequency_ratio"),
-        ("cycles", {"z": 1}, "z"),
-    ],
-)
-def test_a_curve_that_cannot_be_drawn_is_refused(cube, metric, at, field):
-    with pytest.raises(QueryFault) as caught:
-        frequency_response(cube, Selection(metric, at=at))
-    assert caught.value.fault.field == field
-
-
 def test_what_was_asked_for_is_said_as_people_write_it(whole):
     whole["status"][:] = 0
     whole["response_class"][:] = 3
     third = np.arange(4) * 0.2
     third[3] = np.nextafter(0.6, 1)
     asked = whole.assign_coords(friction_ratio=third)
-    note = frequency_response(asked, Selection(at={"friction_ratio": 0.6, "clearance_ratio": 5.0})).attrs[
-        "note"
-    ]
-    assert "nearest" not in note
-    assert "friction ratio γ_F = 0.6" in note
+    on_it = frequency_response(asked, Selection(at={"friction_ratio": 0.6}, interpolate=True))
+    assert not on_it["interpolated"].values.any()  # a value a rounding off the grid is on it
+    assert "friction ratio γ_F = 0.6" in on_it.attrs["note"]
     at = {"friction_ratio": 0.4, "clearance_ratio": 3.0}
     note = frequency_response(asked, Selection(at=at, interpolate=True)).attrs["note"]
     assert "friction ratio γ_F = 0.4" in note
-    assert "0.4 (not asked for" not in note
-    assert "to clearance ratio d/Z = 3 between 2 and 5" in note
+    assert "clearance ratio d/Z = 3 between 2 and 5" in note
     assert "coefficient of restitution e = 0.2 (of the best design)" in note
-    # a value a rounding off the grid is on it
-    on_it = frequency_response(asked, Selection(at={"friction_ratio": 0.6}, interpolate=True))
-    assert not on_it["interpolated"].values.any()
-    by_map = resonance_map(
-        asked,
-        "restitution",
-        "clearance_ratio",
-        Selection(at={"friction_ratio": 0.3, "frequency_ratio": 1.0}, interpolate=True),
-    )
-    assert "frequency ratio r = 1." in by_map.attrs["note"]
-    assert "to friction ratio γ_F = 0.3 between 0.2 and 0.4" in by_map.attrs["note"]
+    at = {"friction_ratio": 0.3, "frequency_ratio": 1.0}
+    by_map = resonance_map(asked, "restitution", "clearance_ratio", Selection(at=at, interpolate=True))
+    assert "friction ratio γ_F = 0.3 between 0.2 and 0.4" in by_map.attrs["note"]

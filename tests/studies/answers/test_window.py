@@ -91,10 +91,3 @@ def test_the_extremes_are_those_of_the_part_and_codes_have_none() -> None:
     codes = whole.rename(amplitude_ratio="response_class")
     codes["response_class"].attrs["flag_values"] = [0, 1]
     assert "largest" not in window(codes, most=5).attrs["note"]
-
-
-def test_the_end_of_a_range_is_the_grid_point_that_a_person_means() -> None:
-    whole = _map(11, 3)
-    whole = whole.assign_coords(friction_ratio=np.arange(11) * 0.1)  # 0.30000000000000004, 0.7000000000000001
-    part = window(whole, {"friction_ratio": (0.3, 0.7)})
-    assert part.sizes["friction_ratio"] == 5

@@ -1,15 +1,15 @@
 """The tuned mass damper beside a design, against the receptance of two masses, at very many frequencies and structures."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 from tests.oracles.transmissibility import absolute_amplitude
 
 from damperlab.studies.design.absorber import DETUNED, Beside, tuned_beside
-from damperlab.studies.design.build import Build
-from damperlab.studies.design.score import Score
-from damperlab.studies.design.verdict import _detuned, _tuned, _tuned_wins, _value, _without_damper
+from damperlab.studies.design.verdict import _without_damper
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.minimax import minimax
@@ -59,60 +59,138 @@ def receptance(beside: Beside, damping_ratio: float, r: np.ndarray, tuning: floa
 @pytest.mark.parametrize(
     ("damping_ratio", "mass_ratio", "tolerance", "low_hz", "high_hz"),
     [
+        (0.02, 0.1, 0.05, 6.0, 10.0),
+        (0.02, 0.05, 0.0, 8.0, 8.0),
         pytest.param(0.001, 0.005, 0.2, 8.4, 8.8, marks=pytest.mark.night),
-        pytest.param(0.001, 0.002, 0.1, 8.4, 8.8, marks=pytest.mark.night),
-        (0.01, 0.002, 0.2, 7.5, 8.5),
+        pytest.param(0.01, 0.002, 0.2, 7.5, 8.5, marks=pytest.mark.night),
         pytest.param(0.001, 0.03, 0.2, 7.0, 9.0, marks=pytest.mark.night),
     ],
 )
-def test_no_structure_within_the_tolerances_moves_more_than_is_said(
+def test_no_structure_within_the_tolerances_moves_more_than_is_said_nor_does_the_mass(
     damping_ratio: float, mass_ratio: float, tolerance: float, low_hz: float, high_hz: float
 ) -> None:
     """A narrow peak lies between any few structures that are tried: these moved 1.8 to 3.4 times as much as was said."""
-    found = tuned_beside(
-        asked(
-            damping_ratio, low_hz, high_hz, mass_ratio, tolerances={"natural_frequency_hz": f"{tolerance:%}"}
-        ),
-        mass_ratio,
-    )
+    off = {"tolerances": {"natural_frequency_hz": f"{tolerance:%}"}} if tolerance else {}
+    found = tuned_beside(asked(damping_ratio, low_hz, high_hz, mass_ratio, **off), mass_ratio)
     assert found is not None
     r = np.linspace(low_hz, high_hz, 801) / 8.0
-    tops = [
-        receptance(found, damping_ratio, r, 1.0, 1.0 + share).max()
-        for share in np.linspace(-tolerance, tolerance, 2001)
-    ]
-    assert found.value == pytest.approx(BASE_M * max(tops), rel=0.002)
-    assert found.value >= 0.9999 * BASE_M * max(tops)
+    # the base moves the structure, and that the mass on its spring and dashpot
+    own = r / found.absorber.tuning
+    against = np.abs(own**2 / (1.0 + 2j * found.absorber.damping_ratio * own - own**2))
+    highest = stroke = 0.0
+    for share in np.linspace(-tolerance, tolerance, 2001 if tolerance else 1):
+        moved = receptance(found, damping_ratio, r, 1.0, 1.0 + share)
+        highest, stroke = max(highest, moved.max()), max(stroke, (moved * against).max())
+    for said, truth in ((found.value, BASE_M * highest), (found.stroke, BASE_M * stroke)):
+        assert said == pytest.approx(truth, rel=0.002)
+        assert said >= 0.9999 * truth
 
 
 @pytest.mark.parametrize(
     ("damping_ratio", "mass_ratio", "low_hz", "high_hz", "measure"),
     [
         (0.005, 0.05, 7.6, 8.8, "worst_relative_displacement"),
-        (0.1, 0.03, 7.488, 7.648, "worst_displacement"),
-        (0.02, 0.05, 6.8, 9.2, "worst_displacement"),
+        (0.02, 0.2, 6.4, 10.0, "worst_displacement"),
+        pytest.param(0.1, 0.03, 7.488, 7.648, "worst_displacement", marks=pytest.mark.night),
+        pytest.param(0.02, 0.05, 4.8, 7.6, "worst_displacement", marks=pytest.mark.night),
+        pytest.param(0.02, 0.02, 18.0, 19.0, "worst_displacement", marks=pytest.mark.night),
+        pytest.param(0.02, 0.2, 0.8, 80.0, "worst_displacement", marks=pytest.mark.night),
     ],
 )
-def test_no_tuning_of_a_fine_scan_is_better(
-    damping_ratio: float, mass_ratio: float, low_hz: float, high_hz: float, measure: str
+@pytest.mark.parametrize("forced", [False, pytest.param(True, marks=pytest.mark.night)])
+def test_no_other_absorber_of_the_mass_does_better_over_the_band(
+    damping_ratio: float, mass_ratio: float, low_hz: float, high_hz: float, measure: str, forced: bool
 ) -> None:
-    """The least of a scan is at least the best there is, but for what lies between its frequencies.
-
-    A peak of a half width of 0.01 loses (h/0.01)²/2 at the distance h, half a step of at most 0.3/600: 3e-4. A tuning that
-    is better by less than a thousandth is none that is looked for.
-    """
-    found = tuned_beside(asked(damping_ratio, low_hz, high_hz, mass_ratio, measure=measure), mass_ratio)
+    """Against the receptance of two masses at 3,000 frequencies, least over a grid and then by Nelder and Mead's simplex."""
+    excitation = {"force_n": STIFFNESS * BASE_M} if forced else {"base_amplitude_m": BASE_M}
+    excitation |= {"frequency_hz": {"start": low_hz, "stop": high_hz}}
+    measure = "worst_displacement" if forced else measure
+    what = asked(damping_ratio, low_hz, high_hz, mass_ratio, measure=measure, excitation=excitation)
+    found = tuned_beside(what, mass_ratio)
     assert found is not None
-    r = np.linspace(low_hz, high_hz, 601) / 8.0
-    tuning = np.linspace(0.85, 1.15, 1201)[:, None]
-    structure = 1.0 + 2j * damping_ratio * r
-    least = np.inf
-    for absorber_damping in np.geomspace(1e-3, 0.3, 121):
-        link = tuning**2 + 2j * absorber_damping * tuning * r
-        moved = structure / (structure - r**2 - mass_ratio * r**2 * link / (link - r**2))
-        against = np.abs(moved - 1.0) if measure == "worst_relative_displacement" else np.abs(moved)
-        least = min(least, against.max(axis=1).min())
-    assert found.value <= BASE_M * least * (1 + 3e-4)
+    # close together about the resonance, where a light absorber has its peaks
+    band = (low_hz / 8.0, high_hz / 8.0)
+    r = np.unique(np.concatenate([np.geomspace(*band, 1000), np.clip(np.linspace(0.8, 1.2, 2000), *band)]))
+    s = 1j * r
+
+    def worst(x: np.ndarray) -> float:
+        own, damping = np.exp(x)
+        link = own**2 + 2.0 * damping * own * s
+        through = 1.0 if forced else 1.0 + 2.0 * damping_ratio * s
+        below = s**2 + 2.0 * damping_ratio * s + 1.0 + mass_ratio * s**2 * link / (s**2 + link)
+        moved = through / below - (1.0 if measure == "worst_relative_displacement" else 0.0)
+        return float(np.abs(moved).max())
+
+    grid = [np.array([p, q]) for p in np.linspace(-0.9, 1.2, 43) for q in np.linspace(-9.0, 0.5, 25)]
+    best = sorted(grid, key=worst)[:3]
+    truth = BASE_M * min(minimize(worst, start, method="Nelder-Mead").fun for start in best)
+    assert 0.999 * truth <= found.value <= 1.005 * truth
+
+
+MOTIONS = (
+    {"base_amplitude_m": BASE_M},
+    {"base_velocity_m_per_s": 0.05},
+    {"base_acceleration_m_per_s2": 2.5},
+    {"force_n": 40.0},
+)
+JUDGES: dict[str, tuple[int, bool, Callable[[np.ndarray], float]]] = {
+    "worst_displacement": (0, False, np.max),
+    "worst_relative_displacement": (0, True, np.max),
+    "worst_acceleration": (2, False, np.max),
+    "worst_rms_acceleration": (2, False, lambda peaks: peaks.max() / np.sqrt(2.0)),
+    "rms_acceleration": (
+        2,
+        False,
+        lambda peaks: np.sqrt(np.trapezoid(peaks**2) / (peaks.size - 1) / 2.0),
+    ),
+}
+"""Of a measure: which derivative of the displacement, whether against the base, and what is taken of it over the band."""
+COMMIT = "force_n", "worst_acceleration"
+
+
+@pytest.mark.parametrize(
+    ("motion", "measure"),
+    [
+        pytest.param(
+            motion,
+            measure,
+            marks=() if (key, measure) == COMMIT else pytest.mark.night,
+            id=f"{key}-{measure}",
+        )
+        for motion in MOTIONS
+        for key in motion
+        for measure in JUDGES
+        if key != "force_n" or not JUDGES[measure][1]
+    ],
+)
+def test_the_tuned_mass_damper_moves_as_its_equations_of_motion_say(
+    motion: dict[str, float], measure: str
+) -> None:
+    """Both in kilograms and newtons, at the ends of the mass's tolerance and of natural frequencies within theirs."""
+    zeta, own_rate, low_hz, high_hz = 0.03, 16.0 * np.pi, 7.0, 9.5
+    derivative, against, judge = JUDGES[measure]
+    excitation = {**motion, "frequency_hz": {"start": low_hz, "stop": high_hz}}
+    tolerances = {"mass_kg": "3%", "natural_frequency_hz": "2%"}
+    more = {"excitation": excitation, "measure": measure, "tolerances": tolerances}
+    beside = tuned_beside(asked(zeta, low_hz, high_hz, 0.1, **more), 0.1)
+    assert beside is not None
+    own, small = own_rate * beside.absorber.tuning, beside.absorber.mass_ratio * MASS_KG
+    s = 2j * np.pi * np.linspace(low_hz, high_hz, 4001)
+    link = small * (own**2 + 2.0 * beside.absorber.damping_ratio * own * s)
+    ((key, size),) = motion.items()
+    order = ("base_amplitude_m", "base_velocity_m_per_s", "base_acceleration_m_per_s2", "force_n").index(key)
+
+    def peak(mass: float, speed: float) -> float:
+        through = mass * (2.0 * zeta * speed * s + speed**2)
+        base = 0.0 if key == "force_n" else size / s**order
+        force = size if key == "force_n" else through * base
+        dynamic = mass * s**2 + through + link - link**2 / (small * s**2 + link)
+        return float(judge(np.abs(s**derivative * (force / dynamic - against * base))))
+
+    rates = own_rate * np.linspace(0.98, 1.02, 41)
+    truth = [peak(share * MASS_KG, rate) for share in (1.0, 0.97, 1.03) for rate in rates]
+    assert beside.nominal == pytest.approx(peak(MASS_KG, own_rate), rel=1e-5)
+    assert (1.0 - 1e-5) * max(truth) <= beside.value <= (1.0 + 4e-4) * max(truth)
 
 
 @pytest.mark.parametrize(("low_hz", "high_hz", "mass_ratio"), [(10.0, 10.0, 0.01), (7.9, 8.1, 0.01)])
@@ -128,34 +206,6 @@ def test_nothing_within_two_per_cent_of_its_tuning_moves_more_than_is_said(
     ]
     assert found.detuned >= 0.9999 * BASE_M * max(tops)
     assert found.detuned == pytest.approx(BASE_M * max(tops), rel=0.005)
-
-
-@pytest.mark.parametrize(
-    ("damping_ratio", "mass_ratio", "tolerance", "low_hz", "high_hz"),
-    [
-        pytest.param(0.001, 0.005, 0.2, 8.4, 8.8, marks=pytest.mark.night),
-        (0.02, 0.1, 0.05, 6.0, 10.0),
-        (0.02, 0.05, 0.0, 8.0, 8.0),
-    ],
-)
-def test_its_mass_moves_as_far_as_is_said(
-    damping_ratio: float, mass_ratio: float, tolerance: float, low_hz: float, high_hz: float
-) -> None:
-    off = {"tolerances": {"natural_frequency_hz": f"{tolerance:%}"}} if tolerance else {}
-    what = asked(damping_ratio, low_hz, high_hz, mass_ratio, **off)
-    found = tuned_beside(what, mass_ratio)
-    assert found is not None
-    r = np.linspace(low_hz, high_hz, 801) / 8.0
-    absorber, farthest = found.absorber, 0.0
-    for share in np.linspace(-tolerance, tolerance, 2001 if tolerance else 1):
-        # the base moves the structure, and that the mass on its spring and dashpot
-        own = r / absorber.tuning
-        link = 1.0 + 2j * absorber.damping_ratio * own
-        against = np.abs(own**2 / (link - own**2))
-        moved = receptance(found, damping_ratio, r, 1.0, 1.0 + share) * against
-        farthest = max(farthest, moved.max())
-    assert found.stroke == pytest.approx(BASE_M * farthest, rel=0.002)
-    assert found.stroke >= 0.9999 * BASE_M * farthest
 
 
 @pytest.mark.parametrize(
@@ -223,41 +273,6 @@ def test_out_of_tune_is_judged_on_the_structure_that_is_hardest_then() -> None:
     )
     # the coarse grid of this test misses up to that of a peak
     assert 0.9999 * most <= found.detuned <= 1.02 * most
-
-
-@pytest.mark.parametrize("amplitude", ["base_amplitude_m", "base_velocity_m_per_s"])
-def test_in_ratios_everything_is_over_the_amplitude_that_is_given(amplitude: str) -> None:
-    """It was called that many times the base amplitude, in metres."""
-
-    def spoken(value: float) -> list[str]:
-        what = parse_specification(
-            {
-                "structure": {"natural_frequency_hz": 8.0, "damping_ratio": 0.02},
-                "excitation": {amplitude: value, "frequency_hz": {"start": 7.0, "stop": 9.0}},
-                "friction_ratio": 0.0,
-                "choose": {"clearance_ratio": {"start": 1.0, "stop": 10.0}},
-                "mass_ratio": 0.1,
-                "restitution": 0.5,
-                "limits": {"displacement_ratio": 3.0},
-            }
-        )
-        found = tuned_beside(what, 0.1)
-        assert found is not None
-        assert found.exceeded == ("displacement_m",)
-        assert 3.5 < found.value < 4.0  # neither in metres, nor in their thousandths
-        return [_value(what, found.value), _tuned(what, found), _detuned(what, found)]
-
-    assert spoken(0.001) == spoken(0.3)
-
-
-def test_one_wins_that_is_no_worse_out_of_tune() -> None:
-    what = asked(0.02, 10.0, 10.0, 0.01)
-    found = tuned_beside(what, 0.01)
-    assert found is not None
-    between = 0.5 * (found.value + found.detuned)
-    for reached, wins in ((between, False), (2.0 * found.detuned, True), (0.5 * found.value, False)):
-        ours = Score(reached, 0.0, 0.0, 0.0, {}, 1.25, BASE_M, Build(0.01, 0.0, 0.4, 0.5), None)
-        assert _tuned_wins(found, ours) is wins
 
 
 def test_an_rms_over_a_wide_band_is_that_of_its_narrow_peaks() -> None:

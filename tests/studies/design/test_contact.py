@@ -1,22 +1,18 @@
 """Designs of materials whose contact takes time: each is computed with its own, over a band and under records."""
 
+import json
 from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
-from tests.studies.design.test_design import DAMPED
-from tests.studies.design.test_design import pursued as pursued_with
-from tests.studies.design.test_mixture import solved
-from tests.studies.design.test_records import SHAKEN
+from tests.studies.design.test_design import DAMPED, pursued
 
 from damperlab.studies.choices import DwellContact
+from damperlab.studies.definition import parse_study
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.space import Space
 from damperlab.studies.specification.excitation import Amplitude
-from damperlab.worker.ground.design import Damper, Structure
-from damperlab.worker.ground.response import ground_response
 from damperlab.worker.point import Design, simulate_ready
 from damperlab.worker.solver.particle import Particle
 
@@ -35,30 +31,21 @@ RUBBER, STEEL = (0.0,), (1.0,)
 """The candidates: materials in the order of their restitution."""
 
 
-def materials(document: dict[str, Any], **given: Any) -> dict[str, Any]:
-    return {name: value for name, value in document.items() if name != "restitution"} | CHOSEN | given
-
-
-def pursued(document: dict[str, Any]) -> tuple[Found, list[Any]]:
-    """Follow a search to its end; the studies that it took."""
-    studies: list[Any] = []
-
-    def solve(study: Any) -> xr.Dataset:
-        studies.append(study)
-        return solved(study)
-
-    return pursued_with(document, solve=solve)[0], studies
-
-
 @pytest.fixture(scope="module")
 def damped() -> tuple[Found, list[Any]]:
-    return pursued(materials(DAMPED, clearance_m=0.003, friction_force_n=40.0))
+    """Follow a search to its end; the studies that it took."""
+    document = {name: value for name, value in DAMPED.items() if name != "restitution"} | CHOSEN
+    found, cubes = pursued(document | {"clearance_m": 0.003, "friction_force_n": 40.0})
+    return found, [parse_study(json.loads(cube.attrs["study"])) for cube in cubes.values()]
 
 
 @pytest.mark.night
 def test_each_material_has_its_own_contact_time_in_every_study(damped) -> None:
     found, studies = damped
     assert found.build.restitution == 0.5
+    answer = answer_document(found)
+    assert answer["design"]["contact_time_s"] == TIME_S
+    assert "in contact for 6 ms" in answer["words"][0]
     ratio = TIME_S * 2.0 * np.pi * 8.0
     times = set()
     for study in studies:
@@ -89,32 +76,3 @@ def test_a_response_over_the_band_is_that_of_single_points_with_this_contact(
         alone = simulate_ready(Design(0.02, float(r), friction, particle)).metrics["amplitude_ratio"]
         # one ulp of a ratio makes another number of a response that does not repeat
         assert alone == pytest.approx(value, rel=0.05)
-
-
-@pytest.mark.night
-@pytest.mark.parametrize(("material", "restitution", "time_s"), [(RUBBER, 0.5, TIME_S), (STEEL, 0.8, 0.0)])
-def test_a_response_under_a_record_is_that_of_this_contact(
-    material: tuple[float], restitution: float, time_s: float
-) -> None:
-    found, _ = pursued(materials(SHAKEN, clearance_m=0.01, friction_force_n=10.0))
-    build = Space(found.asked).build(material)
-    structure, (records,) = Structure(40.0, 2.5, 0.02), found.asked.records
-    contact = (
-        {"contact": DwellContact(model="dwell", contact_time=time_s * structure.omega)} if time_s else {}
-    )
-    damper = Damper(10.0, 4.0, 0.01, restitution, **contact)
-    for case in found.asked.cases:
-        curve = found.book.under_record(build, case)
-        alone = ground_response(structure, damper, records.motions[case.source.id], case.scale)
-        assert curve["peak_relative_displacement_m"] == pytest.approx(
-            [alone.peak_relative_displacement_m], rel=1e-6
-        )
-
-
-@pytest.mark.night
-def test_the_answer_names_the_material_and_its_contact_time() -> None:
-    document = {**DAMPED, "choose": {"friction_force_n": {"start": 30.0, "stop": 50.0}}, "clearance_m": 0.003}
-    found, _ = pursued(document | {"tolerances": {}, "contact_time_s": TIME_S})
-    answer = answer_document(found)
-    assert answer["design"]["contact_time_s"] == TIME_S
-    assert "a coefficient of restitution of 0.5 (in contact for 6 ms)" in answer["words"][0]

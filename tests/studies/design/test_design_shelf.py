@@ -95,14 +95,6 @@ def test_a_deletion_that_was_cut_short_leaves_nothing_to_a_later_design(
     assert kept_design(shelf, asked).state == "queued"
 
 
-def test_a_design_is_whose_it_is(tmp_path: Path, asked: Specification) -> None:
-    token = submitter.set("ada")
-    try:
-        assert kept_design(Shelf(tmp_path), asked).owner == "ada"
-    finally:
-        submitter.reset(token)
-
-
 def test_so_many_designs_are_kept_in_all_and_of_each_owner(tmp_path: Path, asked: Specification) -> None:
     shelf = Shelf(tmp_path, KeptQuota(3, 2))
 

@@ -7,21 +7,17 @@ import numpy as np
 import pytest
 import xarray as xr
 from scipy.signal import lsim
-from tests.studies.design.test_design import pursued as pursued_with
+from tests.studies.design.test_design import pursued
+from tests.studies.solving import solved
 
 from damperlab.service.design_report import design_report
 from damperlab.studies.definition import parse_study
 from damperlab.studies.design.answer import answer_document
-from damperlab.studies.design.design import Ask, next_round
 from damperlab.studies.design.found import Found
 from damperlab.studies.ground.builtin import builtin_record
-from damperlab.studies.ground.suite import Suite
-from damperlab.studies.plan import Block
-from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.under_record import STROKE, measures_under
 from damperlab.worker.ground.absorber import absorber_history, absorber_response
-from damperlab.worker.ground.block import solve_suite_block
 from damperlab.worker.ground.design import Structure
 
 SHAKEN: dict[str, Any] = {
@@ -46,26 +42,9 @@ SHAKEN: dict[str, Any] = {
 BUDGET = 12_000
 
 
-def solved(study: Suite) -> xr.Dataset:
-    """Compute a study here, as it comes back from a store: by its document and its attachments."""
-    files = study.attachments()
-    block = Block(0, (0,) * len(study.shape), study.shape)
-    values = solve_suite_block(study, block, lambda source: source.read(files[source.key]))
-    return xr.Dataset(
-        {name: (tuple(study.coordinates), array) for name, array in values.items()},
-        study.coordinates,
-        {"study": json.dumps(study.document())},
-    )
-
-
-def pursued(document: dict[str, Any], budget: int = BUDGET) -> tuple[Found, dict[str, xr.Dataset]]:
-    """Follow a search under records to its end."""
-    return pursued_with(document, budget, solved)
-
-
 @pytest.fixture(scope="module")
 def shaken() -> tuple[Found, dict[str, xr.Dataset]]:
-    return pursued(SHAKEN)
+    return pursued(SHAKEN, BUDGET)
 
 
 def brute(clearances_m: list[float], forces_n: list[float], frequencies_hz: list[float]) -> xr.DataArray:
@@ -129,19 +108,6 @@ def test_the_answer_names_the_record_and_has_no_frequency(shaken) -> None:
     json.dumps(answer, allow_nan=False)
 
 
-def test_an_interrupted_design_ends_as_one_that_was_not(shaken) -> None:
-    found, cubes = shaken
-    asked = parse_specification(found.asked.document)
-    assert asked.digest == found.asked.digest
-    done = dict(reversed(list(cubes.items())[: len(cubes) // 2]))
-    ask = next_round(asked, BUDGET, done)
-    assert isinstance(ask, Ask)
-    assert {study.digest for study in ask.studies} - done.keys()
-    resumed = next_round(parse_specification(SHAKEN), BUDGET, cubes)
-    assert isinstance(resumed, Found)
-    assert answer_document(resumed) == answer_document(found)
-
-
 @pytest.mark.parametrize("absorber", [Absorber(0.0, 1.0, 1.0), Absorber(0.1, 0.9, 0.15)])
 def test_the_tuned_mass_damper_is_that_of_a_comparison(absorber) -> None:
     motion = builtin_record("el-centro-180")
@@ -180,27 +146,7 @@ def test_the_tuned_mass_damper_is_judged_with_the_tolerances(shaken) -> None:
     assert found.absorber.value == pytest.approx(worst, rel=4e-3)
 
 
-def test_an_acceleration_is_measured_in_its_unit() -> None:
-    document = SHAKEN | {
-        "measure": "worst_acceleration",
-        "tolerances": {},
-        "limits": {"relative_displacement_m": 0.05},
-    }
-    found, _ = pursued(document, 6000)
-    answer = answer_document(found)
-    assert answer["worst"]["units"] == "m/s²"
-    assert " m/s²" in answer["verdict"]["sentences"][0]
-    case = next(each for each in found.asked.records[0].cases if each == found.stated.under)
-    curve = found.book.curve(found.build, case)
-    assert answer["worst"]["value"] == curve["peak_absolute_acceleration_m_s2"][0]
-    reached = answer["limits"][0]
-    assert reached["limit"] == "relative_displacement_m"
-    assert reached["reached"] == max(
-        found.book.curve(found.build, each)["peak_relative_displacement_m"][0]
-        for each in found.asked.records[0].cases
-    )
-
-
+@pytest.mark.night
 @pytest.mark.parametrize(
     ("limit", "measure", "variable", "most_n"),
     [
@@ -228,6 +174,9 @@ def test_a_limit_on_accelerations_moves_the_design_to_where_it_is_kept(
 
     free, _ = pursued(asked, 6000)
     quiet, _ = pursued(asked | {"measure": measure}, 6000)
+    told = answer_document(quiet)
+    assert told["worst"]["units"] == "m/s²"
+    assert (told["worst"]["value"], " m/s²" in told["verdict"]["sentences"][0]) == (reached(quiet), True)
     allowed = 0.5 * (reached(free) + reached(quiet))
     kept, _ = pursued(asked | {"limits": {limit: allowed}}, 6000)
     (row,) = answer_document(kept)["limits"]
@@ -235,7 +184,4 @@ def test_a_limit_on_accelerations_moves_the_design_to_where_it_is_kept(
     assert row["reached"] == reached(kept) <= allowed < reached(free)
     assert kept.nominal.value > free.nominal.value
     words = " ".join(answer_document(kept)["words"])
-    assert (
-        f"acceleration of the structure reaches {reached(kept):.4g} m/s² of the {allowed:.4g} m/s² allowed"
-        in words
-    )
+    assert f"{reached(kept):.4g} m/s² of the {allowed:.4g} m/s² allowed" in words

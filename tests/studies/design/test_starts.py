@@ -2,11 +2,9 @@
 
 from typing import Any
 
-import numpy as np
 import pytest
 from tests.studies.design.test_design import BUDGET, DAMPED, pursued
 
-from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.design import Ask, next_round
 from damperlab.studies.design.found import Found
 from damperlab.studies.specification.reading import parse_specification
@@ -86,46 +84,3 @@ def test_the_response_from_rest_is_that_of_a_single_point(light: Found) -> None:
         ).metrics
         assert each.displacement == pytest.approx(0.001 * float(point["amplitude_ratio"]), rel=1e-9)
         assert each.response_class == ResponseClass(int(point["response_class"])).name.lower()
-
-
-@pytest.mark.night
-def test_the_worst_of_several_is_told_in_words(light: Found) -> None:
-    document = answer_document(light)
-    at = light.starts.worst_of_several  # type: ignore[union-attr]
-    (told,) = [each for each in document["words"] if "more than one response" in each]
-    assert told.startswith(f"At {light.starts.several} of these ratios")  # type: ignore[union-attr]
-    assert f"near {8.0 * at.frequency_ratio:.4g} Hz" in told  # type: ignore[union-attr]
-    for each in at.responses:  # type: ignore[union-attr]
-        assert f"{1e3 * each.displacement:.4g} mm" in told
-    where = document["starts"]["where"]
-    assert [each["frequency_hz"] for each in where] == [8.0 * each["frequency_ratio"] for each in where]
-
-
-@pytest.mark.night
-def test_of_another_measure_the_value_is_that_of_the_responses_it_is_known_of() -> None:
-    found, _ = pursued(LIGHT | {"measure": "worst_rms_displacement"})
-    starts = found.starts
-    assert starts is not None
-    assert starts.beyond is None
-    every = [each for at in starts.where for each in at.responses]
-    assert every
-    for each in every:
-        assert (each.value is None) == (each.response_class is None)
-        # a response in half the displacement that it spans: no rms of a motion exceeds its largest value
-        assert each.value is None or each.value < each.displacement
-    known = {at.responses[0].value is not None for at in starts.where}
-    assert known == {True}
-    assert np.isfinite(starts.worst)
-
-
-@pytest.mark.night
-def test_an_acceleration_is_told_in_metres_per_second_squared() -> None:
-    """Without impacts the motion is nearly a sine: friction is a 20th of the spring's force at the base amplitude."""
-    found, _ = pursued(LIGHT | {"measure": "worst_acceleration"})
-    assert found.starts is not None
-    every = [(at.frequency_ratio, each) for at in found.starts.where for each in at.responses]
-    quiet = [(r, each) for r, each in every if each.response_class in ("no_impact", "linear")]
-    assert quiet
-    for r, each in quiet:
-        omega = 2 * np.pi * 8.0 * r
-        assert each.value == pytest.approx(omega**2 * each.displacement, rel=0.1)

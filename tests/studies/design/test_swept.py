@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.studies.design.test_design import pursued as pursued_with
-from tests.studies.design.test_mixture import solved
+from tests.studies.design.test_design import pursued
+from tests.studies.solving import solved
 
 from damperlab.service.design_report import design_report
 from damperlab.studies.definition import parse_study
@@ -27,14 +27,9 @@ SWEPT: dict[str, Any] = {
 BUDGET = 400
 
 
-def pursued(**changes: Any) -> Found:
-    """Follow a search to its end."""
-    return pursued_with(SWEPT | changes, BUDGET, solved)[0]
-
-
 @pytest.fixture(scope="module")
 def swept() -> Found:
-    return pursued()
+    return pursued(SWEPT, BUDGET)[0]
 
 
 def under_sweep_m(sweep: dict[str, Any], clearances_m: list[float], scale: float = 1.0) -> np.ndarray:
@@ -57,18 +52,13 @@ def test_no_other_clearance_keeps_the_response_to_the_sweep_lower(swept: Found) 
 
 def test_a_sweep_is_called_one_in_words_json_and_report(swept: Found) -> None:
     answer = answer_document(swept)
-    assert answer["words"][1].startswith(
-        "Swept from 2 to 3 Hz at 0.25 Hz/s with a base amplitude of 3 mm, the largest displacement of the structure against "
-        "its base that was computed is "
-    )
+    called = "sweep from 2 to 3 Hz at 0.25 Hz/s"
     told = " ".join(answer["words"])
+    assert "Swept from 2 to 3 Hz at 0.25 Hz/s with a base amplitude of 3 mm" in told
     assert "record" not in told
-    assert answer["worst"]["record_name"] == "sweep from 2 to 3 Hz at 0.25 Hz/s"
-    assert [each["record_name"] for each in answer["cases"]] == ["sweep from 2 to 3 Hz at 0.25 Hz/s"]
+    assert [each["record_name"] for each in (answer["worst"], *answer["cases"])] == [called] * 2
     assert answer["specification"]["excitation"] == {"sweep": UP, "scales": [1.0], "tail_s": 0.0}
-    report = design_report(swept)
-    assert "Under each sweep" in report
-    assert "<td>sweep from 2 to 3 Hz at 0.25 Hz/s</td>" in report
+    assert f"<td>{called}</td>" in design_report(swept)
     json.dumps(answer, allow_nan=False)
 
 
@@ -78,7 +68,7 @@ def test_a_run_down_beside_a_run_up_and_a_band() -> None:
         "excitation": [band, {"name": "up", "sweep": UP}, {"name": "down", "sweep": DOWN, "scales": 0.5}],
         "measure": "worst_relative_displacement",
     }
-    found = pursued(**document)
+    found, _ = pursued(SWEPT | document, BUDGET)
     clearance = [found.build.clearance_m]
     up, down = (each.value for each in found.under_records)
     assert up == pytest.approx(under_sweep_m(UP, clearance)[0], rel=1e-9)
@@ -88,9 +78,5 @@ def test_a_run_down_beside_a_run_up_and_a_band() -> None:
     assert [each["excitation"] for each in answer["excitations"]] == ["running", "up", "down"]
     assert answer["worst"]["excitation"] == "up"
     told = " ".join(answer["words"])
-    assert "Of 3 excitations `up` binds: swept from 2 to 3 Hz" in told
-    assert (
-        "under `down` (swept from 3 to 2 Hz at 10 octaves per minute with a base amplitude of 1.5 mm)" in told
-    )
-    assert "The acceleration of the structure reaches" in told
+    assert all(each in told for each in ("`up` binds", "under `down`", "a base amplitude of 1.5 mm"))
     assert design_report(found).count("Under each excitation") == 1

@@ -4,7 +4,7 @@ import copy
 from typing import Any
 
 import pytest
-from tests.studies.fit.estimates import BENCH, IN_RATIOS, RATIO_TABLE, estimate, history, response
+from tests.studies.fit.estimates import IN_RATIOS, RATIO_TABLE, estimate, history, response
 
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.correction import corrected
@@ -29,6 +29,14 @@ PLANNED: dict[str, Any] = {
     "limits": {"displacement_m": 0.02},
     "confidence": 0.8,
     "builds": 30,
+}
+RATIOS: dict[str, Any] = {
+    "structure": {"damping_ratio": 0.01},
+    "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.2}},
+    "choose": {"clearance_ratio": {"start": 2, "stop": 20}},
+    "friction_ratio": 0.2,
+    "mass_ratio": 0.12,
+    "restitution": 0.6,
 }
 ESTIMATES = (
     estimate("natural_frequency_hz", 2.5, 2.49, 2.52),
@@ -93,17 +101,6 @@ def test_what_the_measurement_says_nothing_about_stays_with_its_tolerance() -> N
     assert "Kept as before, since the measurement does not say it: the restitution." in found.words
 
 
-def test_a_bare_structure_changes_the_structure_alone() -> None:
-    structure = {"particle": False, "physical": dict(BENCH["physical"])}
-    for name in ("clearance_m", "particle_mass_kg", "friction_force_n"):
-        del structure["physical"][name]
-    structure["axes"] = {"friction_ratio": 0}
-    found = correct(PLANNED, response(structure, damping_ratio=None), ESTIMATES[1])
-    assert found.document["mass_ratio"] == 0.12
-    assert found.document["restitution"] == 0.6
-    assert found.document["structure"]["damping_ratio"] == 0.004
-
-
 def test_a_measurement_that_knows_no_mass_leaves_it_and_uses_it() -> None:
     structure = {
         "damping_ratio": 0.0038,
@@ -116,16 +113,8 @@ def test_a_measurement_that_knows_no_mass_leaves_it_and_uses_it() -> None:
 
 
 def test_a_specification_in_ratios_stays_in_ratios() -> None:
-    document = {
-        "structure": {"damping_ratio": 0.01},
-        "excitation": {"frequency_ratio": {"start": 0.8, "stop": 1.2}},
-        "choose": {"clearance_ratio": {"start": 2, "stop": 20}},
-        "friction_ratio": 0.2,
-        "mass_ratio": 0.12,
-        "restitution": 0.6,
-    }
     question = response(restitution=None, friction_force_n=(0.0, 1.0))
-    found = correct(document, question, *ESTIMATES[2:])
+    found = correct(RATIOS, question, *ESTIMATES[2:])
     stiffness = 1.605 * (2 * 3.141592653589793 * 2.5) ** 2
     assert found.document["friction_ratio"] == pytest.approx(0.2 / (stiffness * 0.0015), rel=1e-5)
     assert found.document["mass_ratio"] == 0.1
@@ -140,14 +129,6 @@ def test_ratios_of_an_unknown_base_and_histories_beside_ratios_are_refused() -> 
         correct(given, ratios, ESTIMATES[3])
     # what is chosen needs no value
     assert correct(PLANNED, ratios, ESTIMATES[3]).document["restitution"] == 0.5
-    in_ratios = {
-        "structure": {"damping_ratio": 0.01},
-        "excitation": {"frequency_ratio": 1},
-        "choose": {"clearance_ratio": {"start": 2, "stop": 20}},
-        "friction_ratio": 0.2,
-        "mass_ratio": 0.12,
-        "restitution": 0.6,
-    }
     structure = {
         "damping_ratio": 0.01,
         "axes": {"mass_ratio": 0.1, "restitution": 0.5},
@@ -155,20 +136,7 @@ def test_ratios_of_an_unknown_base_and_histories_beside_ratios_are_refused() -> 
     }
     decay = history(structure, clearance_m=(0.001, 0.02))
     with pytest.raises(StudyFaults, match="A time history is in units"):
-        correct(in_ratios, decay, estimate("clearance_m", 0.01, 0.0099, 0.0101))
-
-
-def test_a_history_corrects_one_without_a_base_amplitude_of_its_own() -> None:
-    structure = {
-        "damping_ratio": 0.0,
-        "axes": {"mass_ratio": 0.1, "restitution": 0.5},
-        "physical": {"natural_frequency_hz": 2.5, "friction_force_n": 0},
-    }
-    decay = history(structure, clearance_m=(0.001, 0.02))
-    found = correct(PLANNED, decay, estimate("clearance_m", 0.05, 0.049, 0.051))
-    assert found.document["excitation"] == PLANNED["excitation"]
-    assert found.document["structure"] == {"mass_kg": 1.7, "natural_frequency_hz": 2.5, "damping_ratio": 0.0}
-    assert found.words[-1].startswith("The clearance that was measured, 0.05, lies outside the range")
+        correct(RATIOS, decay, estimate("clearance_m", 0.01, 0.0099, 0.0101))
 
 
 def test_limits_are_held_against_what_is_measured_and_not_against_what_is_sought() -> None:

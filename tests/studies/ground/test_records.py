@@ -3,6 +3,7 @@
 import json
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record
 from damperlab.studies.ground.files import read_record
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi, read_kanai_tajimi, spectrum
-from damperlab.studies.ground.motion import STANDARD_GRAVITY, GroundMotion
+from damperlab.studies.ground.motion import STANDARD_GRAVITY
 from damperlab.studies.ground.question import read_earthquake
 from damperlab.studies.ground.shelf import RecordDamaged, RecordNotFound, Shelf
 
@@ -25,13 +26,6 @@ NPTS=   7, DT=   .0100 SEC,
    .6000000E-02  -.7000000E-02
 """
 VALUES = np.array([-1, 2, 3, -4, 5, 6, -7]) * 1e-3 * STANDARD_GRAVITY
-
-
-def fault_of(text: str | bytes, layout: str = "at2", units: str | None = None):
-    with pytest.raises(StudyFaults) as caught:
-        read_record(text, layout, "", units)  # type: ignore[arg-type]
-    (fault,) = caught.value.faults
-    return fault
 
 
 def test_a_peer_file() -> None:
@@ -66,28 +60,6 @@ def test_units_that_the_file_states(written: str, factor: float) -> None:
     np.testing.assert_allclose(motion.acceleration_m_s2, VALUES / STANDARD_GRAVITY * factor, rtol=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "line"),
-    [
-        (".3000000E-02", ".3000x00E-02", "line 5"),
-        (".6000000E-02", "NaN", "line 6"),
-        ("NPTS=   7", "NPTS=   6", "line 6"),
-        ("NPTS=   7", "NPTS=   8", "line 7"),
-        ("NPTS=   7, DT=   .0100 SEC,", "nothing here", "line 4"),
-        ("UNITS OF G", "UNITS OF FURLONGS", "line 3"),
-        ("DT=   .0100", "DT=   0.0", "line 4"),
-        ("DT=   .0100", "DT=   99", "line 4"),
-        (".5000000E-02", ".5000000E+09", "line 4"),
-    ],
-)
-def test_a_bad_peer_file_is_told_by_its_line(old: str, new: str, line: str) -> None:
-    fault = fault_of(AT2.replace(old, new))
-    assert fault.field == line
-    assert fault.found
-    assert fault.allowed
-    assert fault.advice
-
-
 def test_two_columns() -> None:
     for text, units in (
         ("time (s), acc (g)\n0, 0\n0.02, 0.0063\n0.04, -0.00364\n", None),
@@ -102,25 +74,6 @@ def test_two_columns() -> None:
         )
 
 
-@pytest.mark.parametrize(
-    ("text", "field"),
-    [
-        ("0,0\n0.1,1\n", "units"),
-        ("time, acc (furlongs)\n0,0\n0.1,1\n", "units"),
-        ("t (s), a (g)\n0,0\n0.1,1\n0.2\n", "line 4"),
-        ("t (s), a (g)\n0,0\n0.1,1\n0.2,x\n", "line 4"),
-        ("t (s), a (g)\n0,0\n0.1,1\n0.3,1\n0.4,1\n0.5,1\n", "line 4"),
-        ("t (s), a (g)\n0,0\n0.1,1\n0.05,1\n0.3,2\n", "line 4"),
-        ("t (s), a (g)\n0,0\n", "line 3"),
-        ("t (s), a (g)\n0,0\n0.1,0\n", "line 2"),
-        ("t (s), a (g)\n1,0\n0,1\n", "line 3"),
-        ("", "line 1"),
-    ],
-)
-def test_bad_columns_are_told_by_their_line(text: str, field: str) -> None:
-    assert fault_of(text, "csv").field == field
-
-
 def test_times_in_milliseconds_are_read_as_such() -> None:
     for heading in ("time (ms), acc (g)", "time (ms) acc (g)"):
         assert read_record(f"{heading}\n0, 0\n20, 0.1\n40, 0.2\n", "csv").step_s == pytest.approx(0.02)
@@ -128,22 +81,47 @@ def test_times_in_milliseconds_are_read_as_such() -> None:
     assert motion.step_s == pytest.approx(0.02, rel=1e-14)
 
 
+def peer(old: str, new: str) -> str:
+    return AT2.replace(old, new)
+
+
 @pytest.mark.parametrize(
-    ("text", "units", "field", "said"),
+    ("text", "field", "found"),
     [
-        ("time (ms), acceleration (mg)\n0,0\n1,1\n", None, "units", "in mg, which is not read"),
-        ("time (ms), acceleration (mg)\n0,0\n1,1\n", "g", "units", "in mg, which is not read"),
-        ("time (min), acceleration (g)\n0,0\n1,1\n", None, "time", "in min, which is not read"),
-        ("t (s); a (g)\n0,0; 0\n0,1; 1,5\n", None, "line 2", "a decimal comma"),
-        ("t (s) a (g)\n0 0\n1 1,5\n", None, "line 3", "a decimal comma"),
+        (peer(".3000000E-02", ".3000x00E-02"), "line 5", ""),
+        (peer(".6000000E-02", "NaN"), "line 6", ""),
+        (peer("NPTS=   7", "NPTS=   6"), "line 6", ""),
+        (peer("NPTS=   7", "NPTS=   8"), "line 7", ""),
+        (peer("NPTS=   7, DT=   .0100 SEC,", "nothing here"), "line 4", ""),
+        (peer("UNITS OF G", "UNITS OF FURLONGS"), "line 3", ""),
+        (peer("DT=   .0100", "DT=   0.0"), "line 4", ""),
+        (peer("DT=   .0100", "DT=   99"), "line 4", ""),
+        (peer(".5000000E-02", ".5000000E+09"), "line 4", ""),
+        (AT2 + "1" * 100_000, "line 7", ""),
+        ("0,0\n0.1,1\n", "units", ""),
+        ("time, acc (furlongs)\n0,0\n0.1,1\n", "units", ""),
+        ("t (s), a (g)\n0,0\n0.1,1\n0.2\n", "line 4", ""),
+        ("t (s), a (g)\n0,0\n0.1,1\n0.2,x\n", "line 4", ""),
+        ("t (s), a (g)\n0,0\n0.1,1\n0.3,1\n0.4,1\n0.5,1\n", "line 4", ""),
+        ("t (s), a (g)\n0,0\n0.1,1\n0.05,1\n0.3,2\n", "line 4", ""),
+        ("t (s), a (g)\n0,0\n", "line 3", ""),
+        ("t (s), a (g)\n0,0\n0.1,0\n", "line 2", ""),
+        ("t (s), a (g)\n1,0\n0,1\n", "line 3", ""),
+        ("", "line 1", ""),
+        ("time (ms), acceleration (mg)\n0,0\n1,1\n", "units", "in mg, which is not read"),
+        ("time (min), acceleration (g)\n0,0\n1,1\n", "time", "in min, which is not read"),
+        ("t (s); a (g)\n0,0; 0\n0,1; 1,5\n", "line 2", "a decimal comma"),
+        ("t (s) a (g)\n0 0\n1 1,5\n", "line 3", "a decimal comma"),
     ],
 )
-def test_units_and_commas_that_are_not_read_are_named(
-    text: str, units: str | None, field: str, said: str
-) -> None:
-    fault = fault_of(text, "csv", units)
+def test_what_is_wrong_with_a_file_is_told_by_its_line(text: str, field: str, found: str) -> None:
+    layout: Any = "at2" if text.startswith("PEER") else "csv"
+    with pytest.raises(StudyFaults) as caught:
+        read_record(text, layout)
+    (fault,) = caught.value.faults
     assert fault.field == field
-    assert said in fault.sentence
+    assert found in fault.sentence
+    assert all((fault.found, fault.allowed, fault.advice))
 
 
 @pytest.mark.parametrize(
@@ -164,11 +142,6 @@ def test_units_may_repeat_what_the_file_says_and_not_contradict_it(
         read_record(text, layout, units=other)  # type: ignore[arg-type]
     (fault,) = caught.value.faults
     assert (fault.field, fault.found) == ("units", f"{other} while the file says {own}")
-
-
-def test_long_lines_are_refused_at_once() -> None:
-    assert fault_of(AT2 + "1" * 100_000).field == "line 7"
-    assert fault_of("1" * 100_000, "csv").field == "line 1"
 
 
 @settings(max_examples=60, deadline=None)
@@ -208,14 +181,6 @@ def test_the_built_in_records_are_what_their_headers_say() -> None:
     assert set(FIRST_COMPONENTS.values()) <= set(builtin_ids())
 
 
-def test_base_motion_is_the_double_integral() -> None:
-    """Of a ramp a = t: velocity t²/2, displacement t³/6."""
-    time = np.arange(11) * 0.1
-    velocity, displacement = GroundMotion("ramp", 0.1, time).base_motion()
-    np.testing.assert_allclose(velocity, time**2 / 2, atol=1e-15)
-    np.testing.assert_allclose(displacement, time**3 / 6, atol=1e-15)
-
-
 def test_a_seed_is_a_record() -> None:
     one, two = kanai_tajimi(7), kanai_tajimi(7)
     assert one.acceleration_m_s2.tobytes() == two.acceleration_m_s2.tobytes()
@@ -240,7 +205,7 @@ def test_the_periodogram_is_the_spectrum() -> None:
     np.testing.assert_allclose(lines / lines.sum(), shape / shape.sum(), rtol=1e-4)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_base_of_an_artificial_record_comes_to_rest(seed: int) -> None:
     """Some tens of centimetres at 0.3 g, as of recorded motions; metres would be drift.
 
@@ -319,16 +284,6 @@ def test_no_flipped_bit_of_a_record_is_read(tmp_path: Path) -> None:
         assert [one for one, _ in shelf.damaged()] == ([record_id] if file.suffix == ".npy" else [])
         assert shelf.put(motion)[0] == record_id
         assert shelf.get(record_id)[1].content == motion.content
-
-
-def test_a_damaged_record_is_written_anew_by_uploading_it_again(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path)
-    motion = kanai_tajimi(1, 1.0, rise_s=0.5, fall_s=0.5)
-    record_id, _ = shelf.put(motion)
-    (shelf.folder / f"{record_id}.npy").write_bytes(b"")
-    (shelf.folder / f"{record_id}.json").write_bytes(b"{}")
-    assert shelf.put(motion) == (record_id, True)
-    assert shelf.summaries()[-1] == {"id": record_id, **motion.summary()}
 
 
 def test_a_summary_of_the_first_release_is_read(tmp_path: Path) -> None:

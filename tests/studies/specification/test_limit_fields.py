@@ -25,13 +25,6 @@ def test_the_largest_value_that_may_be_chosen_keeps_its_limit_with_its_tolerance
     assert asked.bounds == {"friction_force_n": "limits.friction_force_n"}
 
 
-def test_a_limit_that_cuts_no_range_is_kept_too() -> None:
-    asked = parse_specification(PROTOTYPE | {"limits": {"cavity_length_m": 0.5}})
-    assert asked.damper_limits == {"cavity_length_m": 0.5}
-    assert asked.bounds == {}
-    assert asked.choices["clearance_m"].stop == 0.03
-
-
 @pytest.mark.parametrize(("limit_n", "kept"), [(0.33, True), (0.3299, False), (0.3, False)])
 def test_a_quantity_that_is_given_keeps_its_limit_with_its_tolerance(limit_n: float, kept: bool) -> None:
     document = GIVEN | {"limits": {"friction_force_n": limit_n}}
@@ -129,18 +122,3 @@ def test_a_limit_of_nothing_excludes_every_particle_and_every_friction_that_begi
     told = faults_of(document | {"limits": {"particle_mass_kg": 0, "friction_force_n": 0}})
     assert "excludes every particle_mass_kg" in told["limits.particle_mass_kg"]
     assert "at least 0.33" in told["limits.friction_force_n"]
-
-
-def test_in_ratios_a_limit_of_nothing_says_what_would_be_enough() -> None:
-    document = {
-        "structure": {"damping_ratio": 0.02, "natural_frequency_hz": 8.0},
-        "excitation": {"frequency_ratio": 1.0},
-        "clearance_ratio": 5.0,
-        "friction_ratio": 0.3,
-        "mass_ratio": 0.1,
-        "restitution": 0.5,
-        "limits": {"friction_ratio": 0, "mass_ratio": 0},
-    }
-    told = faults_of(document)
-    assert "begins at 0.3" in told["limits.friction_ratio"]
-    assert "at least 0.1" in told["limits.mass_ratio"]

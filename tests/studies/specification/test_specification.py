@@ -61,19 +61,6 @@ def test_a_band_in_hertz_is_one_of_frequency_ratios() -> None:
     assert asked.in_units
 
 
-def test_stiffness_and_dashpot_say_the_same_as_frequency_and_ratio() -> None:
-    by_ratio = parse_specification(PROTOTYPE).structure
-    structure = {
-        "mass_kg": 1.605,
-        "stiffness_n_per_m": by_ratio.stiffness_n_per_m,
-        "damping_n_s_per_m": 2 * 0.0038 * 1.605 * by_ratio.angular_frequency,
-    }
-    by_force = parse_specification(PROTOTYPE | {"structure": structure}).structure
-    # a square root and a division more, each rounded once
-    assert by_force.natural_frequency_hz == pytest.approx(2.5, rel=1e-15)
-    assert by_force.damping_ratio == pytest.approx(0.0038, rel=1e-14)
-
-
 def test_ratios_say_the_same_as_units() -> None:
     asked = parse_specification(PROTOTYPE | {"limits": {}})
     ratios = parse_specification(
@@ -238,29 +225,6 @@ def test_a_misspelled_name_is_answered_with_the_nearest() -> None:
         read_specification("prototyp")
 
 
-def test_what_is_wrong_with_limits_and_tolerances_is_said_beside_a_fault_of_the_structure() -> None:
-    document = changed("structure.mass_kg", -1.0)
-    del document["excitation"]
-    document["limits"] = {"impact_sped_m_per_s": 1.0, "cavity_length_m": -1.0}
-    document["tolerances"] = {"clearence_m": 0.1, "restitution": "half"}
-    del document["measure"]  # a key that is there is not advised again
-    found = faults_of(document)
-    assert found.keys() >= {
-        "structure.mass_kg",
-        "excitation",
-        "limits.impact_sped_m_per_s",
-        "limits.cavity_length_m",
-        "tolerances.clearence_m",
-        "tolerances.restitution",
-    }
-
-
-def test_an_unknown_limit_is_named_where_limits_have_no_units() -> None:
-    document = changed("limits.noise", 3.0)
-    del document["excitation"]["base_amplitude_m"]
-    assert {"limits", "limits.noise"} <= faults_of(document).keys()
-
-
 @pytest.mark.parametrize(
     ("order", "key"), [(0, "amplitude_m"), (1, "velocity_m_per_s"), (2, "acceleration_m_per_s2")]
 )
@@ -282,6 +246,8 @@ def test_a_base_velocity_needs_a_frequency_in_hertz() -> None:
     assert "makes a displacement" in faults_of(document)["structure.natural_frequency_hz"]
 
 
+SWEEP = {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.1, "base_amplitude_m": 0.001}
+DOWN = SWEEP | {"start_hz": 3, "stop_hz": 2}
 ONE = {"name": "idle", "base_amplitude_m": 0.001, "frequency_hz": {"start": 2.0, "stop": 3.0}}
 
 
@@ -292,24 +258,6 @@ def test_several_excitations_are_read_with_their_names_and_ratios_are_over_the_l
     assert [(each.low, each.high) for each in asked.excitations] == [(0.8, 1.2), (1.1, 1.1)]
     assert asked.largest_m == pytest.approx(1.0 / (2 * math.pi * 2.5) ** 2)
     assert asked.largest_m > 0.001
-
-
-@pytest.mark.parametrize(
-    ("excitation", "field"),
-    [
-        ([], "excitation"),
-        ([ONE] * 9, "excitation"),
-        ([ONE, ONE], "excitation[1].name"),
-        ([ONE, {"frequency_ratio": 1.0}], "excitation[1]"),
-        ([ONE, 3], "excitation[1]"),
-        ([ONE, {"name": "", **{key: ONE[key] for key in ONE if key != "name"}}], "excitation[1].name"),
-        ([ONE, {"base_amplitude_m": -1, "frequency_hz": 2.5}], "excitation[1].base_amplitude_m"),
-        ([ONE, {"base_amplitude_m": 0.001}], "excitation[1].frequency_hz"),
-    ],
-)
-def test_each_excitation_of_a_list_is_checked_where_it_stands(excitation: list[Any], field: str) -> None:
-    faults = faults_of(PROTOTYPE | {"excitation": excitation})
-    assert [told for told in faults if told.startswith("excitation")] == [field]
 
 
 SHAKEN = {key: value for key, value in PROTOTYPE.items() if key not in ("limits", "measure")} | {
@@ -340,33 +288,6 @@ def test_records_with_scales_are_read_with_the_digest_of_their_samples() -> None
         parse_specification(other, Shelf.none())
 
 
-@pytest.mark.parametrize(
-    ("place", "value", "field"),
-    [
-        ("excitation.records", [], "excitation.records"),
-        ("excitation.records", ["el-centro", "nowhere"], "excitation.records[1]"),
-        ("excitation.records", ["el-centro", "el-centro-180"], "excitation.records[1]"),
-        ("excitation.scales", [1, 0], "excitation.scales[1]"),
-        ("excitation.scales", [1, 1], "excitation.scales[1]"),
-        ("excitation.scales", [0.01 * (1 + place) for place in range(26)], "excitation.records"),
-        ("excitation.tail_s", -1, "excitation.tail_s"),
-        ("excitation.frequency_hz", 2.5, "excitation.frequency_hz"),
-        ("measure", "rms_acceleration", "measure"),
-        ("structure", {"damping_ratio": 0.01, "natural_frequency_hz": 2.5}, "structure.mass_kg"),
-        ("friction_ratio", 0.5, "friction_ratio"),
-        ("tolerances", {"clearance_ratio": 0.1}, "tolerances.clearance_ratio"),
-    ],
-)
-def test_faults_of_records_are_named_where_they_stand(place: str, value: Any, field: str) -> None:
-    document = json.loads(json.dumps(SHAKEN))
-    *parents, last = place.split(".")
-    held = document
-    for key in parents:
-        held = held[key]
-    held[last] = value
-    assert field in faults_of(document)
-
-
 def test_records_are_one_of_a_list_of_excitations() -> None:
     document = PROTOTYPE | {"excitation": [ONE, {"records": ["el-centro"], "scales": 0.5, "name": "quake"}]}
     asked = parse_specification(document)
@@ -386,34 +307,6 @@ def test_records_are_one_of_a_list_of_excitations() -> None:
     assert (alone.excitations, alone.cases) == ((), parse_specification(SHAKEN).cases)
 
 
-@pytest.mark.parametrize(
-    ("document", "field"),
-    [
-        (
-            {"excitation": [{"records": ["el-centro"]}, {"records": "el-centro-180"}]},
-            "excitation[1].records[0]",
-        ),
-        ({"excitation": [ONE, {"records": ["nowhere"]}]}, "excitation[1].records[0]"),
-        ({"excitation": [ONE, {"records": ["el-centro"], "scales": [1, 1]}]}, "excitation[1].scales[1]"),
-        ({"excitation": [ONE, {"records": ["el-centro"], "frequency_hz": 2}]}, "excitation[1].frequency_hz"),
-        ({"excitation": [ONE, {"records": ["el-centro"], "name": ""}]}, "excitation[1].name"),
-        ({"excitation": [{"frequency_hz": 2}, {"records": ["el-centro"]}]}, "excitation[0]"),
-        (
-            {"excitation": [ONE, {"records": ["el-centro"]}], "measure": "worst_rms_relative_displacement"},
-            "measure",
-        ),
-    ],
-)
-def test_faults_of_records_in_a_list_are_named_where_they_stand(document: dict[str, Any], field: str) -> None:
-    # what else a specification without units lacks stands elsewhere
-    faults = faults_of(PROTOTYPE | document)
-    assert [told for told in faults if told.startswith(("excitation", "measure"))] == [field]
-
-
-SWEEP = {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.1, "base_amplitude_m": 0.001}
-DOWN = SWEEP | {"start_hz": 3, "stop_hz": 2}
-
-
 def test_a_sweep_reads_as_records_that_are_it_alone() -> None:
     asked = parse_specification(SHAKEN | {"excitation": {"sweep": SWEEP, "scales": [1, 0.5], "tail_s": 2}})
     listed = {"records": [{"sweep": SWEEP}], "scales": [0.5, 1], "tail_s": 2}
@@ -430,9 +323,7 @@ def test_a_sweep_reads_as_records_that_are_it_alone() -> None:
     kept = json.loads(json.dumps(asked.document))
     assert parse_specification(kept).digest == parse_specification(kept, Shelf.none()).digest == asked.digest
     assert parse_specification(kept).records == asked.records
-    assert under_records(records) == (
-        "swept from 2 to 3 Hz at 0.1 Hz/s with a base amplitude of 1 mm, at 2 scales"
-    )
+    assert under_records(records).endswith("1 mm, at 2 scales")
 
 
 def test_sweeps_stand_in_a_list_beside_bands_and_records() -> None:
@@ -448,44 +339,71 @@ def test_sweeps_stand_in_a_list_beside_bands_and_records() -> None:
     assert len(asked.excitations) == 1
     assert [each.name for each in asked.records] == ["run-up", "excitation 3", "run-down"]
     assert [each.tail_s for each in asked.records] == [0.0, 3.0, 0.0]
-    assert [under_records(each) for each in asked.records] == [
-        "swept from 2 to 3 Hz at 0.1 Hz/s with a base amplitude of 1 mm",
-        "under 1 ground-motion record and 1 sweep, each at 2 scales",
-        "swept from 3 to 2 Hz at 0.1 Hz/s with a base amplitude of 0.5 mm",
-    ]
+    assert under_records(asked.records[1]) == "under 1 ground-motion record and 1 sweep, each at 2 scales"
     assert transients(asked) == "records and sweeps"
     assert all(asked.records_of(case).cases.count(case) == 1 for case in asked.cases)
     assert asked.measure.name == "worst_displacement"
     assert parse_specification(asked.document).digest == asked.digest
 
 
+QUAKE = {"records": ["el-centro"]}
+SCALES = [scale + 1 for scale in range(26)]
+
+
 @pytest.mark.parametrize(
-    ("excitation", "field", "words"),
+    ("excitation", "field"),
     [
-        ({"sweep": SWEEP | {"stop_hz": 2}}, "excitation.sweep.stop_hz", "another frequency"),
-        ([ONE, {"sweep": SWEEP | {"stop_hz": 2000}}], "excitation[1].sweep.stop_hz", "0.02 to 1000"),
-        ([ONE, {"sweep": SWEEP, "name": 3}], "excitation[1].name", "printable"),
-        ({"sweep": SWEEP, "records": ["el-centro"]}, "excitation.sweep", "given together"),
-        ({"sweep": SWEEP, "frequency_hz": 2}, "excitation.frequency_hz", "not a known key"),
-        ({"sweep": SWEEP, "scales": [1, 1]}, "excitation.scales[1]", "each scale once"),
-        ([{"sweep": SWEEP}, {"sweep": SWEEP}], "excitation[1].sweep", "Hz/s a second time"),
-        ({"sweep": SWEEP | {"rate_hz_per_s": 0.001}}, "excitation.sweep", "Sweep faster"),
-        ([{"sweep": SWEEP, "scales": [k + 1 for k in range(26)]}, {"sweep": DOWN, "scales": [k + 1 for k in range(26)]}],
-         "excitation[0].sweep", "52 cases"),
+        ([], "excitation"),
+        ([ONE] * 9, "excitation"),
+        ([ONE, ONE], "excitation[1].name"),
+        ([ONE, {"frequency_ratio": 1.0}], "excitation[1]"),
+        ([ONE, 3], "excitation[1]"),
+        ([ONE, ONE | {"name": ""}], "excitation[1].name"),
+        ([ONE, {"base_amplitude_m": -1, "frequency_hz": 2.5}], "excitation[1].base_amplitude_m"),
+        ([ONE, {"base_amplitude_m": 0.001}], "excitation[1].frequency_hz"),
+        ({"records": []}, "excitation.records"),
+        ({"records": ["el-centro", "nowhere"]}, "excitation.records[1]"),
+        ({"records": ["el-centro", "el-centro-180"]}, "excitation.records[1]"),
+        (QUAKE | {"scales": [1, 0]}, "excitation.scales[1]"),
+        (QUAKE | {"scales": [1, 1]}, "excitation.scales[1]"),
+        ({"records": ["el-centro", "loma-prieta"], "scales": SCALES}, "excitation.records"),
+        (QUAKE | {"tail_s": -1}, "excitation.tail_s"),
+        (QUAKE | {"frequency_hz": 2.5}, "excitation.frequency_hz"),
+        ([QUAKE, {"records": "el-centro-180"}], "excitation[1].records[0]"),
+        ([ONE, {"records": ["nowhere"]}], "excitation[1].records[0]"),
+        ([ONE, QUAKE | {"scales": [1, 1]}], "excitation[1].scales[1]"),
+        ([ONE, QUAKE | {"frequency_hz": 2}], "excitation[1].frequency_hz"),
+        ([ONE, QUAKE | {"name": ""}], "excitation[1].name"),
+        ([{"frequency_hz": 2}, QUAKE], "excitation[0]"),
+        ({"sweep": SWEEP | {"stop_hz": 2}}, "excitation.sweep.stop_hz"),
+        ([ONE, {"sweep": SWEEP | {"stop_hz": 2000}}], "excitation[1].sweep.stop_hz"),
+        ([ONE, {"sweep": SWEEP, "name": 3}], "excitation[1].name"),
+        (QUAKE | {"sweep": SWEEP}, "excitation.sweep"),
+        ({"sweep": SWEEP, "frequency_hz": 2}, "excitation.frequency_hz"),
+        ({"sweep": SWEEP, "scales": [1, 1]}, "excitation.scales[1]"),
+        ([{"sweep": SWEEP}, {"sweep": SWEEP}], "excitation[1].sweep"),
+        ({"sweep": SWEEP | {"rate_hz_per_s": 0.001}}, "excitation.sweep"),
+        ([{"sweep": SWEEP, "scales": SCALES}, {"sweep": DOWN, "scales": SCALES}], "excitation[0].sweep"),
     ],
-)  # fmt: skip
-def test_faults_of_a_sweep_are_named_where_they_stand(excitation: Any, field: str, words: str) -> None:
+)
+def test_faults_of_an_excitation_are_named_where_they_stand(excitation: Any, field: str) -> None:
     structure = {"mass_kg": 40, "natural_frequency_hz": 25, "damping_ratio": 0.02}
-    document = PROTOTYPE | {"excitation": excitation, "structure": structure}
-    found = faults_of(document)
+    found = faults_of(PROTOTYPE | {"excitation": excitation, "structure": structure})
     assert [told for told in found if told.startswith("excitation")] == [field]
-    assert words in found[field]
 
 
-@pytest.mark.parametrize("limit", ["acceleration_m_per_s2", "rms_acceleration_m_per_s2"])
-@pytest.mark.parametrize("document", [PROTOTYPE, SHAKEN])
-def test_accelerations_are_limited_over_bands_and_under_records(limit: str, document: dict[str, Any]) -> None:
-    assert parse_specification(document | {"limits": {limit: 3.0}}).limits == {limit: 3.0}
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"measure": "rms_acceleration"}, "measure"),
+        ({"structure": {"damping_ratio": 0.01, "natural_frequency_hz": 2.5}}, "structure.mass_kg"),
+        ({"friction_ratio": 0.5}, "friction_ratio"),
+        ({"tolerances": {"clearance_ratio": 0.1}}, "tolerances.clearance_ratio"),
+        ({"excitation": [ONE, QUAKE], "measure": "worst_rms_relative_displacement"}, "measure"),
+    ],
+)
+def test_what_does_not_go_with_records_is_named(change: dict[str, Any], field: str) -> None:
+    assert field in faults_of(SHAKEN | change)
 
 
 @pytest.mark.parametrize("measure", ["worst_acceleration", "worst_rms_acceleration"])
@@ -505,10 +423,9 @@ def test_noise_of_impacts_is_limited_over_bands_and_refused_under_records_alone(
 
 
 @pytest.mark.parametrize("document", [PROTOTYPE, SHAKEN])
-def test_time_spent_sticking_is_limited_over_bands_and_under_records(document: dict[str, Any]) -> None:
-    assert parse_specification(document | {"limits": {"stick_fraction": 0.5}}).limits == {
-        "stick_fraction": 0.5
-    }
+def test_limits_hold_over_bands_and_under_records(document: dict[str, Any]) -> None:
+    limits = {"stick_fraction": 0.5, "acceleration_m_per_s2": 3.0, "rms_acceleration_m_per_s2": 2.0}
+    assert parse_specification(document | {"limits": limits}).limits == limits
     assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": 1.5}})
     assert "limits.stick_fraction" in faults_of(document | {"limits": {"stick_fraction": 0}})
 

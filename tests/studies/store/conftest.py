@@ -1,6 +1,7 @@
 """Studies, plans and block values for the tests of the store."""
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -81,10 +82,10 @@ def entered(store: Store) -> Callable[..., tuple[Study, Plan, str]]:
 
 
 @pytest.fixture
-def put(store: Store) -> Callable[..., None]:
-    """Write blocks of a study and mark them as done."""
+def put_into() -> Callable[..., None]:
+    """Write blocks of a study into any store and mark them as done."""
 
-    def write(study: Study, plan: Plan, *indices: int, generation: str = "") -> None:
+    def write(store: Store, study: Study, plan: Plan, *indices: int, generation: str = "") -> None:
         study_id = study.digest[:12]
         for block in map(plan.block, indices):
             found = write_region(store.cube_path(study_id), block, _values(study, block), generation)
@@ -93,3 +94,17 @@ def put(store: Store) -> Callable[..., None]:
             )
 
     return write
+
+
+@pytest.fixture
+def put(store: Store, put_into: Callable[..., None]) -> Callable[..., None]:
+    """Write blocks of a study into the store and mark them as done."""
+    return partial(put_into, store)
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Iterator[Store]:
+    """Open an empty store beside the first."""
+    opened = Store.open(tmp_path / "copy")
+    yield opened
+    opened.close()

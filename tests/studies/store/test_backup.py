@@ -2,6 +2,7 @@
 
 import shutil
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,30 +13,25 @@ from damperlab.studies.store.care.backup import copy_store
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import verify
-from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
 METRICS = ["amplitude_ratio", "period"]
 
 
-def write(store: Store, study, plan, values, index: int, generation: str = "g") -> None:
-    block = plan.block(index)
-    study_id = study.digest[:12]
-    found = write_region(store.cube_path(study_id), block, values(study, block), generation)
-    store.mark(study_id, BlockOutcome(index, block.points, 0, 0.5, 0.4, None, generation, found))
+@pytest.fixture
+def study(make_study):
+    """Make one of the studies of the store by its number, or another."""
+    return lambda number: make_study(f"study {number}", damping_ratio=0.01 * (1 + number), metrics=METRICS)
 
 
 @pytest.fixture
-def filled(store, make_study, make_plan_of, values_of):
+def filled(store, study, make_plan_of, put):
     """Three studies: done, deleted, and running with a claim and four of twelve blocks."""
     for number, blocks in enumerate((12, 1, 4)):
-        study = make_study(f"study {number}", damping_ratio=0.01 * (1 + number), metrics=METRICS)
-        plan = make_plan_of(study)
-        store.submit(study, plan, {"kernels": "k"}, key=f"key {number}")
-        for index in range(blocks):
-            write(store, study, plan, values_of, index)
+        made = study(number)
+        store.submit(made, make_plan_of(made), {"kernels": "k"}, key=f"key {number}")
+        put(made, make_plan_of(made), *range(blocks), generation="g")
     store.set_state(store.find("study 0").id, "done")
     store.delete(store.find("study 1").id)
     running = store.find("study 2").id
@@ -45,60 +41,56 @@ def filled(store, make_study, make_plan_of, values_of):
     return store
 
 
-def test_a_backup_of_a_backup_is_what_was_there(filled, tmp_path):
-    first, second = Store.open(tmp_path / "first"), Store.open(tmp_path / "second")
-    assert copy_store(filled, first) == copy_store(first, second)
-    for store in (first, second):
-        assert [record.name for record in store.page().records] == ["study 2", "study 0"]
-        for name in ("study 0", "study 2"):
+def is_sound(store: Store) -> bool:
+    return all(list(verify(store, record)) == [] for record in store.page().records)
+
+
+def names(store: Store) -> list[str]:
+    return [record.name for record in store.page().records]
+
+
+def test_a_backup_of_a_backup_is_what_was_there_and_goes_on_living(
+    filled, copy, tmp_path, study, make_plan_of, put_into
+):
+    second = Store.open(tmp_path / "second")
+    assert copy_store(filled, copy) == copy_store(copy, second)
+    for store in (copy, second):
+        assert names(store) == ["study 2", "study 0"]
+        assert is_sound(store)
+        for name in names(store):
             was, now = filled.find(name), store.find(name)
-            assert list(verify(store, now)) == []
             assert store.cube(now.id).load().identical(filled.cube(was.id).load())
-            assert store.events(now.id) == filled.events(was.id)
-            assert now.provenance == was.provenance
+            assert (store.events(now.id), now.provenance) == (filled.events(was.id), was.provenance)
         copied = store.find("study 2")
         assert (copied.state, copied.owner, copied.blocks_done) == ("queued", None, 4)
         assert collect_garbage(store, -1.0).paths == 0  # what is no study's did not come along
-    first.close()
+    pending = map(int, second.pending(study(2).digest[:12]))
+    put_into(second, study(2), make_plan_of(study(2)), *pending)
+    assert second.find("study 2").points_done == study(2).points
+    assert second.submit(study(7), make_plan_of(study(7)), {})[1]
     second.close()
 
 
-def test_a_backup_goes_on_living(filled, tmp_path, make_study, make_plan_of, values_of):
-    copy = Store.open(tmp_path / "copy")
-    copy_store(filled, copy)
-    study = make_study("study 2", damping_ratio=0.03, metrics=METRICS)
-    for index in copy.pending(study.digest[:12]):
-        write(copy, study, make_plan_of(study), values_of, int(index), "later")
-    assert copy.find("study 2").points_done == study.points
-    new = make_study("new", damping_ratio=0.4)
-    assert copy.submit(new, make_plan_of(new), {})[1]
-    copy.close()
-
-
-def test_a_backup_taken_while_blocks_come_and_go_is_of_one_moment(
-    filled, tmp_path, make_study, make_plan_of, values_of
-):
-    study = make_study("study 2", damping_ratio=0.03, metrics=METRICS)
-    plan = make_plan_of(study)
-    filled.release(study.digest[:12], "runner 7")
+def test_a_backup_taken_while_blocks_come_and_go_is_of_one_moment(filled, tmp_path, study, make_plan_of, put):
+    running = study(2)
+    filled.release(running.digest[:12], "runner 7")
     stop = threading.Event()
 
     def churn() -> None:
         turn = 0
         while not stop.is_set():
             turn += 1
-            for index in (5, 6, 7):
-                write(filled, study, plan, values_of, index, f"turn{turn}")
-            filled.forget(study.digest[:12], [5, 6, 7], "churn")
+            put(running, make_plan_of(running), 5, 6, 7, generation=f"turn{turn}")
+            filled.forget(running.digest[:12], [5, 6, 7], "churn")
 
     thread = threading.Thread(target=churn)
     thread.start()
     try:
-        for number in range(3):
+        for number in range(2):
             copy = Store.open(tmp_path / f"copy {number}")
             copy_store(filled, copy)
+            assert is_sound(copy)
             for record in copy.page().records:
-                assert list(verify(copy, record)) == []
                 assert (copy.cube(record.id)["status"] == 0).sum() == record.points_done
             copy.close()
     finally:
@@ -106,48 +98,72 @@ def test_a_backup_taken_while_blocks_come_and_go_is_of_one_moment(
         thread.join()
 
 
-def test_a_store_with_studies_is_not_written_over(filled, store, tmp_path, make_study, make_plan_of):
-    used = Store.open(tmp_path / "used")
-    used.submit(make_study(), make_plan_of(make_study()), {})
-    with pytest.raises(StoreFault, match="without studies"):
-        copy_store(filled, used)
-    assert len(used.page().records) == 1
-    used.close()
+@pytest.mark.parametrize(("before", "told"), [(False, "without studies"), (True, "holds other studies")])
+def test_a_store_with_studies_of_its_own_is_not_written_over(filled, copy, study, make_plan_of, before, told):
+    """Neither where it was no backup before, nor where it was one."""
+    if before:
+        copy_store(filled, copy)
+    own = copy.submit(study(7), make_plan_of(study(7)), {})[0]
+    with pytest.raises(StoreFault, match=told):
+        copy_store(filled, copy)
+    assert copy.find("study 7") == own
 
 
-def test_damage_is_not_backed_up_in_silence_and_leaves_no_half_backup(filled, tmp_path):
-    lost = next(Path(filled.cube_path(filled.find("study 0").id), "blocks").glob("*"))
-    lost.unlink()
-    copy = Store.open(tmp_path / "copy")
-    copied = copy_store(filled, copy)
-    (told,) = copied.damaged
-    assert "damperlab verify" in told
-    assert (copied.studies, [record.name for record in copy.page().records]) == (1, ["study 2"])
-    assert list(verify(copy, copy.find("study 2"))) == []
-    copy.close()
+def lose_a_block(cube: Path) -> None:
+    (cube / "blocks" / "7~g").unlink()
 
 
-def test_a_study_that_was_damaged_since_stays_in_the_backup_as_it_was(
-    filled, tmp_path, make_study, make_plan_of, values_of
+def flip_a_bit(cube: Path) -> None:
+    block = cube / "blocks" / "7~g"
+    content = bytearray(block.read_bytes())
+    content[-9] ^= 1
+    block.write_bytes(bytes(content))
+
+
+def damage_a_coordinate(cube: Path) -> None:
+    axis = cube / "clearance_ratio" / "c.0"
+    axis.write_bytes(bytes([axis.read_bytes()[0] ^ 1]) + axis.read_bytes()[1:])
+
+
+def lose_a_coordinate(cube: Path) -> None:
+    (cube / "clearance_ratio" / "c.0").unlink()
+
+
+@pytest.mark.parametrize(
+    ("harm", "told"),
+    [
+        (lose_a_block, "damperlab verify"),
+        (flip_a_bit, "Block 7"),
+        (damage_a_coordinate, "clearance_ratio"),
+        (lose_a_coordinate, "description"),
+    ],
+)
+def test_damage_is_not_backed_up_in_silence_and_leaves_no_half_backup(
+    filled, copy, harm: Callable[[Path], None], told: str
 ):
-    copy = Store.open(tmp_path / "copy")
+    harm(Path(filled.cube_path(filled.find("study 0").id)))
+    copied = copy_store(filled, copy)
+    (sentence,) = copied.damaged
+    assert told in sentence
+    assert (copied.studies, names(copy)) == (1, ["study 2"])
+    assert is_sound(copy)
+
+
+def test_a_study_that_was_damaged_since_stays_in_the_backup_as_it_was(filled, copy, study, make_plan_of, put):
     copy_store(filled, copy)
-    before = copy.cube(copy.find("study 0").id).load()
     record = filled.find("study 0")
+    before = copy.cube(record.id).load()
     Path(filled.cube_path(record.id), "zarr.json").write_bytes(b"{}")
-    study = make_study("later", damping_ratio=0.5, metrics=METRICS)
-    filled.submit(study, make_plan_of(study), {"kernels": "k"})
-    write(filled, study, make_plan_of(study), values_of, 0)
+    filled.submit(study(7), make_plan_of(study(7)), {"kernels": "k"})
+    put(study(7), make_plan_of(study(7)), 0, generation="g")
     copied = copy_store(filled, copy)
     assert (copied.studies, len(copied.damaged)) == (3, 1)
-    assert copy.find("later").blocks_done == 1
+    assert copy.find("study 7").blocks_done == 1
     assert copy.cube(record.id).load().identical(before)
-    assert list(verify(copy, copy.find(record.id))) == []
-    copy.close()
+    assert is_sound(copy)
 
 
-def test_a_backup_does_not_forget_what_the_store_has_lost(filled, tmp_path):
-    copy = Store.open(tmp_path / "copy")
+def test_a_backup_does_not_forget_what_the_store_has_lost(filled, copy):
     copy_store(filled, copy)
     lost = filled.find("study 0")
     cube = Path(filled.cube_path(lost.id))
@@ -169,131 +185,60 @@ def test_a_backup_does_not_forget_what_the_store_has_lost(filled, tmp_path):
     assert again.cube(lost.id).load().identical(copy.cube(lost.id).load())
     assert copy_store(again, copy).studies == 2
     again.close()
-    copy.close()
 
 
 def inodes(folder: Path) -> dict[str, int]:
     return {str(file): file.stat().st_ino for file in folder.rglob("*~*")}
 
 
-def test_a_backup_is_taken_again_and_copies_what_is_new(
-    filled, tmp_path, make_study, make_plan_of, values_of
-):
-    copy = Store.open(tmp_path / "copy")
+def test_a_backup_is_taken_again_and_copies_what_is_new(filled, copy, study, make_plan_of, put):
     first = copy_store(filled, copy)
-    before = inodes(tmp_path / "copy")
-    study = make_study("study 2", damping_ratio=0.03, metrics=METRICS)
-    filled.release(study.digest[:12], "runner 7")
-    write(filled, study, make_plan_of(study), values_of, 9)
+    before = inodes(copy.data_dir)
+    filled.release(study(2).digest[:12], "runner 7")
+    put(study(2), make_plan_of(study(2)), 9, generation="g")
     filled.delete(filled.find("study 0").id)
     second = copy_store(filled, copy)
     assert (first.blocks, second.blocks) == (16, 5)
     assert 0 < second.bytes < first.bytes / 8  # one block of sixteen
-    after = inodes(tmp_path / "copy")
+    after = inodes(copy.data_dir)
     assert {file: after[file] for file in before if file in after}.items() <= before.items()
-    assert [record.name for record in copy.page().records] == ["study 2"]
-    assert copy.find("study 2").blocks_done == 5
-    assert list(verify(copy, copy.find("study 2"))) == []
-    assert len(after) == 5
-    copy.close()
+    assert (names(copy), copy.find("study 2").blocks_done, len(after)) == (["study 2"], 5, 5)
+    assert is_sound(copy)
 
 
-def test_a_backup_that_was_cut_short_is_gone_on_with(filled, tmp_path):
+def test_a_backup_that_was_cut_short_is_gone_on_with(filled, copy, study, make_plan_of, put):
+    """At its first time, as it was brought up to date, and where a file of it is half there."""
     lost = Path(filled.cube_path(filled.find("study 2").id), "blocks", "2~g")
     content = lost.read_bytes()
     lost.unlink()
-    copy = Store.open(tmp_path / "copy")
     assert copy_store(filled, copy).damaged
-    copy.close()
     lost.write_bytes(content)
-    copy = Store.open(tmp_path / "copy")
     assert copy_store(filled, copy).studies == 2
-    for record in copy.page().records:
-        assert list(verify(copy, record)) == []
-    copy.close()
-
-
-def test_an_update_that_was_cut_short_is_gone_on_with(filled, tmp_path, make_study, make_plan_of, values_of):
-    copy = Store.open(tmp_path / "copy")
-    copy_store(filled, copy)
-    copy.close()
-    study = make_study("later", damping_ratio=0.5, metrics=METRICS)
-    filled.submit(study, make_plan_of(study), {"kernels": "k"})
-    write(filled, study, make_plan_of(study), values_of, 0)
+    assert is_sound(copy)
+    filled.submit(study(7), make_plan_of(study(7)), {"kernels": "k"})
+    put(study(7), make_plan_of(study(7)), 0, generation="g")
     # as a killed copy leaves it: files that the copy's catalogue does not know yet
-    name = Path(filled.cube_path(filled.find("later").id)).name
-    shutil.copytree(filled.data_dir / "cubes" / name, tmp_path / "copy" / "cubes" / name)
-    copy = Store.open(tmp_path / "copy")
+    name = Path(filled.cube_path(filled.find("study 7").id)).name
+    shutil.copytree(filled.data_dir / "cubes" / name, copy.data_dir / "cubes" / name)
     assert copy_store(filled, copy).studies == 3
-    assert copy.find("later").blocks_done == 1
-    copy.close()
-
-
-def test_a_backup_with_studies_of_its_own_is_not_written_over(filled, tmp_path, make_study, make_plan_of):
-    copy = Store.open(tmp_path / "copy")
-    copy_store(filled, copy)
-    study = make_study("its own", damping_ratio=0.5)
-    copy.submit(study, make_plan_of(study), {})
-    with pytest.raises(StoreFault, match="holds other studies"):
-        copy_store(filled, copy)
-    assert copy.find("its own").points_total == study.points
-    copy.close()
-
-
-def test_a_flipped_bit_is_not_backed_up(filled, tmp_path):
-    block = Path(filled.cube_path(filled.find("study 0").id), "blocks", "7~g")
-    content = bytearray(block.read_bytes())
-    content[-9] ^= 1
-    block.write_bytes(bytes(content))
-    copy = Store.open(tmp_path / "copy")
-    (told,) = copy_store(filled, copy).damaged
-    assert "Block 7" in told
-    copy.close()
-
-
-def test_a_damaged_or_lost_coordinate_is_not_backed_up(filled, tmp_path):
-    axis = Path(filled.cube_path(filled.find("study 0").id), "clearance_ratio", "c.0")
-    whole = axis.read_bytes()
-    copy = Store.open(tmp_path / "copy")
-    for content, told in ((bytes([whole[0] ^ 1]) + whole[1:], "clearance_ratio"), (None, "description")):
-        axis.unlink() if content is None else axis.write_bytes(content)
-        (sentence,) = copy_store(filled, copy).damaged
-        assert told in sentence
-    copy.close()
-
-
-def test_a_file_that_was_cut_short_in_a_backup_is_copied_again(filled, tmp_path):
-    copy = Store.open(tmp_path / "copy")
-    copy_store(filled, copy)
-    study = copy.find("study 0")
-    block = Path(copy.cube_path(study.id), "blocks", "7~g")
+    assert copy.find("study 7").blocks_done == 1
+    block = Path(copy.cube_path(copy.find("study 0").id), "blocks", "7~g")
     block.write_bytes(block.read_bytes()[:-5])
     assert copy_store(filled, copy).bytes == block.stat().st_size
-    assert list(verify(copy, copy.find("study 0"))) == []
-    copy.close()
+    assert is_sound(copy)
 
 
-def test_a_damaged_record_is_told_and_spoils_no_copy(filled, tmp_path):
+def test_records_come_along_and_a_damaged_one_is_told_and_spoils_no_copy(filled, copy, tmp_path):
     record_id, _ = Records(filled.data_dir).put(kanai_tajimi(1, 2.0, rise_s=0.5, fall_s=0.5))
-    copy = Store.open(tmp_path / "copy")
+    restored = Store.open(tmp_path / "restored")
     assert copy_store(filled, copy).damaged == ()
+    copy_store(copy, restored)
+    assert record_id in Records(tmp_path / "restored").ids()
     samples = filled.data_dir / "records" / f"{record_id}.npy"
     content = bytearray(samples.read_bytes())
     content[-3] ^= 4
     samples.write_bytes(bytes(content))
     (told,) = copy_store(filled, copy).damaged
     assert record_id in told
-    assert list(Records(tmp_path / "copy").damaged()) == []
-    copy.close()
-
-
-def test_uploaded_records_come_along(filled, tmp_path):
-    records = filled.data_dir / "records"
-    records.mkdir()
-    (records / "mine.json").write_text("{}")
-    copy, restored = Store.open(tmp_path / "copy"), Store.open(tmp_path / "restored")
-    copy_store(filled, copy)
-    copy_store(copy, restored)
-    assert (tmp_path / "restored" / "records" / "mine.json").read_text() == "{}"
-    copy.close()
+    assert list(Records(copy.data_dir).damaged()) == []
     restored.close()

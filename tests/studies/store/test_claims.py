@@ -1,37 +1,61 @@
 """Claims under clocks that are wrong, and owners that were thought dead and are not."""
 
-import subprocess
-import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
+import damperlab.studies.store.catalogue.rows
 import damperlab.studies.store.life_cycle.claims
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.cube.cube import write_region
+from damperlab.studies.store.life_cycle.claims import CLAIM_SECONDS
 from damperlab.studies.store.store import Store
 
-_OTHER_CLOCK = """
-import sys, time
-from pathlib import Path
-real, ahead = time.time, float(sys.argv[4])
-time.time = lambda: real() + ahead
-from damperlab.studies.store.store import Store
-store = Store.open(Path(sys.argv[1]))
-print(store.claim(sys.argv[2], sys.argv[3]), flush=True)
-"""
+DAY = 86_400.0
 
 
-def claim_by_another_clock(store: Store, study_id: str, owner: str, ahead_seconds: float) -> bool:
-    """Claim a study from a process whose clock is ahead, or behind; the process is gone afterwards."""
-    command = [sys.executable, "-c", _OTHER_CLOCK, str(store.data_dir), study_id, owner, str(ahead_seconds)]
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=True, timeout=900, cwd=Path(__file__).parents[3]
-    )
-    return done.stdout == "True\n"
+class Clocks:
+    """The clock on the wall, which may be set, and one that nobody sets; both stand still unless they are moved."""
+
+    def __init__(self) -> None:
+        self.wall, self.steady = time.time(), time.monotonic()
+
+    def time(self) -> float:
+        return self.wall
+
+    def monotonic(self) -> float:
+        return self.steady
+
+    def wait(self, seconds: float) -> None:
+        self.wall += seconds
+        self.steady += seconds
+
+
+@pytest.fixture
+def clocks(monkeypatch: pytest.MonkeyPatch) -> Clocks:
+    found = Clocks()
+    monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "time", found)
+    monkeypatch.setattr(damperlab.studies.store.catalogue.rows, "time", found)
+    return found
+
+
+@pytest.fixture
+def claim_elsewhere(store: Store, clocks: Clocks) -> Callable[..., bool]:
+    """Claim a study by a store of its own, as another process does, whose clock is ahead, or behind."""
+
+    def claim(study_id: str, owner: str, ahead_seconds: float) -> bool:
+        other = Store.open(store.data_dir)
+        clocks.wall += ahead_seconds
+        try:
+            return other.claim(study_id, owner)
+        finally:
+            clocks.wall -= ahead_seconds
+            other.close()
+
+    return claim
 
 
 @pytest.fixture
@@ -41,37 +65,35 @@ def study_id(store: Store, make_study, make_plan_of) -> str:
 
 
 def test_a_clock_that_was_set_back_keeps_no_dead_owner_alive(
-    store: Store, study_id: str, monkeypatch: pytest.MonkeyPatch
+    store: Store, study_id: str, clocks: Clocks, claim_elsewhere
 ) -> None:
-    monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "CLAIM_SECONDS", 4.0)
     # an owner elsewhere died; then the clock was set back by a day, so that its claim ends tomorrow
-    assert claim_by_another_clock(store, study_id, "elsewhere:1:0123abcd", 86400.0)
+    assert claim_elsewhere(study_id, "elsewhere:1:0123abcd", DAY)
     assert store.find(study_id).owner == "elsewhere:1:0123abcd"
     assert not store.abandoned(study_id)
     assert not store.claim(study_id, "next")
-    time.sleep(4.1)
+    clocks.wait(CLAIM_SECONDS + 1.0)
     assert store.abandoned(study_id)
     assert store.claim(study_id, "next")
     assert not store.abandoned(study_id)
 
 
 def test_a_living_owner_keeps_its_claim_whatever_the_clock_says(
-    store: Store, study_id: str, monkeypatch: pytest.MonkeyPatch
+    store: Store, study_id: str, clocks: Clocks, claim_elsewhere
 ) -> None:
-    monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "CLAIM_SECONDS", 1.0)
-    assert claim_by_another_clock(store, study_id, "living", 86400.0)
+    assert claim_elsewhere(study_id, "living", DAY)
     for _ in range(4):
-        time.sleep(0.4)
-        assert claim_by_another_clock(store, study_id, "living", 86400.0)  # renewed
+        clocks.wait(0.4 * CLAIM_SECONDS)
+        assert claim_elsewhere(study_id, "living", DAY)  # renewed
         assert not store.claim(study_id, "next")
 
 
 def test_an_owner_whose_claim_was_taken_marks_nothing_and_ends_nothing(
-    store: Store, study_id: str, make_study, make_plan_of, values_of, outcome_of
+    store: Store, study_id: str, make_study, make_plan_of, outcome_of, claim_elsewhere
 ) -> None:
     plan = make_plan_of(make_study())
     # its clock is behind by more than a claim lasts: to everybody else its claim is over
-    assert claim_by_another_clock(store, study_id, "slow", -3600.0)
+    assert claim_elsewhere(study_id, "slow", -3600.0)
     assert store.claim(study_id, "next")
     store.set_state(study_id, "running", owner="next")
     assert not store.mark(study_id, outcome_of(plan.block(0)), owner="slow")
@@ -96,11 +118,11 @@ def test_a_study_that_was_deleted_and_submitted_anew_takes_no_marks_of_the_first
 
 
 def test_garbage_is_not_collected_from_under_an_owner_whose_claim_seems_over(
-    store: Store, study_id: str, make_study, make_plan_of, values_of, outcome_of
+    store: Store, study_id: str, make_study, make_plan_of, values_of, outcome_of, claim_elsewhere
 ) -> None:
     study, plan = make_study(), make_plan_of(make_study())
     block = plan.block(2)
-    assert claim_by_another_clock(store, study_id, "slow", -3600.0)
+    assert claim_elsewhere(study_id, "slow", -3600.0)
     write_region(store.cube_path(study_id), block, values_of(study, block), "slow")
     assert collect_garbage(store, -1.0).paths == 0  # it may yet be marked
     write_region(store.cube_path(study_id), block, values_of(study, block), "quick")
@@ -113,11 +135,12 @@ def test_garbage_is_not_collected_from_under_an_owner_whose_claim_seems_over(
     assert list(verify(store, record)) == []
 
 
-def test_studies_that_wait_are_told_by_their_priority_over_several_pages(
+def test_studies_that_wait_are_told_by_their_priority_and_then_the_oldest_first(
     store: Store, make_study, make_plan_of, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Over several pages; without those that somebody works on, and those that have ended."""
     monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "_PAGE", 2)
-    priorities = (0, -3, 7, 0, 7, -3, 10)
+    priorities = (0, -3, 7, 0, 7, -3, 10, 0, 0)
     ids = []
     for place, priority in enumerate(priorities):
         study = make_study(damping_ratio=0.1 + 0.05 * place)
@@ -125,18 +148,10 @@ def test_studies_that_wait_are_told_by_their_priority_over_several_pages(
         # handed in again it keeps its own
         assert store.submit(study, make_plan_of(study), {}, priority=1)[0].priority == priority
         ids.append(record.id)
-    order = sorted(range(len(ids)), key=lambda place: -priorities[place])
-    assert [one.id for one in store.unclaimed(lambda owner: False)] == [ids[place] for place in order]
+    store.claim(ids[7], "runner 7")
+    store.claim(ids[3], "dead")
+    store.set_state(ids[3], "running")
+    store.set_state(ids[8], "done")
+    order = sorted(range(7), key=lambda place: -priorities[place])
+    assert [one.id for one in store.unclaimed(lambda owner: owner == "dead")] == [ids[at] for at in order]
     assert store.unclaimed(lambda owner: False, 1)[0].id == ids[6]
-
-
-def test_studies_that_wait_are_told_oldest_first(store: Store, make_study, make_plan_of) -> None:
-    ids = []
-    for damping_ratio in (0.1, 0.2, 0.3, 0.4, 0.5):
-        study = make_study(damping_ratio=damping_ratio)
-        ids.append(store.submit(study, make_plan_of(study), {})[0].id)
-    store.claim(ids[1], "runner 7")
-    store.claim(ids[2], "dead")
-    store.set_state(ids[2], "running")
-    store.set_state(ids[3], "done")
-    assert [one.id for one in store.unclaimed(lambda owner: owner == "dead")] == [ids[0], ids[2], ids[4]]

@@ -10,54 +10,27 @@ from sqlalchemy import delete
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
-from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.files.folder import Folder
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
 METRICS = ["amplitude_ratio"]
 
 
 @pytest.fixture
-def filled(make_study, make_plan_of, values_of) -> Callable[[Store, float], str]:
+def filled(make_study, make_plan_of, put_into) -> Callable[[Store, float], str]:
     def fill(store: Store, damping_ratio: float) -> str:
         study = make_study(damping_ratio=damping_ratio, metrics=METRICS)
         plan = make_plan_of(study)
         record, _ = store.submit(study, plan, {})
-        for index in range(plan.count):
-            block = plan.block(index)
-            found = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
-            store.mark(record.id, BlockOutcome(index, block.points, 0, 1.0, 1.0, None, "g", found))
-        store.set_state(record.id, "done")
-        return record.id
+        put_into(store, study, plan, *range(plan.count), generation="g")
+        return store.set_state(record.id, "done").id
 
     return fill
 
 
 def files(folder: Path) -> set[Path]:
     return {path for path in folder.rglob("*") if path.is_file()}
-
-
-def nothing_is_swept_beside(older: Path, data: Path) -> None:
-    """Put an older catalogue in the place of the newest, and sweep at once."""
-    before = files(data / "cubes")
-    shutil.copy(older, data / "catalogue.sqlite")
-    store = Store.open(data)
-    assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 0
-    assert files(data / "cubes") == before
-    store.close()
-
-
-def test_a_folder_whose_catalogue_is_lost_is_refused_and_keeps_every_file(tmp_path, filled):
-    store = Store.open(tmp_path)
-    filled(store, 0.01)
-    store.close()
-    (tmp_path / "catalogue.sqlite").unlink()
-    before = files(tmp_path)
-    with pytest.raises(StoreFault, match=r"without their catalogue.*DAMPERLAB_CATALOGUE.*damperlab rebuild"):
-        Store.open(tmp_path)
-    assert files(tmp_path) == before
 
 
 def test_an_empty_or_foreign_catalogue_is_refused(tmp_path, filled):
@@ -100,27 +73,12 @@ def test_a_marker_that_is_lost_is_put_back_and_a_damaged_one_is_told(tmp_path, f
     marker.unlink()
     Store.open(tmp_path).close()
     assert marker.read_bytes() == content
-    for at in range(8 * len(content)):
+    for at in range(0, 8 * len(content), 7):
         damaged = bytearray(content)
         damaged[at // 8] ^= 1 << at % 8
         marker.write_bytes(bytes(damaged))
         with pytest.raises(StoreFault, match="damperlab rebuild"):
             Store.open(tmp_path)
-
-
-def test_a_dry_run_says_what_would_go_and_changes_nothing(tmp_path, filled):
-    store = Store.open(tmp_path)
-    filled(store, 0.01)
-    (tmp_path / "cubes" / "000000000000-1.zarr").mkdir()
-    (tmp_path / "cubes" / "notes").mkdir()
-    before = sorted(tmp_path.rglob("*"))
-    would = collect_garbage(store, -1.0, dry_run=True)
-    assert [line.partition(":")[0] for line in would.what] == ["move 000000000000-1.zarr to the trash"]
-    assert [line.rpartition("/")[2] for line in would.unknown] == ["notes: no known number"]
-    assert sorted(tmp_path.rglob("*")) == before
-    did = collect_garbage(store, -1.0)
-    assert did.what == would.what
-    store.close()
 
 
 @pytest.mark.parametrize("look", [1, 2, 3])
@@ -147,7 +105,7 @@ def test_a_new_folder_that_another_opens_and_fills_meanwhile_is_no_foreign_one(
 
 @pytest.mark.parametrize("before", [False, True])
 def test_an_older_copy_costs_no_block_that_was_computed_since(
-    tmp_path, make_study, make_plan_of, values_of, before
+    tmp_path, make_study, make_plan_of, put_into, before
 ):
     """For the first time, or anew."""
     data = tmp_path / "data"
@@ -155,23 +113,22 @@ def test_an_older_copy_costs_no_block_that_was_computed_since(
     plan = make_plan_of(study)
     store = Store.open(data)
     record, _ = store.submit(study, plan, {})
-    block = plan.block(2)
-
-    def write(generation: str) -> None:
-        found = write_region(store.cube_path(record.id), block, values_of(study, block), generation)
-        store.mark(record.id, BlockOutcome(2, block.points, 0, 1.0, 1.0, None, generation, found))
-
     if before:
-        write("first")
+        put_into(store, study, plan, 2, generation="first")
     store.close()
     shutil.copy(data / "catalogue.sqlite", tmp_path / "older")
     store = Store.open(data)
     if before:
         store.forget(record.id, [2], "damaged")
-    write("second")
+    put_into(store, study, plan, 2, generation="second")
     collect_garbage(store, -1.0)
     store.close()
-    nothing_is_swept_beside(tmp_path / "older", data)
+    kept = files(data / "cubes")
+    shutil.copy(tmp_path / "older", data / "catalogue.sqlite")
+    store = Store.open(data)
+    assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 0
+    assert files(data / "cubes") == kept
+    store.close()
 
 
 def test_results_that_lie_under_the_number_of_another_study_are_told_and_brought_back(tmp_path, filled):

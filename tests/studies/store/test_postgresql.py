@@ -71,8 +71,8 @@ def test_a_server_that_takes_connections_and_never_answers_is_a_fault_with_words
         "SELECT pg_terminate_backend(pg_backend_pid())",  # as where the server shuts down
         "SELECT pg_cancel_backend(pg_backend_pid()), pg_sleep(60)",
         # as where a server takes no writes any more, or ended a transaction that stood still
-        "CREATE TABLE refused (number int)",
         "DO $$ BEGIN RAISE EXCEPTION 'idle' USING ERRCODE = '25P03'; END $$",
+        pytest.param("CREATE TABLE refused (number int)", marks=pytest.mark.night),
         "DO $$ BEGIN RAISE EXCEPTION 'not allowed' USING ERRCODE = '42501'; END $$",
     ],
 )

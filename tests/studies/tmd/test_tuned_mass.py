@@ -11,7 +11,7 @@ from tests.oracles import transmissibility, tuned_mass
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.minimax import minimax
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, peaks, without_absorber
-from damperlab.studies.tmd.tunings import den_hartog, den_hartog_table4, exact_hinf, h2, tuned
+from damperlab.studies.tmd.tunings import den_hartog, den_hartog_table4, exact_hinf, tuned
 from damperlab.studies.vocabulary import CRITERIA
 
 MASSES = [0.01, 0.05, 0.1, 0.2, 1.0]
@@ -77,13 +77,6 @@ def test_minimax_is_the_least_peak_that_a_simplex_over_sweeps_finds(mass_ratio, 
     assert found.damping_ratio == pytest.approx(damping, abs=1e-7)
 
 
-def test_minimax_without_structural_damping_is_the_closed_form():
-    found, exact = minimax(0.05, 0.0), exact_hinf(0.05)
-    # Newton's last step is below 1e-12 of each; its residual is a difference of roundings, 1e-15 over slopes of 10
-    assert found.tuning == pytest.approx(exact.tuning, rel=1e-10)
-    assert found.damping_ratio == pytest.approx(exact.damping_ratio, rel=1e-9)
-
-
 @pytest.mark.parametrize("excitation", ["base", "force"])
 @pytest.mark.parametrize(("mass_ratio", "structural"), [(0.01, 0.3), (1.0, 0.1), (0.1, 0.0038), (5.0, 0.0)])
 def test_no_neighbour_of_the_minimax_is_better(mass_ratio, structural, excitation):
@@ -92,19 +85,6 @@ def test_no_neighbour_of_the_minimax_is_better(mass_ratio, structural, excitatio
     for angle in np.arange(12) * math.pi / 6:
         near = found.detuned(1e-3 * math.cos(angle), 3e-3 * math.sin(angle))
         assert highest(near, structural, excitation).value > best
-
-
-def test_peaks_are_above_a_dense_sweep_and_within_its_reach():
-    rng = np.random.default_rng(5)
-    r = np.linspace(0.2, 2.5, 20001)
-    for _ in range(20):
-        absorber = Absorber(rng.uniform(0.01, 0.5), rng.uniform(0.6, 1.2), rng.uniform(0.03, 0.6))
-        structural = rng.choice([0.0, 0.0038, 0.1])
-        sweep = amplitude_ratio(r, absorber, structural).max()
-        exact = highest(absorber, structural, band=(0.2, 2.5)).value
-        # between samples 1e-4 apart a peak of half-width 0.02 rises by (5e-5/0.02)^2
-        assert sweep <= exact * (1 + 1e-14)
-        assert exact <= sweep * (1 + 1e-5)
 
 
 def test_table_4_is_den_hartog_in_the_other_convention():
@@ -150,20 +130,6 @@ def test_h2_has_the_least_mean_square(excitation, mass_ratio):
     assert found.x == pytest.approx([0.0, 0.0], abs=1e-6)
     if mass_ratio == 0.1:
         assert round(best.tuning, 3) == (0.886 if excitation == "base" else 0.932)
-
-
-def test_h2_of_a_force_has_the_least_integral_over_a_base_displacement():
-    def integral(absorber: Absorber) -> float:
-        # ∫ over all frequencies by λ = tan θ: smooth and bounded, so the trapezoidal rule gains digits fast
-        theta = (np.arange(20000) + 0.5) * (math.pi / 2 / 20000)
-        return float(np.mean(amplitude_ratio(np.tan(theta), absorber) ** 2 / np.cos(theta) ** 2))
-
-    best = h2(0.1, "force")
-    least = integral(best)
-    assert all(
-        integral(best.detuned(f, d)) > least for f, d in ((1e-3, 0), (-1e-3, 0), (0, 1e-2), (0, -1e-2))
-    )
-    assert integral(exact_hinf(0.1)) > least
 
 
 def test_every_criterion_tunes_and_detuning_does_harm():

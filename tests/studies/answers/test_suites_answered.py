@@ -1,0 +1,96 @@
+"""Answers about ground-motion suites: quantities by their terms, lengths in mm, and whether the best lies where axes end."""
+
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from damperlab.service.cli.words import map_table, rows_table
+from damperlab.studies.answers.phrases import RATIOS, Phrases
+from damperlab.studies.answers.resonance_map import resonance_map
+from damperlab.studies.answers.suite import worst_case_designs
+from damperlab.studies.ground.variables import DIMENSIONS, RECORD
+from damperlab.studies.kinds import KINDS
+from damperlab.studies.questions import Selection
+
+PEAK = "peak_relative_displacement_m"
+RAW = re.compile(r"\b[a-z]{2,}(?:_[a-z0-9]+)+\b")
+
+
+CLEARANCE, FRICTION = np.array([0.005, 0.01, 0.02]), np.array([0.0, 1.0, 2.0])
+
+
+def made(values: object = None) -> xr.Dataset:
+    """A suite of two records: results over clearance and friction, of the second record half as much."""
+    axes = dict.fromkeys(DIMENSIONS, np.array([0.5])) | {
+        RECORD: np.array(["one", "two"]),
+        "clearance_m": CLEARANCE,
+        "friction_force_n": FRICTION,
+    }
+    shape = tuple(axes[name].size for name in DIMENSIONS)
+    given = np.linspace(0.022, 0.014, 9).reshape(3, 3) if values is None else np.asarray(values)
+    order = sorted((RECORD, "clearance_m", "friction_force_n"), key=list(DIMENSIONS).index)
+    assert order == [RECORD, "clearance_m", "friction_force_n"]
+    placed = (np.array([1.0, 0.5])[:, None, None] * given).reshape(shape)
+    coords = {name: (name, axes[name], {"units": unit}) for name, (unit, _) in DIMENSIONS.items()}
+    data = {PEAK: (DIMENSIONS, placed, {"units": "m", "long_name": "peak relative displacement"})}
+    return xr.Dataset({**data, "status": (DIMENSIONS, np.zeros(shape, np.int8))}, coords)
+
+
+def test_no_sentence_names_a_raw_dimension_and_lengths_are_in_mm() -> None:
+    cube = made()
+    answer = resonance_map(cube, "clearance_m", "friction_force_n", Selection())
+    note = answer.attrs["note"]
+    assert not RAW.search(note)
+    assert "natural frequency f_n = 0.5 Hz" in note
+    assert "structural damping ratio ζ = 0.5" in note
+    brief = worst_case_designs(cube).attrs["brief"]
+    first = brief["sentences"][0]
+    assert brief["damper"] == "hybrid"
+    assert not RAW.search(" ".join(brief["sentences"]))
+    assert all(each in first for each in ("d = 20 mm", "14 mm", "one"))
+
+
+def test_tables_are_in_mm() -> None:
+    cube = made()
+    phrases = Phrases.of(cube)
+    answer = resonance_map(cube, "clearance_m", "friction_force_n", Selection(at={RECORD: "one"}))
+    head, rows = map_table(answer, PEAK, phrases)
+    assert head == ("F_f [N] \\ d [mm]", "5", "10", "20")
+    assert rows[-1] == ("0", "22", "19", "16")
+    head, rows = rows_table(worst_case_designs(cube), phrases, {"value": PEAK})
+    table = dict(zip(head, rows[0], strict=True))
+    assert table["clearance d [mm]"] == "20"
+    assert table["value [mm]"] == "14"
+
+
+def test_every_dimension_of_every_kind_has_a_term() -> None:
+    for kind in KINDS:
+        for name in kind.dimensions:
+            assert not RAW.search(RATIOS.label(name)), name
+
+
+def ends(values: list[list[float]], **asked: object) -> dict[str, list[object]]:
+    notes = worst_case_designs(made(values), PEAK, **asked).attrs["notes"]  # type: ignore[arg-type]
+    return notes[0]["values"] if notes else {}
+
+
+def test_the_best_damper_at_the_end_of_an_axis_is_said_to_be():
+    rises = [[3.0, 2.5, 2.2], [2.0, 1.6, 1.3], [1.5, 1.1, 0.9]]
+    both = {"clearance_m": ["upper", 0.02], "friction_force_n": ["upper", 2.0]}
+    assert ends(rises) == ends(rises, records=["two"]) == both
+    # a range that was asked for ends before the axis does, and says nothing of what lies beyond
+    assert ends(rises, ranges={"friction_force_n": (0.0, 1.0)}).keys() == {"clearance_m"}
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [[3.0, 2.0, 3.0], [2.0, 1.0, 2.0], [3.0, 2.0, 3.0]],  # inside
+        [[3.0, 3.5, 4.0], [1.0, 1.2, 1.5], [3.0, 3.5, 4.0]],  # friction is never less than none
+        [[1.00, 1.05, 1.08], [1.01, 1.06, 1.09], [1.02, 1.07, 1.09]],  # as good all along
+    ],
+)
+def test_elsewhere_nothing_is_said(values: list[list[float]]):
+    assert ends(values) == {}

@@ -1,0 +1,208 @@
+"""Tables of what was measured, a frequency response or a time history: units, columns, and faults with their place."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.fit.history.history import History
+from damperlab.studies.fit.history.table import parse_history
+from damperlab.studies.fit.lines import MOST_COLUMNS
+from damperlab.studies.fit.measured import Measurement, parse_measurement, read_measurement
+from damperlab.studies.fit.table import parse_table, read_table
+
+
+@pytest.mark.parametrize(
+    ("heading", "row", "frequency_hz", "amplitude_m", "deviation_m"),
+    [
+        ("frequency (Hz), amplitude (mm), deviation (mm)", "2.5, 12, 0.3", 2.5, 0.012, 0.0003),
+        ("Frequency [kHz];Amplitude [in];Standard deviation [%]", "0.0025;1;2", 2.5, 0.0254, 0.000508),
+        ("frequency (rad/s)\tamplitude (µm)\tdeviation (m)", "6.283185307179586\t5\t1e-6", 1.0, 5e-6, 1e-6),
+        ("frequency_hz,amplitude_m,deviation_m", "2.5,0.012,0.0003", 2.5, 0.012, 0.0003),
+        ("excitation frequency (rpm), x (cm), deviation (cm)", "150, 1.2, 0.03", 2.5, 0.012, 0.0003),
+    ],
+)
+def test_units_of_the_headings_become_si_units(
+    heading: str, row: str, frequency_hz: float, amplitude_m: float, deviation_m: float
+) -> None:
+    found = parse_measurement(f"# measured on a Monday\n\n{heading}\r\n{row}\r\n")
+    assert found.in_hertz
+    assert found.in_metres
+    assert found.frequency == pytest.approx([frequency_hz], rel=1e-15)
+    assert found.amplitude == pytest.approx([amplitude_m], rel=1e-15)
+    assert found.deviation == pytest.approx([deviation_m], rel=1e-14)
+
+
+def test_ratios_and_conditions_are_read_and_an_empty_condition_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "bench.csv"
+    path.write_text("r, X/Z, friction force (lbf), mass_ratio\n1, 20, 0.1, 0\n0.9, 8, , 0.1\n")
+    found = read_measurement(path)
+    assert found.name == "bench"
+    assert not found.in_hertz
+    assert not found.in_metres
+    assert found.deviation is None
+    assert found.columns["friction_force_n"][0] == pytest.approx(0.44482216152605, rel=1e-15)
+    assert math.isnan(found.columns["friction_force_n"][1])
+    assert np.array_equal(found.columns["mass_ratio"], [0.0, 0.1])
+
+
+@pytest.mark.parametrize("heading", ["frequency (Hz);amplitude (mm)", "time (s);displacement (mm)"])
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_decimal_commas_are_told_once(heading: str, separator: str) -> None:
+    rows = [f"{9 + row / 10:.3f};{2 + row / 100:.3f}".replace(".", ",") for row in range(50)]
+    with pytest.raises(StudyFaults) as caught:
+        parse_table("\n".join([heading, *rows]).replace(";", separator))
+    (fault,) = caught.value.faults
+    assert fault.field == "line 2"
+    assert 'a decimal comma, "9,000"' in fault.sentence
+    assert "write decimal points" in fault.advice
+
+
+def test_lines_that_are_all_cut_alike_are_told_once() -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_table("frequency (Hz),amplitude (mm)\n" + "9,000,0,100\n" * 50)
+    (fault,) = caught.value.faults
+    assert (
+        "Each of the 50 lines after the heading has 4 cells, but the heading names 2 columns."
+        in fault.sentence
+    )
+    assert "decimal commas" in fault.advice
+
+
+@pytest.mark.parametrize("heading", ["displacement (mm)", "Disp", "peak (mm)", "temperature"])
+def test_nobody_is_told_to_remove_the_measurement(heading: str) -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_measurement(f"frequency (Hz), {heading}\n9, 1\n")
+    assert "emove" not in str(caught.value)
+
+
+def test_every_fault_is_told_together() -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_measurement("r, X/Z\n1, x\n2, 3, 4\n0, 1\n")
+    assert [fault.field for fault in caught.value.faults] == [
+        "line 2.amplitude_ratio",
+        "line 3",
+        "line 4.frequency_ratio",
+    ]
+
+
+def test_a_file_that_is_not_there_and_a_long_one_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(StudyFaults, match="cannot be read: No such file"):
+        read_measurement(tmp_path / "none.csv")
+    with pytest.raises(StudyFaults, match="at most 2,000 are allowed"):
+        parse_measurement("r, X/Z\n" + "1, 2\n" * 2001)
+    with pytest.raises(StudyFaults, match="at most 4,194,304 bytes"):
+        parse_measurement("x" * (4 * 1024 * 1024 + 1))
+
+
+@pytest.mark.parametrize(
+    "heading",
+    ["frequency (Hz), Acceleration amplitude (g)", "time (s), absolute_acceleration (m/s2), x (mm)"],
+)
+def test_an_acceleration_of_the_structure_is_refused_with_what_to_do(heading: str) -> None:
+    with pytest.raises(StudyFaults) as refused:
+        parse_table(f"{heading}\n2.5, 12, 1\n")
+    (fault,) = refused.value.faults
+    assert "displacement" in fault.advice
+
+
+def test_columns_are_counted_before_their_names_are_compared() -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_table("," * 30_000)
+    assert [fault.allowed for fault in caught.value.faults] == [f"at most {MOST_COLUMNS} columns"]
+
+
+def table(heading: str, rows: int = 30, line: str = "{t:.3f}, {x:.4f}", **more: float) -> str:
+    """Write a free decay with 0.02 s between samples, from 20 mm."""
+    values = ((0.02 * k, 20 * np.exp(-0.02 * k) * np.cos(15 * 0.02 * k)) for k in range(rows))
+    return "\n".join([heading, *(line.format(t=t, x=x, **more) for t, x in values)])
+
+
+def test_units_become_si_and_times_begin_at_zero() -> None:
+    read = parse_history(table("time (ms); x (cm); deviation (mm)", line="{t}; {x}; 0.5"))
+    assert read.step_s == pytest.approx(2e-5, rel=1e-12)
+    assert read.displacement_m[0] == pytest.approx(0.2, rel=1e-12)
+    assert read.deviation_m == pytest.approx(np.full(30, 5e-4), rel=1e-12)
+    assert read.released
+    assert read.time_s[-1] == pytest.approx(29 * 2e-5, rel=1e-12)
+
+
+def test_a_deviation_in_per_cent_is_one_of_the_largest_displacement() -> None:
+    read = parse_history(table("t (s), displacement (mm), deviation (%)", line="{t}, {x}, 2"))
+    assert read.deviation_m == pytest.approx(np.full(30, 0.02 * 0.02), rel=1e-12)
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("g", 9.80665), ("m/s2", 1.0), ("cm/s2", 0.01)])
+def test_a_base_acceleration_is_read_in_its_unit(unit: str, metres: float) -> None:
+    lines = [f"{0.01 * k}, {1.0 * k / 30}, {np.sin(k)}" for k in range(30)]
+    read = parse_history(
+        "\n".join([f"time (s), relative displacement (mm), base acceleration ({unit})", *lines])
+    )
+    assert read.base_m_s2 is not None
+    assert read.base_m_s2 == pytest.approx(metres * np.sin(np.arange(30)), rel=1e-12)
+    assert read.relative
+    assert not read.released
+
+
+def test_the_heading_tells_a_history_from_a_response(tmp_path: Path) -> None:
+    assert isinstance(parse_table(table("time (s), x (mm)")), History)
+    assert isinstance(parse_table("frequency (Hz), amplitude (mm)\n2.5, 3"), Measurement)
+    path = tmp_path / "decay.csv"
+    path.write_text(table("# released by hand\nt_s ,x (mm)".replace("t_s ", "time_s")))
+    read = read_table(path)
+    assert isinstance(read, History)
+    assert read.name == "decay"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "The file holds no table of measured values."),
+        ("frequency (Hz), amplitude (mm)\n", "The table has headings and no rows."),
+        ("frequency, X/Z\n1, 2", 'The heading "frequency" states no unit; allowed are hz, khz, rad/s, rpm.'),
+        ("frequency (mm), X/Z\n1, 2", 'has the unit "mm"'),
+        ("r (Hz), X/Z\n1, 2", "it may have no unit: it is a ratio"),
+        ("r, ampiltude (mm)\n1, 2", "Did you mean `amplitude (mm)`?"),
+        ("r, X/Z, X/Z\n1, 2, 2", "Line 1 names the column amplitude_ratio twice."),
+        ("r, restitution\n1, 0.5", "The table has no column of amplitude; it must have one."),
+        ("r, frequency (Hz), X/Z\n1, 2.5, 3", "The table has two columns of frequency; it must have one."),
+        ("r, X/Z, deviation (mm)\n1, 2, 3", "must both be lengths or both be ratios"),
+        ("r, X/Z, clearance (mm), clearance ratio\n1, 2, 3, 4", "both clearance_m and clearance_ratio"),
+        ("frq (Hz), peak (µm)\n9, 1", "Did you mean `frequency (Hz)`?"),
+        ("f (Hz), peak (µm)\n9, 1", "Did you mean `amplitude (µm)`?"),
+        ("f (Hz), amplitude\n9, 1", "State the unit that the numbers are in, as in `amplitude (m)` or"),
+        ("Run 4\nf (Hz), amplitude (mm)\n9, 1", "Remove this line, or write # before it."),
+        ("Run 4\ntime (s), displacement (mm)\n9, 1", "Remove this line, or write # before it."),
+        ("Run 4\n9, 1\n10, 2", "Write # before it, and below it such a line"),
+        ("9, 1\n10, 2", "Write such a line above it, with the units that the numbers are in."),
+        ("r, X/Z\n1, 2, 3", "Line 2 has 3 cells, but the heading names 2 columns."),
+        ("r, X/Z\n1,", "`line 2.amplitude_ratio` must be a number above 0, not an empty cell."),
+        ("r, X/Z\n1, twelve", '`line 2.amplitude_ratio` must be a number above 0, not "twelve".'),
+        ("r, X/Z\n1, nan", 'not "nan"'),
+        ("r, X/Z\n-1, 2", '`line 2.frequency_ratio` must be a number above 0, not "-1".'),
+        ("r, X/Z\n1e9, 2", "frequency_ratio` must be a number from 0.0001 to 10000"),
+        ("r, X/Z, restitution\n1, 2, -1", "`line 2.restitution` must be a number of at least 0"),
+        (table("time (s), x (mm), x (mm)", line="{t}, {x}, {x}"), "names the column displacement_m twice"),
+        (table("time (s), deviation (mm)"), "must have one column of displacement"),
+        (table("time (s), x (mm), x - z (mm)", line="{t}, {x}, {x}"), "must have one column of displacement"),
+        (table("time (s), x"), 'The heading "x" states no unit'),
+        (table("time (s), x (mm)", rows=5), "it must have from 24 to 20,000 rows"),
+        (
+            table("time (s), x (mm)").replace("0.200,", "0.230,"),
+            "The times must rise in equal steps; row 11 at 0.23 s",
+        ),
+        (table("time (s), x (mm)", line="1, {x}"), "The times must rise in equal steps"),
+        (table("time (s), x (mm)", line="{t}, nan"), '`line 2.displacement_m` must be a number, not "nan".'),
+        (table("time (s), x (mm), deviation (mm)", line="{t}, {x}, 0"), "must be a number above 0"),
+        (table("time (s), x (mm)", line="{t}, 0"), "a structure that moves"),
+        (table("time (s), x (mm)", line="{t}, -{t}"), "must begin at a release from rest"),
+        (table("time (s), x (mm), base acceleration (g)", line="{t}, {t}, 0"), "The base acceleration is 0"),
+        (table("time (s), x (mm), base acceleration (g)", line="{t}, {x}, {t}"), "must begin at rest"),
+    ],
+)
+def test_a_fault_is_told_with_its_place(text: str, said: str) -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_table(text)
+    assert said in str(caught.value)
