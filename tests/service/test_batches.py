@@ -6,6 +6,7 @@ from typing import Any
 
 import httpx
 import numpy as np
+import pytest
 
 from damperlab import Client
 from damperlab.studies.definition import parse_study
@@ -81,10 +82,10 @@ def test_many_small_studies_are_run_together_to_the_same_bits(
     running = own_service()
     with Client(running.url) as client:
         client.submit(point(0)).wait()  # what must be compiled is compiled alone
-        every = [point(number) for number in range(1, 61)]
+        every = [point(number) for number in range(1, 21)]
         with ThreadPoolExecutor(8) as pool:
-            single = list(pool.map(client.submit, every[:30]))
-        studies = single + client.submit_all(every[30:])
+            single = list(pool.map(client.submit, every[:10]))
+        studies = single + client.submit_all(every[10:])
         for study in studies:
             study.wait()
     running.stop()
@@ -106,6 +107,7 @@ def test_many_small_studies_are_run_together_to_the_same_bits(
     store.close()
 
 
+@pytest.mark.night
 def test_small_studies_that_a_stop_cut_short_are_done_after_it(own_service: Any, tmp_path: Path) -> None:
     running = own_service()
     with Client(running.url) as client:

@@ -132,6 +132,7 @@ def test_study_of_the_highest_priority_begins_first_whoever_has_waited_longer(st
     assert sorted(ids, key=lambda name: began[name]) == [ids[2], ids[0], ids[3], ids[1]]
 
 
+@pytest.mark.night
 def test_those_who_submit_take_turns_however_many_studies_one_of_them_has(store: Store) -> None:
     def submit(owner: str, damping_ratio: float) -> str:
         # too many points for the small ones that run together

@@ -33,6 +33,7 @@ def server(tmp_path: Path) -> Iterator[tuple[str, list[psutil.Process]]]:
     running.cleanup()
 
 
+@pytest.mark.night
 def test_service_says_that_its_database_hangs_and_recovers(server, tmp_path, helpers):
     address, processes = server
     running = helpers.start_service(tmp_path / "data", tmp_path / "log", DAMPERLAB_CATALOGUE=address)

@@ -62,6 +62,7 @@ def test_study_of_a_dead_process_is_picked_up(
     assert service.stop() == 0
 
 
+@pytest.mark.night
 def test_study_waits_for_a_scheduler_that_is_not_there(
     own_service: Callable[..., Any], helpers: Any, free_port: int
 ) -> None:

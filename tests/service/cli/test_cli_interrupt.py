@@ -63,6 +63,7 @@ def test_cancelled_by_another_process_then_deleted(tmp_path: Path) -> None:
     store.close()
 
 
+@pytest.mark.night
 def test_interrupted_at_the_keyboard_then_resumed_to_the_end(tmp_path: Path) -> None:
     study = tmp_path / "short.json"
     study.write_text(json.dumps(slow_study("short", 4)))

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from tests.oracles import forced_friction, transmissibility, tuned_mass
-from tests.service.cli.commands import END_SECONDS, run
+from tests.service.cli.commands import END_SECONDS, run, run_apart
 
 from damperlab.studies.paper import paper_numbers
 
@@ -21,7 +21,7 @@ DAMPING = 0.0038
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     folder = tmp_path_factory.mktemp("reproduction")
-    ended = run(
+    ended = run_apart(
         "reproduce",
         "--quick",
         "-o",

@@ -142,6 +142,7 @@ def test_running_study_is_asked_cancelled_and_resumed(
         study.resume()
 
 
+@pytest.mark.night
 def test_waiting_outlives_a_service_that_is_killed(
     own_service: Callable[..., Any], helpers: Any, free_port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -161,18 +162,3 @@ def test_waiting_outlives_a_service_that_is_killed(
         record = study.record
         assert (record.state, record.points_done) == ("done", record.points_total)
     assert second.stop() == 0
-
-
-def test_progress_is_told_line_by_line_without_a_terminal(service: Any) -> None:
-    code = f"""
-from damperlab import Client
-from damperlab.service.cli import progress
-progress.LINE_EVERY_SECONDS = 0.0
-with Client({service.url!r}) as client:
-    study = client.submit({{"name": "told", "particle": False, "damping_ratio": 0.0037,
-        "axes": {{"friction_ratio": [0.1, 0.2], "frequency_ratio": [0.9, 1]}}}})
-    study.wait()
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == ""
-    assert "told: 4 of 4 points, 0 failed" in done.stderr.splitlines()[-1]

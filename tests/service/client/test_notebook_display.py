@@ -62,31 +62,31 @@ def test_a_refusal_ends_with_its_message_and_shows_no_frame_of_the_retries(servi
     assert refused.value.__cause__ is None
 
 
-@pytest.mark.parametrize(
-    ("line", "name", "said"),
-    [
-        ("Study(axes={'clearance_ratio': [-1]})", "StudyFaults", "clearance_ratio[0]"),
-        ("Client('http://127.0.0.1:9', timeout=1).study('x')", "Unreachable", "127.0.0.1:9"),
-        ("Client('htp:/x')", "Refused", "http://HOST:PORT"),
-        ("open_store('.').find('nobody')", "StudyNotFound", "nobody"),
-    ],
+LINES = (
+    ("Study(axes={'clearance_ratio': [-1]})", "StudyFaults", "clearance_ratio[0]"),
+    ("Client('http://127.0.0.1:9', timeout=1).study('x')", "Unreachable", "127.0.0.1:9"),
+    ("Client('htp:/x')", "Refused", "http://HOST:PORT"),
+    ("open_store('.').find('nobody')", "StudyNotFound", "nobody"),
 )
-def test_a_notebook_shows_the_users_own_lines_and_the_message(
-    line: str, name: str, said: str, tmp_path: Path
-) -> None:
+
+
+def test_a_notebook_shows_the_users_own_lines_and_the_message(tmp_path: Path) -> None:
+    cells = [f"def mine():\n    return {line}\nmine()" for line, _, _ in LINES]
     script = (
         "from IPython.core.interactiveshell import InteractiveShell\n"
         "shell = InteractiveShell(colors='nocolor')\n"
         "shell.run_cell('from damperlab import Client, Study, open_store')\n"
-        f"shell.run_cell({f'def mine():{chr(10)}    return {line}{chr(10)}mine()'!r})\n"
+        f"for cell in {cells!r}:\n    shell.run_cell(cell)\n    print('end of a cell')\n"
     )
     ended = subprocess.run(
         [sys.executable, "-c", script], cwd=tmp_path, env=os.environ | {"HOME": str(tmp_path)},
         capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert f"{name}: " in ended.stdout
-    assert said in ended.stdout
-    places = [one for one in ended.stdout.splitlines() if one.startswith('  File "')]
-    assert len(places) == 2
-    assert all("ipython-input" in place for place in places)
-    assert "mine()" in ended.stdout
+    shown = ended.stdout.split("end of a cell")[:-1]
+    for text, (line, name, said) in zip(shown, LINES, strict=True):
+        assert f"{name}: " in text, line
+        assert said in text
+        places = [one for one in text.splitlines() if one.startswith('  File "')]
+        assert len(places) == 2
+        assert all("ipython-input" in place for place in places)
+        assert "mine()" in text

@@ -110,6 +110,7 @@ def test_what_is_given_up_is_computed_no_longer(own_service: Callable[..., Any],
         ended(process)
 
 
+@pytest.mark.night
 def test_the_limit_of_one_request_holds_for_what_is_promised(
     own_service: Callable[..., Any], helpers: Any
 ) -> None:

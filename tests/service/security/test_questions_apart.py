@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import pytest
 
 from damperlab.service.edge.conditional import TAGGED_BYTES
 
@@ -68,6 +69,7 @@ def test_an_answer_is_kept_while_the_study_stays_as_it_is(client: httpx.Client, 
     assert client.get(f"{url}/frequency-response").status_code == 404
 
 
+@pytest.mark.night
 def test_a_long_answer_is_handed_on_as_it_is_read(
     own_service: Callable[..., Any], client: httpx.Client, helpers: Any, tmp_path: Path
 ) -> None:
