@@ -21,6 +21,7 @@ TICKS = """() => [...document.querySelectorAll('.plot')]
   ?._fullLayout.yaxis.exponentformat"""
 
 
+@pytest.mark.night
 def test_an_empty_service_leads_to_a_design_in_units(
     open_page: Callable[..., Any], own_service: Callable[..., Any]
 ) -> None:
@@ -43,6 +44,7 @@ def test_the_keyboard_stays_at_a_field_that_changes_the_others(open_page: Callab
     assert page.evaluate("document.activeElement.type") == "checkbox"
 
 
+@pytest.mark.night
 def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:

@@ -147,6 +147,13 @@ def test_a_survey_from_the_form_to_a_fragility_curve(
     # the map, the curves over the scale, the fragility and the motion each have a line of their own
     assert run_the_lines_of_python(page) == 4
 
+    # the address holds it all: the damper, the limit and the case
+    other_page = open_page(viewport={"width": width, "height": 900}).go(f"#{page.url.partition('#')[2]}")
+    expect(other_page.get_by_role("region", name="The damper").get_by_role("spinbutton")).to_have_value(
+        str(limit)
+    )
+    until(other_page, TRACES, lambda traces: traces == drawn, DRIFT)
+
     panel.get_by_text("All cases as a table").click()
     expect(panel.get_by_role("row")).to_have_count(3)
     assert page.evaluate("document.documentElement.scrollWidth") <= width

@@ -107,29 +107,3 @@ def test_a_long_list_asks_for_what_is_seen(
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     expect(page.locator(f'[data-study="{records[30]["id"]}"] .thumbnail')).to_have_text("one axis, no map")
     assert serious(page) == []
-
-
-def test_a_study_that_was_stopped_half_way_says_why_it_has_no_picture(
-    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
-) -> None:
-    long = {
-        "name": "stopped half-way",
-        "particle": False,
-        "damping_ratio": 0.0213,
-        "axes": {
-            "friction_ratio": {"start": 0.0, "stop": 0.7, "num": 400},
-            "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 400},
-        },
-    }
-    study_id = client.post("/api/v1/studies", json=long).raise_for_status().json()["id"]
-    helpers.wait_for(client, study_id, lambda record: record["points_done"] > 0)
-    client.post(f"/api/v1/studies/{study_id}/cancel").raise_for_status()
-    record = helpers.wait_for(client, study_id, helpers.ended)
-    assert 0 < record["points_done"] < record["points_total"]
-    page = open_page().go("")
-    page.get_by_label("Search").fill("stopped half-way")
-    card = page.locator(f'[data-study="{study_id}"]')
-    expect(card.locator(".thumbnail")).to_have_text("partly computed, no picture")
-    # its coarse grid, if it has one, is no card of its own
-    expect(page.locator("li.card")).to_have_count(1)
-    assert serious(page) == []
