@@ -188,28 +188,6 @@ def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
 
 
 @pytest.mark.night
-def test_a_service_that_is_stopped_leaves_no_study_as_running(
-    own_service: Callable[..., Any], helpers: Any, tmp_path: Path, undisturbed: dict[str, Any]
-) -> None:
-    design_id = ""
-    for least in (0, 3, 6):
-        running = own_service()
-        with httpx.Client(base_url=running.url, timeout=300) as client:
-            design_id = design_id or client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
-            helpers.wait_for_design(
-                client, design_id, lambda now, least=least: now["round"] > least or now["finished"]
-            )
-        assert running.stop() == 0
-        store = Store.open(tmp_path / "data")
-        assert {record.state for record in store.page(200).records} <= {"done", "queued"}
-        store.close()
-    running = own_service()
-    with httpx.Client(base_url=running.url, timeout=300) as client:
-        assert helpers.wait_for_design(client, design_id, helpers.ended)["answer"] == undisturbed
-    assert running.stop() == 0
-
-
-@pytest.mark.night
 def test_a_quota_smaller_than_a_round_of_a_design_delays_it_and_no_more(
     own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
 ) -> None:

@@ -114,25 +114,6 @@ def test_a_study_that_was_cancelled_while_its_run_began_never_runs(
     assert [what for _, what in store.events(record.id)] == ["submitted", "queued to cancelled"]
 
 
-def test_study_of_the_highest_priority_begins_first_whoever_has_waited_longer(store: Store) -> None:
-    def submit(place: int, priority: int) -> str:
-        axes = {"friction_ratio": 0, "frequency_ratio": {"start": 0.8, "stop": 1.2, "num": 40}}
-        study = parse_study({"damping_ratio": 0.01 + 0.001 * place, "axes": axes, "particle": False})
-        plan = make_plan(study, seconds_per_point)
-        return store.submit(study, plan, provenance(), priority=priority)[0].id
-
-    priorities = (0, -1, 5, 0)
-    ids = [submit(place, priority) for place, priority in enumerate(priorities)]
-    dispatcher = Dispatcher(store, store, SharedCluster(partial(connect, workers=1)), 1)
-    dispatcher.start()
-    try:
-        began = {name: ended(store, name).started or 0.0 for name in ids}
-    finally:
-        dispatcher.close()
-    assert sorted(ids, key=lambda name: began[name]) == [ids[2], ids[0], ids[3], ids[1]]
-
-
-@pytest.mark.night
 def test_those_who_submit_take_turns_however_many_studies_one_of_them_has(store: Store) -> None:
     def submit(owner: str, damping_ratio: float) -> str:
         # too many points for the small ones that run together

@@ -75,7 +75,7 @@ def test_client_that_connects_again_is_not_told_what_it_knows(
 def test_study_can_be_deleted_once_it_is_done(client: httpx.Client, helpers: Any) -> None:
     """At once, while its run still puts things away; and submitted again, it is computed again."""
     study = helpers.CURVE | {"name": "short-lived", "damping_ratio": 0.0077}
-    for _ in range(4):
+    for _ in range(2):
         answer = client.post(STUDIES, json=study)
         assert answer.status_code == 201
         address = f"{STUDIES}/{answer.json()['id']}"

@@ -178,26 +178,6 @@ def test_a_locked_catalogue_delays_and_loses_nothing(
 
 
 @pytest.mark.night
-def test_a_damaged_record_is_named_and_written_anew_by_uploading_it_again(
-    own_service: Callable[..., Any], tmp_path: Path
-) -> None:
-    running = own_service()
-    recipe = {"kanai_tajimi": {"seed": 1}}
-    with httpx.Client(base_url=running.url, timeout=300) as client:
-        made = client.post("/api/v1/records", json=recipe)
-        assert made.status_code == 201
-        summary = tmp_path / "data" / "records" / f"{made.json()['id']}.json"
-        summary.write_bytes(summary.read_bytes()[:-40])
-        listed = client.get("/api/v1/records")
-        assert listed.status_code == 503
-        assert listed.json()["type"] == "urn:damperlab:problem:record-damaged"
-        assert made.json()["id"] in listed.text
-        assert client.post("/api/v1/records", json=recipe).status_code == 201
-        assert client.get("/api/v1/records").json()["records"][-1] == made.json()
-    assert running.stop() == 0
-
-
-@pytest.mark.night
 @pytest.mark.parametrize("shelf", ["designs", "records"])
 def test_a_folder_that_cannot_be_used_is_told_and_no_defect(
     own_service: Callable[..., Any], tmp_path: Path, shelf: str

@@ -1,14 +1,11 @@
 """The command `design` on a real store, and the report that it writes."""
 
 import json
-import os
-import signal
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.service.cli.commands import END_SECONDS, run, start
+from tests.service.cli.commands import run
 
 from damperlab.studies.store.store import Store
 
@@ -37,32 +34,6 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, A
     return folder, json.loads(ended.stdout)
 
 
-@pytest.mark.night
-def test_studies_of_a_design_are_listed_where_they_are_asked_for(
-    written: tuple[Path, dict[str, Any]], linear_study: Path
-) -> None:
-    data = ("--data-dir", written[0] / "data")
-    alone = run("show", "nowhere", *data, status=2).stderr
-    assert "small <machine>" in alone  # there are no others to be named
-    run("run", linear_study, *data)
-    every = {
-        one["id"]
-        for one in json.loads(run("studies", "--designs", "--limit", "500", *data, "--json").stdout)[
-            "studies"
-        ]
-    }
-    (own,) = json.loads(run("studies", *data, "--json").stdout)["studies"]
-    assert own["name"] == "bare structure"
-    store = Store.open(written[0] / "data")
-    assert every == {record.id for record in store.page(500).records}
-    store.close()
-    named = json.loads(run("studies", "--name", "small", "--limit", "500", *data, "--json").stdout)["studies"]
-    assert {one["id"] for one in named} == every - {own["id"]}
-    told = run("show", "nowhere", *data, status=2).stderr
-    assert f"the newest are {own['id']} (bare structure)." in told
-    run("delete", own["id"], "--yes", *data)
-
-
 def test_asked_again_nothing_is_computed_and_who_waits_is_told_points_stage_and_the_best_damper_so_far(
     written: tuple[Path, dict[str, Any]],
 ) -> None:
@@ -78,26 +49,6 @@ def test_asked_again_nothing_is_computed_and_who_waits_is_told_points_stage_and_
     best = [line.partition("Best so far: ")[2] for line in lines[1:]]
     assert all(" mm near " in each for each in best)
     assert f"friction force {document['design']['friction_force_n']:.4g} N" in best[-1]
-
-
-@pytest.mark.night
-def test_a_design_that_is_killed_and_run_again_ends_as_one_that_was_not(
-    written: tuple[Path, dict[str, Any]], tmp_path: Path
-) -> None:
-    folder, document = written
-    killed = start("design", folder / "spec.json", "--data-dir", tmp_path / "data", "--json")
-    until = time.monotonic() + END_SECONDS
-    while time.monotonic() < until and killed.poll() is None:
-        if (tmp_path / "data").exists() and len(Store.open(tmp_path / "data").page(200).records) > 2:
-            break
-        time.sleep(0.05)
-    assert killed.poll() is None, "it ended before it could be killed"
-    os.killpg(killed.pid, signal.SIGKILL)
-    killed.communicate()
-    done = len(Store.open(tmp_path / "data").page(200).records)
-    assert 2 < done < len(Store.open(folder / "data").page(200).records)
-    resumed = run("design", folder / "spec.json", "--data-dir", tmp_path / "data", "--json")
-    assert json.loads(resumed.stdout) == document
 
 
 def test_the_report_loads_nothing_and_says_what_the_answer_says(

@@ -1,28 +1,34 @@
-"""Figures of answers whose content is known."""
+"""Figures of answers and fits whose content is known."""
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from docs.console import ROOT, TITLED
+from matplotlib.colors import to_rgb
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.path import Path as Path2D
+from tests.studies.fit.estimates import estimate
 
 from damperlab.service.figures.comparison import draw_comparison
-from damperlab.service.figures.fit import title_of
+from damperlab.service.figures.fit import draw_fit, title_of
 from damperlab.service.figures.resonance_map import draw_map
 from damperlab.service.figures.style import is_logarithmic, save
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
-from damperlab.studies.fit.asking import FREE
-from damperlab.studies.fit.fitted import Estimate
+from damperlab.studies.fit.asking import FREE, make_question
+from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.history.asking import FREE as FREE_OF_HISTORY
+from damperlab.studies.fit.measured import parse_measurement
 from damperlab.studies.questions import Selection, Tuning
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, ResponseClass, Status
+from damperlab.worker.fit.curve import Curve
 
 X, Y = np.linspace(1.0, 12.0, 12), np.linspace(0.0, 0.9, 10)
 
@@ -271,3 +277,41 @@ def test_the_title_of_a_fit_names_whatever_can_be_estimated_by_its_symbol_and_le
     assert titles["clearance_m"] == "$d$ = 12.3 mm"
     assert titles["friction_ratio"] == "$γ_F$ = 0.0123"
     assert titles["natural_frequency_hz"] == "$f_n$ = 0.0123 Hz"
+
+
+TOLD_APART = 0.25
+"""Distance of two colours, of √3 from black to white."""
+
+
+def test_the_seven_peaks_of_the_paper_have_seven_colours_and_no_cavity_where_there_was_no_particle() -> None:
+    tables = dict(TITLED.findall((ROOT / "docs/how-to/fit.md").read_text()))
+    measured = parse_measurement(tables["peaks.csv"])
+    known = {
+        "damping_ratio": 0.0038,
+        "axes": {"restitution": 0.47},
+        "physical": {"natural_frequency_hz": 2.5},
+    }
+    question = make_question(measured, known, {"friction_ratio": (0.0, 0.78)})
+    same = np.ones(measured.rows)
+    found = estimate("friction_ratio", 0.4, 0.3, 0.5)
+    fitted = Fitted(
+        question,
+        (found,),
+        np.eye(1),
+        measured.amplitude,
+        0.1 * same,
+        0.1 * same,
+        same,
+        same,
+        np.ones(7, int),
+        1,
+    )
+    band = np.array([2.4, 2.6])
+    figure = draw_fit(fitted, [Curve(band, np.full(2, 5.0 + at)) for at in range(7)])
+    (legend,) = figure.legends
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert texts.count(r"$β$ = 0") == 1
+    assert not [text for text in texts if "$β$ = 0," in text and "$d/Z$" in text]
+    colours = [np.array(to_rgb(line.get_color())) for line in legend.get_lines()]
+    assert len(colours) == 7
+    assert min(np.linalg.norm(one - other) for one, other in combinations(colours, 2)) > TOLD_APART

@@ -81,12 +81,6 @@ def test_tables_of_a_study_in_units_are_in_millimetres_and_hertz(tmp_path: Path)
     assert [line.split() for line in map_[2:]] == [
         [f"{f:g}", f"{amplitudes[f]:.6g}"] for f in (9.0, 6.0)
     ]  # upwards
-    hertz_axis = ("map", "in units", "--x", "clearance_ratio", "--json", *data, "--y")
-    one, other = (run(*hertz_axis, name).stdout for name in ("frequency_hz", "excitation_frequency_hz"))
-    assert one == other
-    cut = ("map", "in units", "--x", "clearance_ratio", "--y", "friction_ratio", "--json", *data)
-    one, other = (run(*cut, option, "9").stdout for option in ("--frequency-hz", "--excitation-frequency-hz"))
-    assert one == other
     tmd = (
         run("tmd", "in units", "--mass-ratio", "0.1", "--details", *data)
         .stdout.partition("\n\n")[2]

@@ -87,6 +87,19 @@ def test_journey(remote: Client, helpers: Any, tmp_path: Path) -> None:
     assert study in remote.studies("done")
     assert study not in remote.studies("failed")
 
+    # minutes of kernels: it has not ended when it is cancelled
+    long = remote.submit(helpers.long_study("left by its client", 0.0041, frequencies=12_000))
+    with pytest.raises(StillRunning, match="points done"):
+        long.wait(progress=False, timeout=0.1)
+    with pytest.raises(Conflict):
+        long.delete()
+    long.cancel()
+    with pytest.raises(Stopped, match=r"is cancelled.*resume"):
+        long.wait(progress=False)
+    assert long.resume().state in ("queued", "running")
+    long.cancel()
+    long.delete()
+
     with pytest.raises(Conflict, match="there is nothing left to compute"):
         study.resume()
     study.delete()
@@ -104,42 +117,6 @@ def test_named_study_of_the_paper(remote: Client) -> None:
         remote.submit("figur-14")
     with pytest.raises(Refused, match=r"cannot be read from 1\.0"):
         remote.submit(1.0)  # type: ignore[arg-type]
-
-
-@pytest.mark.night
-def test_running_study_is_asked_cancelled_and_resumed(
-    remote: Client, helpers: Any, capsys: pytest.CaptureFixture[str]
-) -> None:
-    asked = helpers.long_study("asked while it runs", 0.0041)
-    # far from done when it is cancelled, however long the questions before that take
-    asked["axes"]["friction_ratio"]["num"] = 2000
-    study = remote.submit(asked)
-    with pytest.raises(StillRunning, match="points done"):
-        study.wait(progress=False, timeout=0.5)
-    helpers.wait_until(lambda: study.record.points_done > 0)
-    answer = study.resonance_map("friction_ratio", "frequency_ratio")
-    assert 0 < answer.attrs["complete"] < 1
-    assert bool(answer["amplitude_ratio"].isnull().any())
-
-    cube = study.cube()
-    status = cube["status"].values
-    assert 0 < (status == -1).sum() < status.size
-    # what was opened stays as it was, whatever is computed since
-    seen = study.record.points_done
-    helpers.wait_until(lambda: study.record.points_done > seen)
-    np.testing.assert_array_equal(cube["status"].values, status)
-    assert (study.cube()["status"].values != -1).sum() > (status != -1).sum()
-
-    with pytest.raises(Conflict):
-        study.delete()
-    study.cancel()
-    with pytest.raises(Stopped, match=r"is cancelled.*resume"):
-        study.wait(progress=False)
-    assert study.resume().state in ("queued", "running")
-    study.cancel()
-    study.delete()
-    with pytest.raises(NotFound):
-        study.resume()
 
 
 @pytest.mark.night
