@@ -171,14 +171,20 @@ def helpers() -> Any:
     return sys.modules[__name__]
 
 
+def computed(service: Running, study: dict[str, Any]) -> dict[str, Any]:
+    """Have a service compute a study, and give its record."""
+    with httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS, verify=TRUSTED) as client:
+        answer = client.post("/api/v1/studies", json=study)
+        assert answer.is_success, answer.text
+        record = wait_for(client, answer.json()["id"], ended)
+    assert (record["state"], record["points_failed"]) == ("done", 0), record
+    return record
+
+
 @pytest.fixture(scope="session")
 def curve(service: Running) -> dict[str, Any]:
     """The record of a finished study, the structure alone over eleven frequencies."""
-    with httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS, verify=TRUSTED) as client:
-        record = client.post("/api/v1/studies", json=CURVE).raise_for_status().json()
-        record = wait_for(client, record["id"], ended)
-    assert record["state"] == "done", record
-    return record
+    return computed(service, CURVE)
 
 
 SUITE: dict[str, Any] = {
@@ -193,12 +199,7 @@ SUITE: dict[str, Any] = {
 @pytest.fixture(scope="session")
 def suite(service: Running) -> dict[str, Any]:
     """The record of a finished suite."""
-    with httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS, verify=TRUSTED) as client:
-        answer = client.post("/api/v1/studies", json=SUITE)
-        assert answer.status_code == 201, answer.text
-        record = wait_for(client, answer.json()["id"], ended)
-    assert (record["state"], record["points_failed"]) == ("done", 0), record
-    return record
+    return computed(service, SUITE)
 
 
 SPECIFICATION: dict[str, Any] = {

@@ -468,13 +468,6 @@ def test_a_disturbance_dies_out_as_soon_as_is_said(damping_ratio: float, cycles:
     )
 
 
-@pytest.mark.night
-def test_a_simulation_under_a_force_and_without_a_particle_is_the_closed_form(remote: Client) -> None:
-    found = remote.simulate(1.1, damping_ratio=0.05, particle=False, excitation="force", history=1)
-    assert found.metrics["amplitude_ratio"] == pytest.approx(1.0 / np.hypot(1.0 - 1.21, 0.11), rel=1e-12)
-    assert (found.state["p"], found.state["p_rate"], found.events["impacts"]) == (None, None, 0)
-
-
 def test_dampers_are_compared_alike_under_an_earthquake(
     client: httpx.Client, remote: Client, printed: Callable[..., Any], tmp_path: Path
 ) -> None:

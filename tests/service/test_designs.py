@@ -230,27 +230,6 @@ def test_a_study_that_is_cancelled_while_its_design_computes_it_stays_cancelled(
 
 
 @pytest.mark.night
-def test_an_uploaded_record_is_one_that_a_design_is_under(client: httpx.Client, helpers: Any) -> None:
-    time = [0.01 * step for step in range(600)]
-    rows = "\n".join(f"{each:.2f},{0.3 * math.sin(50 * each) * math.exp(-each):.6f}" for each in time)
-    kept = client.post(
-        "/api/v1/records",
-        content=f"time (s), acceleration (g)\n{rows}\n",
-        headers={"Content-Type": "text/csv"},
-    ).json()
-    document = helpers.SPECIFICATION | {"excitation": {"records": [kept["id"]]}, "limits": {}}
-    asked = client.post(DESIGNS, json=document)
-    assert asked.status_code == 201, asked.text
-    # the design is of the samples, by whatever name it is read back
-    assert client.post(DESIGNS, json=asked.json()["specification"]).status_code == 200
-    done = helpers.wait_for_design(client, asked.json()["id"], lambda each: each["finished"] is not None)
-    assert done["state"] == "done", done["message"]
-    assert done["answer"]["worst"]["record"] == kept["id"]
-    assert done["answer"]["tuned_mass_damper"]["worst"]["units"] == "m"
-    assert "Under each record" in client.get(f"{DESIGNS}/{done['id']}/report").text
-
-
-@pytest.mark.night
 def test_a_design_whose_record_is_gone_says_so_and_goes_on_once_it_is_back(
     client: httpx.Client, helpers: Any
 ) -> None:

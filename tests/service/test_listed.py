@@ -1,9 +1,10 @@
-"""Which studies every door lists: those that somebody asked for, not those that designs and refinements did."""
+"""Which studies every door lists: those that somebody asked for, by tags and values."""
 
 import json
 from typing import Any
 
 import httpx
+import pytest
 from tests.service.cli.commands import run
 
 from damperlab.service.client import Client
@@ -35,3 +36,50 @@ def test_studies_of_programs_are_listed_where_they_are_asked_for(service: Any) -
             doors.append([study.name for study in client.studies(designs=designs)])
             for found in doors:
                 assert [name for name in found if name.startswith("listed ")] == names
+
+
+@pytest.fixture
+def made(client: httpx.Client, helpers: Any) -> dict[str, Any]:
+    axes = {"friction_ratio": [0.37, 0.39], "frequency_ratio": 1.0}
+    study = {"name": "remarked", "particle": False, "damping_ratio": 0.031, "axes": axes}
+    record = client.post("/api/v1/studies", json=study).raise_for_status().json()
+    return helpers.wait_for(client, record["id"], helpers.ended)  # type: ignore[no-any-return]
+
+
+def listed(client: httpx.Client, **query: Any) -> list[str]:
+    return [
+        one["id"] for one in client.get("/api/v1/studies", params=query).raise_for_status().json()["studies"]
+    ]
+
+
+def test_a_study_is_tagged_and_found(client: httpx.Client, made: dict[str, Any]) -> None:
+    url = f"/api/v1/studies/{made['id']}"
+    now = (
+        client.patch(url, json={"tags": ["steel", "rig-7"], "note": "Shaker, May."}).raise_for_status().json()
+    )
+    assert (now["tags"], now["note"]) == (["rig-7", "steel"], "Shaker, May.")
+    assert client.get(url).json()["tags"] == ["rig-7", "steel"]
+    assert listed(client, tag="rig-7") == [made["id"]]
+    assert listed(client, tag="rig-8") == []
+    assert made["id"] in listed(client, axis="friction_ratio", **{"from": 0.38, "to": 0.385}, tag="steel")
+    assert listed(client, axis="friction_ratio", **{"from": 0.4}, tag="steel") == []
+    assert client.patch(url, json={"tags": []}).json()["note"] == "Shaker, May."
+
+
+def test_only_a_whole_id_is_remarked(client: httpx.Client, made: dict[str, Any]) -> None:
+    assert client.patch(f"/api/v1/studies/{made['id'][:6]}", json={"note": "n"}).status_code == 404
+    assert (
+        client.patch(
+            f"/api/v1/studies/{made['id']}", content="{}", headers={"Content-Type": "text/plain"}
+        ).status_code
+        == 415
+    )
+
+
+def test_the_client_says_the_same(service: Any, made: dict[str, Any]) -> None:
+    with Client(service.url) as client:
+        study = client.study(made["id"]).remark(tags={"from-python"}, note="n")
+        assert (study.record.tags, study.record.note) == (("from-python",), "n")
+        assert client.studies(tag="from-python") == [study]
+        assert study in client.studies(within=("friction_ratio", None, 0.37))
+        assert study not in client.studies(within=("friction_ratio", 0.5, None))

@@ -52,11 +52,7 @@ def test_outdated_results_are_flagged_and_recomputed_beside(
         assert (before.outdated, after.outdated) == (True, False)
         # asked once more, the version that is there answers
         assert before.recompute() == after
-        amplitude = next(
-            each for each in after.differences(before)["variables"] if each["variable"] == "amplitude_ratio"
-        )
-        assert amplitude["points"] == 11
-        assert set(amplitude["at"]) >= {"frequency_ratio", "damping_ratio"}
+        assert {each["variable"] for each in after.differences(before)["variables"]} >= {"amplitude_ratio"}
         one, two = (each.cube()["amplitude_ratio"].values for each in (before, after))
         np.testing.assert_array_equal(one, two * SCALE)
         before.delete()

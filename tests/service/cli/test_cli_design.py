@@ -78,13 +78,3 @@ def test_a_dry_run_says_the_budget_and_stores_nothing(tmp_path: Path) -> None:
     )
     told = run("design", path, "--dry-run", "--data-dir", tmp_path / "data").stdout
     assert "check the units of `clearance_m` and `base_amplitude_m`" in told
-
-
-def test_a_dry_run_refuses_a_budget_that_the_design_would_refuse(tmp_path: Path) -> None:
-    path = tmp_path / "small.json"
-    wide = {"base_amplitude_m": 0.001, "frequency_hz": {"start": 4.0, "stop": 16.0}}
-    path.write_text(json.dumps(SPECIFICATION | {"excitation": wide, "budget_points": 100}))
-    told = run("design", path, "--dry-run", "--data-dir", tmp_path / "data", status=2).stderr
-    assert "`budget_points` allows 100 points" in told
-    assert "Give more points" in told
-    assert run("design", path, "--data-dir", tmp_path / "data", status=2).stderr == told

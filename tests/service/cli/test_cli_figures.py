@@ -74,13 +74,14 @@ def labels(figure: Figure) -> list[str]:
     return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
-def test_stars_stand_at_the_best_design_and_the_best_with_impacts() -> None:
+def test_stars_stand_at_the_best_design_and_the_best_with_impacts_and_odd_points_are_told_apart() -> None:
     figure = draw_map(known_map(), "amplitude_ratio")
     stars = [line for line in figure.axes[0].lines if line.get_marker() == "*"]
     places = [(float(star.get_xdata()[0]), float(star.get_ydata()[0])) for star in stars]
     np.testing.assert_allclose(places, [(X[7], Y[8]), (X[9], Y[1])])
     assert labels(figure)[0].startswith("optimum: 2 at")
     assert labels(figure)[1].startswith("best with impacts: 3 at")
+    assert labels(figure)[2:] == ["locked to the base", "failed", "not computed"]
 
 
 def test_the_second_star_of_a_map_over_the_frequency_says_that_it_knows_the_worst_frequency_alone() -> None:
@@ -106,14 +107,6 @@ def test_a_map_of_a_study_without_a_particle_has_no_star_of_impacts() -> None:
     study = cube(values, kinds, np.zeros(values.shape, np.int8), {"mass_ratio": np.zeros(1)})
     answer = resonance_map(study, "clearance_ratio", "friction_ratio", Selection("amplitude_ratio"))
     assert [label.partition(":")[0] for label in labels(draw_map(answer, "amplitude_ratio"))] == ["optimum"]
-
-
-def test_locked_failed_and_missing_points_are_told_apart() -> None:
-    assert labels(draw_map(known_map(), "amplitude_ratio"))[2:] == [
-        "locked to the base",
-        "failed",
-        "not computed",
-    ]
 
 
 def test_a_design_is_hatched_as_locked_only_where_its_largest_value_is() -> None:

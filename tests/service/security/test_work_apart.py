@@ -2,7 +2,6 @@
 
 import inspect
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -11,7 +10,6 @@ import pytest
 from fastapi.routing import APIRoute
 
 from damperlab.service.app import create_app
-from damperlab.service.edge.conditional import TAGGED_BYTES
 from damperlab.service.settings import Settings
 from damperlab.service.work.questions import LIGHT, QUESTION
 
@@ -169,38 +167,3 @@ def test_an_answer_is_kept_while_the_study_stays_as_it_is(client: httpx.Client, 
     assert first["complete"] == record["points_done"] / record["points_total"] == 1.0
     helpers.wait_until(lambda: client.delete(url).status_code == 204)
     assert client.get(f"{url}/frequency-response").status_code == 404
-
-
-@pytest.mark.night
-def test_a_long_answer_is_handed_on_as_it_is_read(
-    own_service: Callable[..., Any], client: httpx.Client, helpers: Any, tmp_path: Path
-) -> None:
-    study = {
-        "name": "large map",
-        "particle": False,
-        "damping_ratio": {"start": 0.01, "stop": 0.3, "num": 500},
-        "axes": {"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 500}},
-    }
-    left = tmp_path / "left"
-    left.mkdir()
-    running = own_service(DAMPERLAB_QUESTION_POINTS_APART="0", TMPDIR=str(left))
-    with httpx.Client(base_url=running.url, timeout=300) as apart:
-        answers = []
-        for each in (client, apart):
-            made = each.post("/api/v1/studies", json=study).json()
-            helpers.wait_for(each, made["id"], helpers.ended)
-            url = f"/api/v1/studies/{made['id']}/resonance-map?x=frequency_ratio&y=damping_ratio"
-            answers.append(each.get(url))
-        assert len(answers[0].content) > TAGGED_BYTES
-        assert answers[1].content == answers[0].content
-        plain = apart.get(url, headers={"Accept-Encoding": "identity"})
-        assert plain.content == answers[0].content
-        assert int(plain.headers["content-length"]) == len(plain.content)
-        # whoever leaves in the middle stops it, and its file goes with it
-        with apart.stream("GET", url, headers={"Accept-Encoding": "identity"}) as answer:
-            next(answer.iter_raw(1000))
-
-        def kept() -> list[Path]:
-            return [path for path in left.rglob("*") if path.is_file() and path.stat().st_size > TAGGED_BYTES]
-
-        helpers.wait_until(lambda: not kept())
