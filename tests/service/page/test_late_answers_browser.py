@@ -7,7 +7,7 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import Page, Route, expect
-from tests.service.page.looking import until
+from tests.service.page.looking import pick, until
 
 CURVES = """() => Object.fromEntries([...document.querySelectorAll(".survey .plot")]
   .map((plot) => [plot.getAttribute("aria-label"), plot.data?.length ?? 0]))"""
@@ -61,12 +61,6 @@ def held(page: Page, part: str) -> Iterator[Held]:
     page.route("**/api/v1/**", one.hold)
     yield one
     page.unroute("**/api/v1/**", one.hold)
-
-
-def pick(page: Page, label: str, value: str) -> None:
-    page.locator("label.field").filter(has=page.get_by_text(label, exact=True)).locator(
-        "select"
-    ).select_option(value)
 
 
 @pytest.mark.night

@@ -5,6 +5,7 @@ import json
 import os
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
-from tests.service.page.looking import one_step, serious, until
+from tests.service.page.looking import KNOWN_POINTS, one_step, pick, serious, until
 
 from damperlab.service.page.files import SMALL, plotly_path
 from damperlab.service.reports import keep_report
@@ -25,10 +26,6 @@ from damperlab.worker.point import Design
 
 FIRST_VIEW_BYTES = 150_000
 FIRST_MAP_BYTES = 700_000
-KNOWN_POINTS = """() => {
-  const plot = document.querySelector(".plot");
-  return plot?.data?.[0]?.customdata?.flat().filter((value) => value !== null).length ?? -1;
-}"""
 PLACE_OF_TRACE = """(name) => {
   const plot = document.querySelector(".plot");
   const trace = plot.data.find((one) => one.name === name);
@@ -150,14 +147,12 @@ def test_an_address_shows_the_same_view_elsewhere_and_back_goes_one_step_back(
 ) -> None:
     page = open_page().go(f"#/studies/{small_map['id']}")
     until(page, KNOWN_POINTS, lambda known: known == 9)
-
-    def pick(label: str, value: str) -> None:
-        field = page.locator("label.field").filter(has=page.get_by_text(label, exact=True))
-        one_step(page, lambda: field.locator("select").select_option(value))
-
-    pick("Up", "frequency_ratio")
-    pick("Shown", "impacts_per_cycle")
-    pick("Judged by", "band_mean")
+    for label, value in (
+        ("Up", "frequency_ratio"),
+        ("Shown", "impacts_per_cycle"),
+        ("Judged by", "band_mean"),
+    ):
+        one_step(page, partial(pick, page, label, value))
     page.get_by_label("Response classes").check()
     asked = 'resonance_map(x="clearance_ratio", y="frequency_ratio", metric="impacts_per_cycle"'
     expect(page.locator(".left .figure pre")).to_contain_text(asked)
@@ -362,18 +357,12 @@ def test_a_suite_shows_its_map_its_dampers_and_no_tabs_that_do_not_apply(
     cells = page.locator(".designs tbody tr").first.locator("td")
     expect(cells.first).to_have_text(f"{1000 * best['clearance_m']:g}")
     expect(cells.nth(3)).to_have_text(best["record"])
-
-    def choose(label: str, value: str) -> None:
-        page.locator("label.field").filter(has=page.get_by_text(label, exact=True)).locator(
-            "select"
-        ).select_option(value)
-
-    choose("Record", "northridge-360")
+    pick(page, "Record", "northridge-360")
     expect(page.locator(".left .note")).to_contain_text("record = northridge-360")
     expect(cells.nth(3)).to_have_text("northridge-360")
-    choose("Up", "scale")
+    pick(page, "Up", "scale")
     expect(page.locator(".left .note")).to_contain_text("friction force F_f = ")
-    choose("Shown", "status")
+    pick(page, "Shown", "status")
     expect(page.locator(".designs tbody tr")).to_have_count(0)
     tabs.nth(2).click()
     expect(page.get_by_role("region", name="Definition as JSON")).to_contain_text("northridge-360")
@@ -415,17 +404,11 @@ def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratio
         re.compile(r"X/Z|\br = |amplitude ratio|frequency ratio|\[m\]|\d m\b")
     )
     assert serious(page) == []
-
-    def choose(label: str, value: str) -> None:
-        page.locator("label.field").filter(has=page.get_by_text(label, exact=True)).locator(
-            "select"
-        ).select_option(value)
-
-    choose("Base amplitude", "0.001")
+    pick(page, "Base amplitude", "0.001")
     only = asked | {"base_amplitude_m": "0.001,0.001"}
     best = client.get(f"{address}/optimal-designs", params=only).json()["designs"][0]
     expect(cells.nth(1)).to_have_text(f"{1000 * best['value']:.5g}")
-    choose("Up", "base_amplitude_m")
+    pick(page, "Up", "base_amplitude_m")
     drawn = "() => [...document.querySelectorAll('.plot')].map((plot) => plot.data?.[0]?.y ?? [])[0]"
     until(page, drawn, lambda y: y == pytest.approx([1000 * one for one in amplitudes]))
     page.get_by_label("Quantities").select_option("ratios")

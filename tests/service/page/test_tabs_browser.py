@@ -7,7 +7,7 @@ import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import expect
-from tests.service.page.looking import one_step, run_the_lines_of_python, serious, until
+from tests.service.page.looking import TRACES, one_step, run_the_lines_of_python, serious, until
 
 pytestmark = pytest.mark.night
 
@@ -65,7 +65,7 @@ def test_slices_designs_importance_and_pins_are_views_of_one_point(
     expect(said).to_contain_text(f"of {len(slow)} designs" if slow else "No design is left.")
 
 
-TRACES = """() => document.querySelector(".plot")?.data
+FIRST_TRACES = """() => document.querySelector(".plot")?.data
   ?.map(({ name, x, y }) => ({ name, x: [...x], y: [...y] })) ?? []"""
 
 
@@ -76,7 +76,7 @@ def test_the_exact_curves_are_drawn_where_the_service_has_them(
     at = "&".join(f"{name}={value}" for name, value in chosen.items())
     page = open_page().go(f"#/studies/{small_map['id']}/tmd?{at}")
     expect(page.locator("#tmd-ratio")).to_be_visible()
-    drawn = {trace["name"]: trace for trace in until(page, TRACES, lambda traces: len(traces) == 3)}
+    drawn = {trace["name"]: trace for trace in until(page, FIRST_TRACES, lambda traces: len(traces) == 3)}
     answer = client.get(f"/api/v1/studies/{small_map['id']}/tmd-comparison", params=chosen).json()
     exact = answer["exact"]
     assert drawn["this study"]["x"] == answer["frequency_ratio"]
@@ -88,9 +88,6 @@ def test_the_exact_curves_are_drawn_where_the_service_has_them(
     assert max(drawn["tuned mass damper"]["y"]) == pytest.approx(answer["tmd_peak"], rel=1e-12)
 
 
-TRACES_OF = """(label) => [...document.querySelectorAll(".plot")]
-  .find((plot) => plot.getAttribute("aria-label") === label)
-  ?.data?.map(({ name, x, y }) => ({ name, x: [...x], y: [...y] })) ?? []"""
 DRIFT = "Displacement against the base over time"
 SPECTRUM = "Spectrum of the displacement against the base"
 
@@ -100,7 +97,7 @@ def test_the_motion_under_an_earthquake_is_drawn_and_sensitivity_explained_where
 ) -> None:
     watched = open_page()
     page = watched.go(f"#/studies/{small_map['id']}/earthquake?clearance_ratio=10&friction_ratio=0.4")
-    drawn = until(page, TRACES_OF, lambda traces: len(traces) == 3, DRIFT)
+    drawn = until(page, TRACES, lambda traces: len(traces) == 3, DRIFT)
     assert [trace["name"] for trace in drawn] == ["no damper", "tuned mass damper", "particle and friction"]
     asked = [
         one.post_data_json
@@ -112,7 +109,7 @@ def test_the_motion_under_an_earthquake_is_drawn_and_sensitivity_explained_where
         history = found["histories"][name]
         assert trace["x"] == history["time_s"]
         assert trace["y"] == pytest.approx([1000 * value for value in history["relative_displacement_m"]])
-    lines = until(page, TRACES_OF, lambda traces: len(traces) == 3, SPECTRUM)
+    lines = until(page, TRACES, lambda traces: len(traces) == 3, SPECTRUM)
     peak = max(zip(lines[0]["y"], lines[0]["x"], strict=True))
     assert peak[1] == pytest.approx(asked["natural_frequency_hz"], rel=0.02)  # no damper rings at its own
 
@@ -120,10 +117,10 @@ def test_the_motion_under_an_earthquake_is_drawn_and_sensitivity_explained_where
 
     page.get_by_text("What the record looks like").click()
     record = client.get(f"/api/v1/records/{asked['record']}").raise_for_status().json()
-    (motion,) = until(page, TRACES_OF, bool, "Acceleration of the base over time")
+    (motion,) = until(page, TRACES, bool, "Acceleration of the base over time")
     assert motion["x"] == record["time_s"]
     assert max(map(abs, motion["y"])) == pytest.approx(record["peak_acceleration_g"])
-    (shown,) = until(page, TRACES_OF, bool, "Response spectrum of the record")
+    (shown,) = until(page, TRACES, bool, "Response spectrum of the record")
     assert shown["y"] == pytest.approx([value / 9.80665 for value in record["pseudo_acceleration_m_s2"]])
 
     rows = page.get_by_role("region", name="Comparison under the record")
