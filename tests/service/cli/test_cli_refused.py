@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-from damperlab.service.cli.main import _run
+from tests.service.cli.commands import run
 
 Refused = Callable[..., tuple[str, dict[str, Any]]]
 PEAKS = "frequency ratio,amplitude ratio\n0.9,4\n1.0,6\n1.1,4\n"
@@ -17,11 +16,8 @@ KNOWN = "--no-particle --friction-ratio 0 --base-amplitude-m 0.001 --natural-fre
 
 
 @pytest.fixture
-def refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Callable[..., tuple[str, dict[str, Any]]]:
-    """Run a command that is refused, in this process: what it says, and the problem document that it prints on request."""
-    monkeypatch.setenv("COLUMNS", "200")
+def refused(tmp_path: Path) -> Refused:
+    """Run a command that is refused: what it says, and the problem document that it prints on request."""
     (tmp_path / "peaks.csv").write_text(PEAKS)
     (tmp_path / "wrong.json").write_text('{"structure": null}')
     (tmp_path / "bad.csv").write_text("frequency (Hz), amplitude (mm)\n2.5, twelve\n")
@@ -30,21 +26,20 @@ def refused(
     def ask(
         line: str, data_dir: Path = tmp_path / "data", status: int = 2, as_json: bool = True
     ) -> tuple[str, dict[str, Any]]:
-        arguments = shlex.split(line.replace("HERE", str(tmp_path)).replace("KNOWN", KNOWN))
-        where = [] if arguments[0] in ("simulate", "worker") else ["--data-dir", str(data_dir)]
+        words: list[str | Path] = [*shlex.split(line.replace("HERE", str(tmp_path)).replace("KNOWN", KNOWN))]
+        if words[0] not in ("simulate", "worker"):
+            words += ["--data-dir", data_dir]
         document: dict[str, Any] = {}
-        assert _run([*arguments, *where]) == status
-        said = capsys.readouterr()
-        assert said.out == ""
-        assert "Traceback" not in said.err
-        if as_json and arguments[0] not in ("serve", "worker", "export"):
-            assert _run([*arguments, *where, "--json"]) == status
-            document = json.loads(capsys.readouterr().out)
+        said = run(*words, status=status)
+        assert said.stdout == ""
+        assert "Traceback" not in said.stderr
+        if as_json and words[0] not in ("serve", "worker", "export"):
+            document = json.loads(run(*words, "--json", status=status).stdout)
             assert document["exit_status"] == status
             for fault in document.get("errors", ()):
                 assert all(fault[key] for key in ("field", "found", "allowed", "advice"))
         assert not list((tmp_path / "data").rglob("*.zarr"))
-        return said.err, document
+        return said.stderr, document
 
     return ask
 
