@@ -37,18 +37,6 @@ def test_a_record_goes_up_and_is_used(client: httpx.Client) -> None:
     assert found.json()["cases"]["none"]["peak_relative_displacement_m"] > 0.0
 
 
-def test_a_peer_file_in_other_units(client: httpx.Client) -> None:
-    text = "PEER\na quake\nno word of it\nNPTS= 4, DT= .01 SEC\n 0.0 1.0 -2.0 0.5\n"
-    refused = client.post(RECORDS, content=text, headers={"content-type": "text/plain"})
-    assert refused.status_code == 422
-    assert refused.json()["errors"][0]["field"] == "line 3"
-    kept = client.post(
-        RECORDS, content=text, headers={"content-type": "text/plain"}, params={"units": "m/s2"}
-    )
-    assert kept.status_code == 201
-    assert kept.json()["peak_acceleration_m_s2"] == 2.0
-
-
 SWEEP = {"sweep": {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.1, "base_amplitude_m": 0.001}}
 
 
