@@ -9,8 +9,8 @@ import httpx
 import numpy as np
 import pytest
 import xarray as xr
+from tests.service.cli.commands import run
 
-from damperlab.service.cli.main import _run
 from damperlab.service.client import Client, Study
 from damperlab.service.documents import plain
 from damperlab.service.simulation import compute, read_simulation
@@ -240,17 +240,9 @@ def hybrid(remote: Client) -> Study:
 
 
 @pytest.fixture
-def printed(store: Store, capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
-    """Run a command in this process, and read the document that it prints."""
-
-    def ask(*arguments: str) -> Any:
-        capsys.readouterr()
-        status = _run([*arguments, "--data-dir", str(store.data_dir), "--json"])
-        told = capsys.readouterr()
-        assert status == 0, told.err
-        return json.loads(told.out)
-
-    return ask
+def printed(store: Store) -> Callable[..., Any]:
+    """Run a command, and read the document that it prints."""
+    return lambda *words: json.loads(run(*words, "--data-dir", store.data_dir, "--json").stdout)
 
 
 def options(query: dict[str, str]) -> list[str]:
@@ -390,7 +382,7 @@ def test_cube_is_lazy_and_bit_for_bit_the_stored_one(hybrid: Study, store: Store
 @pytest.mark.parametrize("kind", ["hybrid", "suite"])
 def test_an_export_is_one_file_behind_every_door(
     client: httpx.Client, remote: Client, hybrid: Study, suite: dict[str, Any], store: Store, tmp_path: Path,
-    capsys: pytest.CaptureFixture[str], kind: str, form: str,
+    kind: str, form: str,
 ) -> None:  # fmt: skip
     study = hybrid if kind == "hybrid" else remote.study(suite["id"])
     answer = client.get(f"/api/v1/studies/{study.id}/export", params={"format": form}).raise_for_status()
@@ -398,7 +390,7 @@ def test_an_export_is_one_file_behind_every_door(
     suffix = "nc" if form == "netcdf" else form
     assert study.export(tmp_path / f"a.{suffix}").read_bytes() == answer.content
     file = tmp_path / f"b.{suffix}"
-    assert _run(["export", study.id, "-o", str(file), "--data-dir", str(store.data_dir)]) == 0
+    run("export", study.id, "-o", file, "--data-dir", store.data_dir)
     assert file.read_bytes() == answer.content
     assert sorted(path.name for path in tmp_path.iterdir()) == [f"a.{suffix}", f"b.{suffix}"]
 
@@ -424,29 +416,19 @@ def test_an_answer_is_drawn_from_python_and_by_its_command(
     assert words in (tmp_path / "figure.svg").read_text()
     if command:
         name, *more = command.replace("SAME", hybrid.id).split()
-        for suffix, start in (("png", b"\x89PNG\r\n\x1a\n"), ("svg", b"<?xml")):
-            file = tmp_path / "new folder" / f"drawn.{suffix}"
-            assert _run([name, hybrid.id, *more, "-o", str(file), "--data-dir", str(store.data_dir)]) == 0
-            assert file.read_bytes().startswith(start)
-
-
-def test_plot_keeps_the_plots_of_xarray(hybrid: Study) -> None:
-    designs = hybrid.optimal_designs()
-    assert callable(designs.plot.scatter)
-    # a Dataset in every other respect, and still drawn after it was cut
-    assert isinstance(designs.isel(rank=slice(3)), type(designs))
+        file = tmp_path / "new folder" / "drawn.png"
+        run(name, hybrid.id, *more, "-o", file, "--data-dir", store.data_dir)
+        assert file.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
 
 
 def test_a_simulation_is_the_same_from_every_door(
-    client: httpx.Client, remote: Client, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    client: httpx.Client, remote: Client, tmp_path: Path
 ) -> None:
     point = {"frequency_ratio": 0.9, "clearance_ratio": 8.0, "friction_ratio": 0.3, "cycles": 5}
     local = compute(read_simulation({**point, "history": 0}, 10_000, 1000), 10_000)
     over_http = client.post("/api/v1/simulate", json=point).raise_for_status().json()
     flags = [part for name, value in point.items() for part in (f"--{name.replace('_', '-')}", str(value))]
-    capsys.readouterr()
-    assert _run(["simulate", *flags, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    told = json.loads(run("simulate", *flags, "--json").stdout)
     found = remote.simulate(**point, history=2)  # type: ignore[arg-type]
     for state, events in (
         (over_http["state"], over_http["events"]), (told["state"], told["events"]), (found.state, found.events),
@@ -460,7 +442,7 @@ def test_a_simulation_is_the_same_from_every_door(
     assert found.history["u"].attrs["units"] == "Z"
     found.plot(tmp_path / "history.svg")
     assert "Time in excitation cycles" in (tmp_path / "history.svg").read_text()
-    assert _run(["simulate", *flags, "-o", str(tmp_path / "history.csv")]) == 0
+    run("simulate", *flags, "-o", tmp_path / "history.csv")
     rows = np.genfromtxt(tmp_path / "history.csv", delimiter=",", names=True)
     assert (rows["time"][0], rows["time"][-1]) == (0.0, pytest.approx(10 * np.pi / 0.9, rel=1e-12))
     assert rows["u"][-1] == pytest.approx(local["state"]["u"], rel=1e-9)
@@ -474,13 +456,6 @@ def test_a_disturbance_dies_out_as_soon_as_is_said(damping_ratio: float, cycles:
     assert found.get("settles_after_cycles") == (
         None if cycles is None else pytest.approx(0.5 * cycles, rel=1e-12)
     )
-
-
-@pytest.mark.night
-def test_a_simulation_under_a_force_and_without_a_particle_is_the_closed_form(remote: Client) -> None:
-    found = remote.simulate(1.1, damping_ratio=0.05, particle=False, excitation="force", history=1)
-    assert found.metrics["amplitude_ratio"] == pytest.approx(1.0 / np.hypot(1.0 - 1.21, 0.11), rel=1e-12)
-    assert (found.state["p"], found.state["p_rate"], found.events["impacts"]) == (None, None, 0)
 
 
 def test_dampers_are_compared_alike_under_an_earthquake(

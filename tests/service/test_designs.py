@@ -11,7 +11,8 @@ import httpx
 import psutil
 import pytest
 from tests.service.cli.commands import run
-from tests.worker.dask_processes import dask_process, scheduler_process
+from tests.service.contract import document_now
+from tests.service.test_contract import check
 
 from damperlab.studies.design.shelf import Shelf
 from damperlab.studies.store.store import Store
@@ -29,12 +30,15 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> dict[
     return answer
 
 
-@pytest.mark.night
-def test_the_answer_is_that_of_the_command_line(design: dict[str, Any], undisturbed: dict[str, Any]) -> None:
-    assert design["state"] == "done", design["message"]
-    assert design["answer"] == undisturbed
-    assert design["points"] == undisturbed["points"]
-    assert design["started"] < design["finished"]
+def test_answers_about_a_design_are_as_their_schemas_say(
+    client: httpx.Client, design: dict[str, Any]
+) -> None:
+    document, one = document_now(), f"{DESIGNS}/{design['id']}"
+    check(document, "get", DESIGNS, client.get(DESIGNS, params={"limit": 1}))
+    check(document, "get", f"{DESIGNS}/{{design_id}}", client.get(one))
+    for parameters in ({}, {"dry_run": True}):
+        answer = client.post(DESIGNS, json=design["specification"], params=parameters)
+        check(document, "post", DESIGNS, answer)
 
 
 def test_its_studies_say_what_they_are_for(client: httpx.Client, design: dict[str, Any]) -> None:
@@ -184,52 +188,6 @@ def test_a_service_that_is_killed_again_and_again_ends_with_the_same_answer(
 
 
 @pytest.mark.night
-def test_a_service_that_is_stopped_leaves_no_study_as_running(
-    own_service: Callable[..., Any], helpers: Any, tmp_path: Path, undisturbed: dict[str, Any]
-) -> None:
-    design_id = ""
-    for least in (0, 3, 6):
-        running = own_service()
-        with httpx.Client(base_url=running.url, timeout=300) as client:
-            design_id = design_id or client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
-            helpers.wait_for_design(
-                client, design_id, lambda now, least=least: now["round"] > least or now["finished"]
-            )
-        assert running.stop() == 0
-        store = Store.open(tmp_path / "data")
-        assert {record.state for record in store.page(200).records} <= {"done", "queued"}
-        store.close()
-    running = own_service()
-    with httpx.Client(base_url=running.url, timeout=300) as client:
-        assert helpers.wait_for_design(client, design_id, helpers.ended)["answer"] == undisturbed
-    assert running.stop() == 0
-
-
-@pytest.mark.night
-def test_a_study_that_is_cancelled_puts_its_design_down_until_it_is_resumed(
-    own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
-) -> None:
-    # machines elsewhere compute all of a design, and there is none yet: its studies wait
-    with scheduler_process() as (address, _):
-        running = own_service(DAMPERLAB_WORKERS="", DAMPERLAB_SCHEDULER=address)
-        with httpx.Client(base_url=running.url, timeout=300) as client:
-            design_id = client.post(DESIGNS, json=helpers.SPECIFICATION).json()["id"]
-            now = helpers.wait_for_design(client, design_id, lambda now: bool(now["studies"]))
-            study = f"/api/v1/studies/{now['studies'][0]}"
-            helpers.wait_until(lambda: client.get(study).status_code == 200)
-            client.post(f"{study}/cancel").raise_for_status()
-            now = helpers.wait_for_design(client, design_id, helpers.ended)
-            assert now["state"] == "failed"
-            assert "is cancelled" in now["message"]
-            assert client.get(study).json()["points_done"] == 0
-            with dask_process("worker", address, "--nthreads", "1", "--no-dashboard"):
-                client.post(f"{DESIGNS}/{design_id}/resume").raise_for_status()
-                now = helpers.wait_for_design(client, design_id, helpers.ended)
-                assert (now["state"], now["answer"]) == ("done", undisturbed)
-                assert running.stop() == 0
-
-
-@pytest.mark.night
 def test_a_quota_smaller_than_a_round_of_a_design_delays_it_and_no_more(
     own_service: Callable[..., Any], helpers: Any, undisturbed: dict[str, Any]
 ) -> None:
@@ -269,40 +227,6 @@ def test_a_study_that_is_cancelled_while_its_design_computes_it_stays_cancelled(
         client.post(f"{DESIGNS}/{design_id}/resume").raise_for_status()
         assert helpers.wait_for_design(client, design_id, helpers.ended)["state"] == "done"
     assert running.stop() == 0
-
-
-@pytest.mark.night
-def test_an_uploaded_record_is_one_that_a_design_is_under(client: httpx.Client, helpers: Any) -> None:
-    time = [0.01 * step for step in range(600)]
-    rows = "\n".join(f"{each:.2f},{0.3 * math.sin(50 * each) * math.exp(-each):.6f}" for each in time)
-    kept = client.post(
-        "/api/v1/records",
-        content=f"time (s), acceleration (g)\n{rows}\n",
-        headers={"Content-Type": "text/csv"},
-    ).json()
-    document = helpers.SPECIFICATION | {"excitation": {"records": [kept["id"]]}, "limits": {}}
-    asked = client.post(DESIGNS, json=document)
-    assert asked.status_code == 201, asked.text
-    # the design is of the samples, by whatever name it is read back
-    assert client.post(DESIGNS, json=asked.json()["specification"]).status_code == 200
-    done = helpers.wait_for_design(client, asked.json()["id"], lambda each: each["finished"] is not None)
-    assert done["state"] == "done", done["message"]
-    assert done["answer"]["worst"]["record"] == kept["id"]
-    assert done["answer"]["tuned_mass_damper"]["worst"]["units"] == "m"
-    assert "Under each record" in client.get(f"{DESIGNS}/{done['id']}/report").text
-
-
-@pytest.mark.night
-def test_the_command_line_designs_under_a_record(tmp_path: Path, helpers: Any) -> None:
-    path = tmp_path / "shaken.json"
-    path.write_text(
-        json.dumps(helpers.SPECIFICATION | {"excitation": {"records": "el-centro"}, "limits": {}})
-    )
-    answer = json.loads(run("design", path, "--data-dir", tmp_path / "data", "--json").stdout)
-    assert answer["worst"]["record"] == "el-centro-180"
-    # run again, it is what is stored
-    again = json.loads(run("design", path, "--data-dir", tmp_path / "data", "--json").stdout)
-    assert again == answer
 
 
 @pytest.mark.night

@@ -167,14 +167,6 @@ def test_a_method_takes_the_fields_of_its_question_and_no_others(
     assert set(found) <= EVERYWHERE
 
 
-def test_a_field_in_one_door_only_says_so() -> None:
-    """The walk sees what is missing: a route's table without a field is not the route's."""
-    fields = offered((Judging, Ranking), "http")
-    assert "pareto" in fields
-    assert "x_range" in offered((Window,), "http")
-    assert offered((Window,), "client") == offered((Window,), "command") == {}
-
-
 def test_what_a_command_shows_by_default_is_said_of_each_kind_of_study() -> None:
     """`response` of a suite is refused, so nothing is said of one; `optimum` ranks by a result in two kinds."""
     helps = {

@@ -1,9 +1,11 @@
-"""Records and comparisons over real sockets."""
+"""Ground motions over HTTP: records, spectra, comparisons of dampers, and suites, which are studies like any other."""
 
 from typing import Any
 
 import httpx
+import numpy as np
 import pytest
+import xarray as xr
 
 RECORDS = "/api/v1/records"
 COMPARE = "/api/v1/earthquake-comparisons"
@@ -33,18 +35,6 @@ def test_a_record_goes_up_and_is_used(client: httpx.Client) -> None:
     found = client.post(COMPARE, json={"record": record_id, "cases": ["none", "tmd"], "tail_s": 1.0})
     assert found.status_code == 200
     assert found.json()["cases"]["none"]["peak_relative_displacement_m"] > 0.0
-
-
-def test_a_peer_file_in_other_units(client: httpx.Client) -> None:
-    text = "PEER\na quake\nno word of it\nNPTS= 4, DT= .01 SEC\n 0.0 1.0 -2.0 0.5\n"
-    refused = client.post(RECORDS, content=text, headers={"content-type": "text/plain"})
-    assert refused.status_code == 422
-    assert refused.json()["errors"][0]["field"] == "line 3"
-    kept = client.post(
-        RECORDS, content=text, headers={"content-type": "text/plain"}, params={"units": "m/s2"}
-    )
-    assert kept.status_code == 201
-    assert kept.json()["peak_acceleration_m_s2"] == 2.0
 
 
 SWEEP = {"sweep": {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.1, "base_amplitude_m": 0.001}}
@@ -103,3 +93,121 @@ def test_the_histories_of_a_comparison_have_its_peaks(client: httpx.Client) -> N
         )
     assert all(value is None for value in whole["histories"]["none"]["particle_displacement_m"])
     assert client.post(COMPARE, json=asked, params={"samples": 50_001}).status_code == 422
+
+
+def test_a_record_is_shown_with_its_spectrum(client: httpx.Client) -> None:
+    whole = client.get("/api/v1/records/northridge", params={"samples": 400_000}).raise_for_status().json()
+    assert len(whole["time_s"]) == whole["samples"]
+    assert np.abs(whole["acceleration_m_s2"]).max() == pytest.approx(whole["peak_acceleration_m_s2"])
+    thin = client.get(f"/api/v1/records/{whole['id']}", params={"samples": 50}).raise_for_status().json()
+    assert len(thin["time_s"]) <= 50
+    assert max(thin["acceleration_m_s2"]) == max(whole["acceleration_m_s2"])
+    assert min(thin["acceleration_m_s2"]) == min(whole["acceleration_m_s2"])
+    assert thin["pseudo_acceleration_m_s2"] == whole["pseudo_acceleration_m_s2"]
+
+    period, heard = np.array(whole["period_s"]), np.array(whole["pseudo_acceleration_m_s2"])
+    for place in (40, 60):
+        frequency = 1 / period[place]
+        asked = {
+            "record": whole["id"],
+            "natural_frequency_hz": frequency,
+            "damping_ratio": whole["damping_ratio"],
+            "cases": ["none"],
+            "starts": 0,
+        }
+        answer = (
+            client.post("/api/v1/earthquake-comparisons", json=asked, timeout=300.0).raise_for_status().json()
+        )
+        peak = answer["cases"]["none"]["peak_relative_displacement_m"]
+        # the spectrum looks at samples alone: at most a share of (ω h)²/8 below
+        share = (2 * np.pi * frequency * whole["step_s"]) ** 2 / 8
+        assert (1 - share) * peak <= heard[place] / (2 * np.pi * frequency) ** 2 <= peak * (1 + 1e-9)
+
+
+def test_a_record_that_is_not_there_is_not_shown(client: httpx.Client) -> None:
+    assert client.get("/api/v1/records/nowhere").status_code == 404
+    assert client.get("/api/v1/records/northridge", params={"samples": 1}).status_code == 422
+
+
+STUDIES = "/api/v1/studies"
+SAMPLES = "time (s), acceleration (g)\n" + "".join(f"{0.02 * i:.2f}, {(-1) ** i * 0.1}\n" for i in range(60))
+PEAK = "peak_relative_displacement_m"
+
+
+def test_it_is_kept_once_and_says_what_it_is(client: httpx.Client, suite: dict[str, Any]) -> None:
+    assert suite["shape"] == [2, 1, 1, 2, 1, 1, 3, 2]
+    assert suite["dimensions"][0] == "record"
+    assert [one["id"] for one in suite["definition"]["records"]] == ["northridge-090", "northridge-360"]
+    # its own definition is the same study again, and so is what it was made of
+    again = client.post(STUDIES, json=suite["definition"])
+    assert (again.status_code, again.json()["id"]) == (200, suite["id"])
+    estimate = client.post(f"{STUDIES}?dry_run=true", json=suite["definition"]).json()
+    assert estimate["points"] == 24
+    assert 0 < estimate["seconds"] < 10
+    listed = client.get(STUDIES, params={"name": "two earthquakes"}).json()["studies"]
+    assert suite["id"] in [one["id"] for one in listed]
+    assert "event: end" in client.get(f"{STUDIES}/{suite['id']}/events").text
+    axes = client.get(f"{STUDIES}/{suite['id']}/axes").json()["axes"]
+    assert axes["record"] == ["northridge-090", "northridge-360"]
+
+
+def test_a_map_is_the_worst_record_or_the_one_that_is_named(
+    client: httpx.Client, service: Any, suite: dict[str, Any]
+) -> None:
+    cube = xr.open_zarr(f"{service.url}{STUDIES}/{suite['id']}/zarr", chunks=None)[PEAK].squeeze().load()
+    path = f"{STUDIES}/{suite['id']}/resonance-map"
+    asked: dict[str, Any] = {"x": "clearance_m", "y": "friction_force_n", "scale": 3}
+    worst = client.get(path, params=asked).raise_for_status().json()
+    at_three = cube.sel(scale=3).transpose("record", "friction_force_n", "clearance_m")
+    np.testing.assert_array_equal(worst["values"], at_three.max("record"))
+    assert (worst["metric"], worst["units"], worst["over"]) == (PEAK, "m", "record")
+    np.testing.assert_array_equal(worst["record_at"], at_three["record"].values[at_three.values.argmax(0)])
+    one = client.get(path, params={**asked, "record": "northridge"}).json()
+    np.testing.assert_array_equal(one["values"], at_three.sel(record="northridge-090"))
+    assert one["at"]["record"] == "northridge-090"
+    assert np.shape(one["growth"]) == (2, 3)
+    both = client.get(path, params={"x": "clearance_m", "y": "friction_force_n", "over": "scale"}).json()
+    every = cube.transpose("scale", "record", "friction_force_n", "clearance_m")
+    np.testing.assert_array_equal(both["values"], every.max(("scale", "record")))
+    assert (both["over"], both["worst_over"]) == ("scale", "record")
+    assert set(np.ravel(both["record_at"])) <= set(cube["record"].values)
+    assert "record" not in both["at"]
+    mean = client.get(path, params={**asked, "over": "record", "reduce": "mean", "metric": "impacts"}).json()
+    assert mean["units"] == "1"
+    scales = client.get(path, params={"x": "scale", "y": "clearance_m", "metric": "status"}).json()
+    assert scales["values"] == [[0, 0]] * 3
+
+
+def test_dampers_are_ranked_by_their_worst_case(
+    client: httpx.Client, service: Any, suite: dict[str, Any]
+) -> None:
+    cube = xr.open_zarr(f"{service.url}{STUDIES}/{suite['id']}/zarr", chunks=None)[PEAK].squeeze().load()
+    path = f"{STUDIES}/{suite['id']}/optimal-designs"
+    answer = client.get(path, params={"top": 3}).raise_for_status().json()
+    worst = np.sort(cube.max(("record", "scale")).values, axis=None)
+    assert [one["value"] for one in answer["designs"]] == worst[:3].tolist()
+    assert answer["designs_total"] == 6
+    best = answer["designs"][0]
+    where = {name: best[name] for name in ("record", "scale", "clearance_m", "friction_force_n")}
+    assert float(cube.sel(where)) == best["value"]
+    assert best["growth"] >= 0
+    some = {"record": "northridge-360", "scale": "1,1", "clearance_m": "0.002,1", "metric": "impacts"}
+    answer = client.get(path, params=some).raise_for_status().json()
+    assert {(one["record"], one["scale"]) for one in answer["designs"]} == {("northridge-360", 1.0)}
+    assert answer["designs_total"] == 4
+
+
+def test_an_uploaded_record_stays_with_its_study(service: Any, client: httpx.Client, helpers: Any) -> None:
+    headers = {"content-type": "text/csv"}
+    record_id = client.post("/api/v1/records", content=SAMPLES, headers=headers).json()["id"]
+    asked = {"name": "mine", "records": [record_id], "axes": {"scale": [1, 2]}}
+    first = client.post(STUDIES, json=asked).raise_for_status().json()
+    kept = helpers.wait_for(client, first["id"], helpers.ended)
+    assert (kept["state"], kept["points_done"]) == ("done", 2)
+    files = list((service.log.parent / "data" / "records").glob(f"{record_id}.*"))
+    assert len(files) == 2
+    for file in files:
+        file.unlink()
+    refused = client.post(STUDIES, json={**asked, "axes": {"scale": 5}})
+    assert (refused.status_code, refused.json()["errors"][0]["field"]) == (422, "records[0]")
+    assert client.get(f"{STUDIES}/{kept['id']}/optimal-designs").status_code == 200

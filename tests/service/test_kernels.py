@@ -67,6 +67,7 @@ def test_what_must_be_compiled_is_said_first_and_only_then(
         assert (later["kernels_missing"], later["compiling_seconds"]) == (0, 0)
 
 
+@pytest.mark.night
 def test_the_usual_kernels_are_compiled_in_the_background_and_a_shutdown_ends_that(
     own_service: Callable[..., Any], helpers: Any, tmp_path: Path
 ) -> None:

@@ -1,8 +1,6 @@
-"""Which studies every door lists: those that somebody asked for, not those that designs and refinements did."""
+"""Which studies every door lists: those that somebody asked for, by tags and values."""
 
 import json
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -18,28 +16,70 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 
-@pytest.mark.parametrize(("designs", "names"), [(False, ["mine"]), (True, ["followed", "designed", "mine"])])
-def test_studies_of_programs_are_listed_where_they_are_asked_for(
-    tmp_path: Path, own_service: Callable[..., Any], designs: bool, names: list[str]
-) -> None:
-    data = tmp_path / "data"
+def test_studies_of_programs_are_listed_where_they_are_asked_for(service: Any) -> None:
+    data = service.log.parent / "data"
     store = Store.open(data)
-    for place, (name, more) in enumerate(
-        {"mine": {}, "designed": {DESIGNS: "d"}, "followed": {REFINES: "r"}}.items()
-    ):
+    for place, more in enumerate(({}, {DESIGNS: "d"}, {REFINES: "r"})):
         axes = {"friction_ratio": place / 10, "frequency_ratio": [0.5, 1.0]}
-        study = parse_study({"name": name, "particle": False, "damping_ratio": 0.01, "axes": axes})
+        document = {"name": f"listed {place}", "particle": False, "damping_ratio": 0.0173, "axes": axes}
+        study = parse_study(document)
         record, _ = store.submit(study, make_plan(study, seconds_per_point), provenance() | more)
         store.set_state(record.id, "cancelled")
-        store.set_state(record.id, "done")
     store.close()
-    url = own_service(data).url
-    query = {"designs": "true"} if designs else {}
-    page = httpx.get(f"{url}/api/v1/studies", params=query, timeout=60).raise_for_status().json()
-    option = ["--designs"] if designs else []
-    listed = json.loads(run("studies", "--data-dir", data, "--json", *option).stdout)
-    with Client(url) as client:
-        asked = [study.name for study in client.studies(designs=designs)]
-    assert [one["name"] for one in page["studies"]] == names
-    assert [one["name"] for one in listed["studies"]] == names
-    assert asked == names
+    with Client(service.url) as client:
+        for designs, names in ((False, ["listed 0"]), (True, ["listed 2", "listed 1", "listed 0"])):
+            query = {"designs": "true"} if designs else {}
+            page = httpx.get(f"{service.url}/api/v1/studies", params=query, timeout=60).json()["studies"]
+            option = ["--designs"] if designs else []
+            told = json.loads(run("studies", "--limit", "500", "--data-dir", data, "--json", *option).stdout)
+            doors = [[one["name"] for one in each] for each in (page, told["studies"])]
+            doors.append([study.name for study in client.studies(designs=designs)])
+            for found in doors:
+                assert [name for name in found if name.startswith("listed ")] == names
+
+
+@pytest.fixture
+def made(client: httpx.Client, helpers: Any) -> dict[str, Any]:
+    axes = {"friction_ratio": [0.37, 0.39], "frequency_ratio": 1.0}
+    study = {"name": "remarked", "particle": False, "damping_ratio": 0.031, "axes": axes}
+    record = client.post("/api/v1/studies", json=study).raise_for_status().json()
+    return helpers.wait_for(client, record["id"], helpers.ended)  # type: ignore[no-any-return]
+
+
+def listed(client: httpx.Client, **query: Any) -> list[str]:
+    return [
+        one["id"] for one in client.get("/api/v1/studies", params=query).raise_for_status().json()["studies"]
+    ]
+
+
+def test_a_study_is_tagged_and_found(client: httpx.Client, made: dict[str, Any]) -> None:
+    url = f"/api/v1/studies/{made['id']}"
+    now = (
+        client.patch(url, json={"tags": ["steel", "rig-7"], "note": "Shaker, May."}).raise_for_status().json()
+    )
+    assert (now["tags"], now["note"]) == (["rig-7", "steel"], "Shaker, May.")
+    assert client.get(url).json()["tags"] == ["rig-7", "steel"]
+    assert listed(client, tag="rig-7") == [made["id"]]
+    assert listed(client, tag="rig-8") == []
+    assert made["id"] in listed(client, axis="friction_ratio", **{"from": 0.38, "to": 0.385}, tag="steel")
+    assert listed(client, axis="friction_ratio", **{"from": 0.4}, tag="steel") == []
+    assert client.patch(url, json={"tags": []}).json()["note"] == "Shaker, May."
+
+
+def test_only_a_whole_id_is_remarked(client: httpx.Client, made: dict[str, Any]) -> None:
+    assert client.patch(f"/api/v1/studies/{made['id'][:6]}", json={"note": "n"}).status_code == 404
+    assert (
+        client.patch(
+            f"/api/v1/studies/{made['id']}", content="{}", headers={"Content-Type": "text/plain"}
+        ).status_code
+        == 415
+    )
+
+
+def test_the_client_says_the_same(service: Any, made: dict[str, Any]) -> None:
+    with Client(service.url) as client:
+        study = client.study(made["id"]).remark(tags={"from-python"}, note="n")
+        assert (study.record.tags, study.record.note) == (("from-python",), "n")
+        assert client.studies(tag="from-python") == [study]
+        assert study in client.studies(within=("friction_ratio", None, 0.37))
+        assert study not in client.studies(within=("friction_ratio", 0.5, None))

@@ -1,7 +1,6 @@
 """Reports as PDF: what the page says, on sheets, and nothing from elsewhere."""
 
 import io
-import subprocess
 import sys
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -96,16 +95,11 @@ def test_a_design_as_pdf_says_what_its_answer_says(client: httpx.Client, design:
         assert sentence.replace(" ", "") in words.replace("-\n", "")
 
 
-def test_where_nothing_prints_the_command_says_so_before_it_computes(tmp_path: Path) -> None:
-    without = "import sys; sys.modules['weasyprint'] = None; from damperlab.__main__ import main; main()"
-    command = [sys.executable, "-c", without, "design", "prototype"]
-    ended = subprocess.run(
-        [*command, "--data-dir", str(tmp_path / "data"), "-o", str(tmp_path / "report.pdf")],
-        capture_output=True,
-        text=True,
-        timeout=900,
-        check=False,
-    )
-    assert ended.returncode == 2
-    assert "damperlab[pdf]" in ended.stderr
-    assert not (tmp_path / "data").exists()
+def test_where_nothing_prints_the_command_says_so_before_it_computes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "weasyprint", None)
+    data, report = tmp_path / "data", tmp_path / "report.pdf"
+    refused = run("design", "prototype", "--data-dir", data, "-o", report, status=2)
+    assert "damperlab[pdf]" in refused.stderr
+    assert not data.exists()

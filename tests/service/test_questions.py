@@ -1,19 +1,15 @@
 """What HTTP adds to answers: units, what is unknown, what is refused, compression; their numbers are in `test_answers`."""
 
-import csv
-import io
 from typing import Any
 
 import httpx
 import numpy as np
 from tests.oracles.transmissibility import absolute_amplitude
 
-from damperlab.studies.variables import DIMENSIONS
-
 STUDIES = "/api/v1/studies"
 
 
-def test_a_study_in_units_is_asked_and_exported_in_units(client: httpx.Client, helpers: Any) -> None:
+def test_a_study_in_units_is_asked_in_units(client: httpx.Client, helpers: Any) -> None:
     hertz = [3.6, 4.0, 4.4]
     study = {
         "particle": False,
@@ -46,12 +42,6 @@ def test_a_study_in_units_is_asked_and_exported_in_units(client: httpx.Client, h
     assert one == other
     truth = [absolute_amplitude(0.05, f / 4.0) for f in hertz]
     np.testing.assert_allclose(answer["values"][0], truth, rtol=1e-12)
-    exported = client.get(f"{STUDIES}/{record['id']}/export", params={"format": "csv"}).raise_for_status()
-    rows = list(csv.DictReader(io.StringIO(exported.text)))
-    np.testing.assert_allclose([float(row["frequency_hz"]) for row in rows], hertz, rtol=1e-15)
-    np.testing.assert_allclose(
-        [float(row["amplitude_m"]) for row in rows], 0.003 * np.array(truth), rtol=1e-12
-    )
 
 
 def test_what_is_not_computed_is_null_and_counted(client: httpx.Client, helpers: Any) -> None:
@@ -81,30 +71,6 @@ def test_what_is_not_computed_is_null_and_counted(client: httpx.Client, helpers:
         for blocker in blockers:
             client.post(f"{STUDIES}/{blocker['id']}/cancel")
             client.delete(f"{STUDIES}/{blocker['id']}").raise_for_status()
-
-
-def test_a_refusal_names_what_this_kind_of_study_has(client: httpx.Client, curve: dict[str, Any]) -> None:
-    def faults(question: str, method: str = "GET") -> list[dict[str, str]]:
-        answer = client.request(method, f"{STUDIES}/{curve['id']}/{question}")
-        assert answer.status_code == 422
-        errors: list[dict[str, str]] = answer.json()["errors"]
-        return errors
-
-    dimensions = ", ".join(DIMENSIONS)
-    for fault, field in zip(faults("resonance-map"), ("x", "y"), strict=True):
-        assert (fault["field"], fault["allowed"]) == (field, f"one of {dimensions}")
-    for question, method in (
-        ("resonance-map?x=foo&y=friction_ratio", "GET"),
-        ("refine-boundary", "POST"),
-        ("refine-boundary?along=clearance_m", "POST"),
-    ):
-        assert faults(question, method)[0]["allowed"] == f"one of {dimensions}"
-    assert "peak_relative_displacement_m" not in faults("frequency-response?metric=beauty")[0]["allowed"]
-    for question in ("frequency-response", "tmd-comparison"):
-        (fault,) = faults(f"{question}?frequency_ratio=1")
-        assert fault["allowed"] == "nothing: the curve runs along frequency_ratio"
-        assert fault["advice"].startswith("leave it out")
-    assert "`band`" in faults("optimal-designs?frequency_ratio=0.9,1.1")[0]["advice"]
 
 
 def test_what_a_study_does_not_store_is_unknown_or_refused(client: httpx.Client, helpers: Any) -> None:

@@ -1,18 +1,23 @@
-"""Readiness answers even while a store hangs, and says what is wrong."""
+"""Readiness answers even while a store hangs, and says what is wrong; none that waits is lost."""
 
+import asyncio
 import shutil
 import signal
 import subprocess
 import threading
+import time
 import warnings
 from collections.abc import Iterator
 from contextlib import closing, suppress
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import httpx
 import psutil
 import pytest
 
+from damperlab.service.edge import silence
 from damperlab.service.readiness import PROBE, Readiness
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.files.bucket import open_bucket
@@ -33,6 +38,7 @@ def server(tmp_path: Path) -> Iterator[tuple[str, list[psutil.Process]]]:
     running.cleanup()
 
 
+@pytest.mark.night
 def test_service_says_that_its_database_hangs_and_recovers(server, tmp_path, helpers):
     address, processes = server
     running = helpers.start_service(tmp_path / "data", tmp_path / "log", DAMPERLAB_CATALOGUE=address)
@@ -176,3 +182,33 @@ def test_no_keys_are_asked_for_unless_told_to(monkeypatch: pytest.MonkeyPatch) -
             for name, value in asked.items():
                 patch.setenv(name, value)
             assert open_bucket("s3://bucket/prefix").address == "s3://bucket/prefix"
+
+
+def test_requests_that_wait_at_once_are_all_served(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(silence, "PATIENCE_SECONDS", 0.002)
+    catalogue = SimpleNamespace(is_file=False, greet=lambda: time.sleep(0.001))
+    state = SimpleNamespace(service=SimpleNamespace(store=SimpleNamespace(catalogue=catalogue)))
+    scope = {"type": "http", "path": "/api/v1/studies", "app": SimpleNamespace(state=state)}
+
+    async def app(scope: Any, receive: Any, send: Any) -> None:
+        await asyncio.sleep(0.2)
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+
+    async def served() -> list[int]:
+        statuses: list[int] = []
+
+        async def send(message: Any) -> None:
+            statuses.append(message["status"])
+
+        async def receive() -> Any:
+            raise AssertionError("nothing is read")
+
+        async def one(place: int) -> None:
+            await asyncio.sleep(0.0003 * place)
+            await edge(scope, receive, send)
+
+        edge = silence.Silence(app)
+        await asyncio.gather(*map(one, range(200)))
+        return statuses
+
+    assert asyncio.run(served()) == [200] * 200

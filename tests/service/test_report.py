@@ -61,9 +61,8 @@ class Tables(HTMLParser):
 def written(service: Any, helpers: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, xr.Dataset]:
     """What the command writes of a study, and the study's cube."""
     path = tmp_path_factory.mktemp("report") / "report.html"
+    record = helpers.computed(service, STUDY)
     with httpx.Client(base_url=service.url, timeout=300.0) as client:
-        record = client.post("/api/v1/studies", json=STUDY).raise_for_status().json()
-        helpers.wait_for(client, record["id"], helpers.ended)
         exported = client.get(f"/api/v1/studies/{record['id']}/export").raise_for_status().content
     run("report", record["id"], "--data-dir", service.log.parent / "data", "-o", path)
     return path.read_text(), xr.load_dataset(io.BytesIO(exported), engine="h5netcdf")

@@ -62,18 +62,6 @@ def test_study_of_a_dead_process_is_picked_up(
     assert service.stop() == 0
 
 
-def test_study_waits_for_a_scheduler_that_is_not_there(
-    own_service: Callable[..., Any], helpers: Any, free_port: int
-) -> None:
-    service = own_service(DAMPERLAB_WORKERS="", DAMPERLAB_SCHEDULER=f"tcp://127.0.0.1:{free_port}")
-    with httpx.Client(base_url=service.url, timeout=300) as client:
-        record = client.post(STUDIES, json=helpers.CURVE).raise_for_status().json()
-        helpers.wait_until(lambda: client.get("/health/ready").json()["cluster_message"] is not None)
-        assert str(free_port) in client.get("/health/ready").json()["cluster_message"]
-        assert client.get(f"{STUDIES}/{record['id']}").json()["state"] in ("queued", "running")
-    assert service.stop() == 0
-
-
 @pytest.mark.parametrize("problem", ["port", "data"])
 def test_service_that_cannot_start_says_why(
     own_service: Callable[..., Any], service: Any, tmp_path: Path, problem: str

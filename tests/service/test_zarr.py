@@ -53,13 +53,6 @@ def stopped(service: Any) -> Iterator[tuple[Store, str, Study, Plan]]:
     store.close()
 
 
-def test_xarray_reads_a_computed_study_bit_for_bit(service: Any, client: httpx.Client, curve: Any) -> None:
-    remote = xr.open_zarr(f"{service.url}{STUDIES}/{curve['id']}/zarr", chunks=None)
-    store = Store.open(service.log.parent / "data")
-    xr.testing.assert_identical(remote.load(), without_names(store.cube(curve["id"]).load()))
-    store.close()
-
-
 def test_blocks_that_an_ended_study_lacks_read_as_not_computed(
     service: Any, client: httpx.Client, stopped: tuple[Store, str, Study, Plan]
 ) -> None:

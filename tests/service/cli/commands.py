@@ -1,12 +1,17 @@
-"""The command `damperlab` in a process of its own."""
+"""The command `damperlab`, in this process or in one of its own."""
 
+import io
 import os
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from tests.ready import ready
+
+from damperlab.service.cli.main import _run
 
 COMMAND = "damperlab.service.cli.main"
 
@@ -32,13 +37,24 @@ def environment() -> dict[str, str]:
     return {**os.environ, "COLUMNS": "200", "TERM": "dumb"}
 
 
-def run(
-    *arguments: str | Path, status: int | None = 0, seconds: float = END_SECONDS
-) -> subprocess.CompletedProcess[str]:
+def run(*arguments: str | Path, status: int | None = 0) -> subprocess.CompletedProcess[str]:
+    """Run a command in this process, which has loaded everything, and collect what it prints."""
+    words = list(map(str, arguments))
+    with (
+        redirect_stdout(io.StringIO()) as out,
+        redirect_stderr(io.StringIO()) as err,
+        patch.dict(os.environ, environment()),
+    ):
+        ended = _run(words)
+    told = subprocess.CompletedProcess(words, ended, out.getvalue(), err.getvalue())
+    assert status in (None, ended), f"{arguments}: {ended}\n{told.stdout}\n{told.stderr}"
+    return told
+
+
+def run_apart(*arguments: str | Path, seconds: float = END_SECONDS) -> subprocess.CompletedProcess[str]:
+    """Run a command in a process of its own, to its good end."""
     ended = ready().run(COMMAND, list(map(str, arguments)), environment(), seconds)
-    assert status in (None, ended.returncode), (
-        f"{arguments}: {ended.returncode}\n{ended.stdout}\n{ended.stderr}"
-    )
+    assert ended.returncode == 0, f"{arguments}: {ended.returncode}\n{ended.stdout}\n{ended.stderr}"
     return ended
 
 

@@ -1,36 +1,47 @@
-"""Figures of answers whose content is known."""
+"""Figures of answers and fits whose content is known."""
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
+from docs.console import ROOT, TITLED
+from matplotlib.colors import to_rgb
 from matplotlib.contour import ContourSet
 from matplotlib.figure import Figure
 from matplotlib.path import Path as Path2D
+from tests.studies.fit.estimates import estimate
 
 from damperlab.service.figures.comparison import draw_comparison
-from damperlab.service.figures.fit import title_of
+from damperlab.service.figures.fit import draw_fit, title_of
 from damperlab.service.figures.resonance_map import draw_map
 from damperlab.service.figures.style import is_logarithmic, save
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
-from damperlab.studies.fit.asking import FREE
-from damperlab.studies.fit.fitted import Estimate
+from damperlab.studies.fit.asking import FREE, make_question
+from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.history.asking import FREE as FREE_OF_HISTORY
+from damperlab.studies.fit.measured import parse_measurement
 from damperlab.studies.questions import Selection, Tuning
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, ResponseClass, Status
+from damperlab.worker.fit.curve import Curve
 
 X, Y = np.linspace(1.0, 12.0, 12), np.linspace(0.0, 0.9, 10)
 
 
 def cube(
-    values: np.ndarray, kinds: np.ndarray, status: np.ndarray, also: dict[str, np.ndarray] | None = None
+    values: np.ndarray,
+    kinds: np.ndarray | None = None,
+    status: np.ndarray | None = None,
+    also: dict[str, np.ndarray] | None = None,
 ) -> xr.Dataset:
-    """Put arrays of shape (clearance, friction), or with frequencies along a third axis, into a cube."""
+    """Put arrays over clearance and friction, or frequencies as well, into a cube; of symmetric responses unless told."""
+    kinds = symmetric(values) if kinds is None else kinds
+    status = np.zeros(values.shape, np.int8) if status is None else status
     axes = dict.fromkeys(DIMENSIONS, np.ones(1)) | {"clearance_ratio": X, "friction_ratio": Y} | (also or {})
     arrays = {"amplitude_ratio": values, "response_class": kinds, "status": status}
     shape = tuple(axes[name].size for name in DIMENSIONS)
@@ -46,11 +57,18 @@ def cube(
     )
 
 
+def symmetric(values: np.ndarray) -> np.ndarray:
+    return np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
+
+
+def a_map(study: xr.Dataset, metric: str = "amplitude_ratio", over: str | None = None) -> xr.Dataset:
+    return resonance_map(study, "clearance_ratio", "friction_ratio", Selection(metric), over)
+
+
 def known_map() -> xr.Dataset:
     """A bowl whose lowest point is locked, the second lowest has no impacts, the third has; one point failed, one waits."""
     values = 5.0 + (X[:, None] - 6.0) ** 2 + 50.0 * (Y[None, :] - 0.5) ** 2
-    kinds = np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
-    status = np.zeros(values.shape, np.int8)
+    kinds, status = symmetric(values), np.zeros(values.shape, np.int8)
     for place, value, kind in (
         ((2, 3), 1.0, ResponseClass.LOCKED),
         ((7, 8), 2.0, ResponseClass.NO_IMPACT),
@@ -59,35 +77,31 @@ def known_map() -> xr.Dataset:
         values[place], kinds[place] = value, kind
     values[0, 0], status[0, 0] = np.nan, Status.TOO_MANY_EVENTS
     values[11, 9], status[11, 9] = np.nan, Status.NOT_COMPUTED
-    return resonance_map(
-        cube(values, kinds, status), "clearance_ratio", "friction_ratio", Selection("amplitude_ratio")
-    )
+    return a_map(cube(values, kinds, status))
 
 
 def labels(figure: Figure) -> list[str]:
     return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
 
 
-def test_stars_stand_at_the_best_design_and_the_best_with_impacts() -> None:
+def test_stars_stand_at_the_best_design_and_the_best_with_impacts_and_odd_points_are_told_apart() -> None:
     figure = draw_map(known_map(), "amplitude_ratio")
     stars = [line for line in figure.axes[0].lines if line.get_marker() == "*"]
     places = [(float(star.get_xdata()[0]), float(star.get_ydata()[0])) for star in stars]
     np.testing.assert_allclose(places, [(X[7], Y[8]), (X[9], Y[1])])
     assert labels(figure)[0].startswith("optimum: 2 at")
     assert labels(figure)[1].startswith("best with impacts: 3 at")
+    assert labels(figure)[2:] == ["locked to the base", "failed", "not computed"]
 
 
 def test_the_second_star_of_a_map_over_the_frequency_says_that_it_knows_the_worst_frequency_alone() -> None:
     """The optimum strikes at r = 1 and is largest without impacts at r = 1.1: to `optimum` it is one with impacts."""
     values = np.stack([np.full((X.size, Y.size), 1.0), 5.0 + (X[:, None] - 6.0) ** 2 + 0 * Y], axis=-1)
-    kinds = np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
+    kinds = symmetric(values)
     kinds[5, :, 1] = ResponseClass.NO_IMPACT
-    axes = {"frequency_ratio": np.array([1.0, 1.1])}
-    study = cube(values, kinds, np.zeros(values.shape, np.int8), axes)
+    study = cube(values, kinds, also={"frequency_ratio": np.array([1.0, 1.1])})
     assert optimal_designs(study).attrs["best_with_impacts"]["value"] == 5.0
-    over = resonance_map(
-        study, "clearance_ratio", "friction_ratio", Selection("amplitude_ratio"), "frequency_ratio"
-    )
+    over = a_map(study, over="frequency_ratio")
     first, second = labels(draw_map(over, "amplitude_ratio"))
     assert first.startswith("optimum: 5 at")
     assert second.startswith("best with impacts where it is largest: 6 at")
@@ -97,17 +111,8 @@ def test_a_map_of_a_study_without_a_particle_has_no_star_of_impacts() -> None:
     values = 5.0 + (X[:, None] - 6.0) ** 2 + 50.0 * (Y[None, :] - 0.5) ** 2
     kinds = np.full(values.shape, int(ResponseClass.MODULATED), np.int8)  # friction alone, not resolved
     kinds[5, 5] = ResponseClass.NO_IMPACT
-    study = cube(values, kinds, np.zeros(values.shape, np.int8), {"mass_ratio": np.zeros(1)})
-    answer = resonance_map(study, "clearance_ratio", "friction_ratio", Selection("amplitude_ratio"))
-    assert [label.partition(":")[0] for label in labels(draw_map(answer, "amplitude_ratio"))] == ["optimum"]
-
-
-def test_locked_failed_and_missing_points_are_told_apart() -> None:
-    assert labels(draw_map(known_map(), "amplitude_ratio"))[2:] == [
-        "locked to the base",
-        "failed",
-        "not computed",
-    ]
+    drawn = draw_map(a_map(cube(values, kinds, also={"mass_ratio": np.zeros(1)})), "amplitude_ratio")
+    assert [label.partition(":")[0] for label in labels(drawn)] == ["optimum"]
 
 
 def test_a_design_is_hatched_as_locked_only_where_its_largest_value_is() -> None:
@@ -117,11 +122,8 @@ def test_a_design_is_hatched_as_locked_only_where_its_largest_value_is() -> None
     kinds[:5, :, 1] = ResponseClass.NO_IMPACT  # locked at the first frequency alone
     values[5, :, 0] = 1.0
     kinds[5, :, 1] = ResponseClass.SYMMETRIC  # largest where it is locked
-    axes = {"frequency_ratio": np.array([0.9, 1.0])}
-    study = cube(values, kinds, np.zeros(values.shape, np.int8), axes)
-    over = resonance_map(
-        study, "clearance_ratio", "friction_ratio", Selection("amplitude_ratio"), "frequency_ratio"
-    )
+    study = cube(values, kinds, also={"frequency_ratio": np.array([0.9, 1.0])})
+    over = a_map(study, over="frequency_ratio")
     locked = over["response_class"].values.T == ResponseClass.LOCKED
     np.testing.assert_array_equal(locked, np.repeat(np.arange(X.size) >= 5, Y.size).reshape(X.size, Y.size))
     assert "locked to the base where it is largest" in labels(draw_map(over, "amplitude_ratio"))
@@ -137,33 +139,18 @@ def test_a_design_is_hatched_as_locked_only_where_its_largest_value_is() -> None
 )
 def test_the_scale_of_colours_says_its_unit_or_what_it_is_over(metric: str, title: str) -> None:
     values = np.random.default_rng(1).uniform(1, 2, (X.size, Y.size))
-    kinds = np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
-    study = cube(values, kinds, np.zeros(values.shape, np.int8))
-    attributes = {"units": "1", "long_name": "largest impact speed"}
+    study = cube(values)
     study["impact_speed_max"] = study["amplitude_ratio"].copy()
-    study["impact_speed_max"].attrs = attributes
+    study["impact_speed_max"].attrs = {"units": "1", "long_name": "largest impact speed"}
     study["amplitude_ratio"].attrs = {"units": "1", "long_name": "amplitude ratio X/Z"}
     study.attrs["study"] = json.dumps(
         {"physical": {"mass_kg": 2.0, "natural_frequency_hz": 4.0, "base_amplitude_m": 0.001}}
     )
-    figure = draw_map(resonance_map(study, "clearance_ratio", "friction_ratio", Selection(metric)), metric)
-    assert figure.axes[1].get_ylabel() == title
-
-
-def symmetric_map(values: np.ndarray) -> Figure:
-    """Draw a map of values, over X and Y, all of which are of symmetric responses."""
-    kinds = np.full(values.shape, int(ResponseClass.SYMMETRIC), np.int8)
-    answer = resonance_map(
-        cube(values, kinds, np.zeros(values.shape, np.int8)),
-        "clearance_ratio",
-        "friction_ratio",
-        Selection("amplitude_ratio"),
-    )
-    return draw_map(answer, "amplitude_ratio")
+    assert draw_map(a_map(study, metric), metric).axes[1].get_ylabel() == title
 
 
 def test_an_optimum_that_a_whole_row_shares_is_said_to_be_one() -> None:
-    figure = symmetric_map(np.tile(2.0 - Y, (X.size, 1)))
+    figure = draw_map(a_map(cube(np.tile(2.0 - Y, (X.size, 1)))), "amplitude_ratio")
     assert labels(figure) == ["optimum: 1.1 at $γ_F$ = 0.9, any $d/Z$"]
     # at the first of them, which is the design that the ranking names
     (star,) = (line for line in figure.axes[0].lines if line.get_marker() == "*")
@@ -176,7 +163,7 @@ def test_no_number_of_a_contour_line_stands_on_a_line_or_on_another_number() -> 
         0.8,
         30.0,
     )  # the lines of 1, 2, 5, 10 and 20 lie side by side below the last row
-    figure = symmetric_map(values)
+    figure = draw_map(a_map(cube(values)), "amplitude_ratio")
     figure.canvas.draw()
     axes = figure.axes[0]
     numbers = [text for text in axes.texts if text.get_text()]
@@ -271,3 +258,41 @@ def test_the_title_of_a_fit_names_whatever_can_be_estimated_by_its_symbol_and_le
     assert titles["clearance_m"] == "$d$ = 12.3 mm"
     assert titles["friction_ratio"] == "$γ_F$ = 0.0123"
     assert titles["natural_frequency_hz"] == "$f_n$ = 0.0123 Hz"
+
+
+TOLD_APART = 0.25
+"""Distance of two colours, of √3 from black to white."""
+
+
+def test_the_seven_peaks_of_the_paper_have_seven_colours_and_no_cavity_where_there_was_no_particle() -> None:
+    tables = dict(TITLED.findall((ROOT / "docs/how-to/fit.md").read_text()))
+    measured = parse_measurement(tables["peaks.csv"])
+    known = {
+        "damping_ratio": 0.0038,
+        "axes": {"restitution": 0.47},
+        "physical": {"natural_frequency_hz": 2.5},
+    }
+    question = make_question(measured, known, {"friction_ratio": (0.0, 0.78)})
+    same = np.ones(measured.rows)
+    found = estimate("friction_ratio", 0.4, 0.3, 0.5)
+    fitted = Fitted(
+        question,
+        (found,),
+        np.eye(1),
+        measured.amplitude,
+        0.1 * same,
+        0.1 * same,
+        same,
+        same,
+        np.ones(7, int),
+        1,
+    )
+    band = np.array([2.4, 2.6])
+    figure = draw_fit(fitted, [Curve(band, np.full(2, 5.0 + at)) for at in range(7)])
+    (legend,) = figure.legends
+    texts = [text.get_text() for text in legend.get_texts()]
+    assert texts.count(r"$β$ = 0") == 1
+    assert not [text for text in texts if "$β$ = 0," in text and "$d/Z$" in text]
+    colours = [np.array(to_rgb(line.get_color())) for line in legend.get_lines()]
+    assert len(colours) == 7
+    assert min(np.linalg.norm(one - other) for one, other in combinations(colours, 2)) > TOLD_APART

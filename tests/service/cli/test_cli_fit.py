@@ -8,8 +8,6 @@ import pytest
 import yaml
 from tests.service.cli.commands import run
 
-from damperlab.service.printing import require_printer
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.definition import Study
 from damperlab.studies.reading import read_study
 from damperlab.studies.specification.reading import read_specification
@@ -85,42 +83,6 @@ def test_a_file_says_what_is_known_and_an_axis_in_it_is_sought(measured: Path, t
     assert document["parameters"]["damping_ratio"]["range"] == [0.01, 0.2]
 
 
-@pytest.fixture
-def decay(tmp_path: Path) -> Path:
-    """Write a free decay in closed form, friction and all, with 0.1 mm of noise."""
-    path, lost = tmp_path / "decay.csv", 1.0
-    noise = np.random.default_rng(3).standard_normal(300)
-    rows = ["# released by hand", "time (s), displacement (mm)"]
-    for k, off in enumerate(noise):
-        half = int(k / 20)
-        # between two turns it swings about a middle that lies against the motion
-        middle = 0.5 * lost * (-1) ** half
-        swing = 20.0 - 0.5 * lost - lost * half
-        rows.append(f"{0.01 * k:.2f}, {middle + swing * np.cos(np.pi * k / 20) + 0.1 * off:.5f}")
-    path.write_text("\n".join(rows) + "\n")
-    return path
-
-
-@pytest.mark.night
-def test_a_time_history_is_fitted_as_well(decay: Path, tmp_path: Path) -> None:
-    figure, report = tmp_path / "fit.png", tmp_path / "fit.html"
-    known = ("--no-particle", "--natural-frequency-hz", "2.5", "--mass-kg", "1.6", "--damping-ratio", "0")
-    sought = ("--fit", "friction_force_n=0,0.5")
-    ended = run("fit", decay, *sought, *known, "-o", figure)
-    assert figure.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
-    assert "All of the history counts, 2.99 s" in ended.stdout
-    document = json.loads(run("fit", decay, *sought, *known, "--json", "-o", report).stdout)
-    found = document["parameters"]["friction_force_n"]
-    # a half period takes 2 F/k from the swing, here 1 mm
-    truth = 0.5e-3 * 1.6 * (2 * np.pi * 2.5) ** 2
-    assert abs(found["value"] - truth) < found["high"] - found["low"] < 0.05 * truth
-    assert document["rows_counted"] == len(document["time_s"]) == len(document["model_m"]) == 300
-    assert "<h1>decay, fitted</h1>" in report.read_text()
-
-    refused = run("fit", decay, "--fit", "friction_ratio=0,1", *known, status=2)
-    assert "friction_ratio belongs to a base that moves as a sine" in refused.stderr
-
-
 SOUGHT = ("--fit", "damping_ratio=0.01,0.2", "--fit", "natural_frequency_hz=2.3,2.7")
 BARE = ("--no-particle", "--friction-ratio", "0", "--base-amplitude-m", str(BASE_MM / 1e3))
 PLANNED = {
@@ -184,17 +146,3 @@ def test_what_was_measured_is_told_where_it_allows_no_corrected_specification(
     assert "Intervals of 95 %" in ended.stdout
     assert "friction_force_n" in ended.stderr
     assert not corrected.exists()
-
-
-def test_a_report_is_printed_on_sheets(measured: Path, tmp_path: Path) -> None:
-    pypdf = pytest.importorskip("pypdf")
-    try:
-        require_printer()
-    except QueryFault as error:
-        pytest.skip(str(error))
-    report = tmp_path / "fit.pdf"
-    run("fit", measured, *SOUGHT, *BARE, "-o", report)
-    text = " ".join(" ".join(page.extract_text() for page in pypdf.PdfReader(report).pages).split())
-    assert "bench, fitted" in text
-    assert "The specification of a corrected design" in text
-    assert "natural_frequency_hz" in text

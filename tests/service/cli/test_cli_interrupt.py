@@ -1,4 +1,4 @@
-"""A study that is stopped, from the keyboard or by another process, keeps what is done and can be resumed."""
+"""A study that is stopped keeps what is done and can be resumed; a stop holds for all that follow."""
 
 import json
 import os
@@ -7,12 +7,17 @@ import signal
 import subprocess
 import time
 import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
 from tests.service.cli.commands import END_SECONDS, LINEAR, run, start
 
+from damperlab.service.cli.computing import Computer, Means
+from damperlab.service.cli.run import find_or_submit
+from damperlab.studies.definition import parse_study
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
@@ -63,6 +68,7 @@ def test_cancelled_by_another_process_then_deleted(tmp_path: Path) -> None:
     store.close()
 
 
+@pytest.mark.night
 def test_interrupted_at_the_keyboard_then_resumed_to_the_end(tmp_path: Path) -> None:
     study = tmp_path / "short.json"
     study.write_text(json.dumps(slow_study("short", 4)))
@@ -126,3 +132,33 @@ def _address(server: subprocess.Popen[str]) -> str:
             assert found.group(1) != "0"
             return found.group(0)
     raise AssertionError("the server ended without an address")
+
+
+class _StopsAtTheEnd:
+    """Progress that asks the process to stop once every point is there."""
+
+    def __init__(self, points: int) -> None:
+        self._points = points
+        self._asked = False
+
+    def update(self, done: int, *_: Any) -> None:
+        if done == self._points and not self._asked:
+            self._asked = True  # asked twice it would end at once
+            signal.raise_signal(signal.SIGTERM)
+
+
+@contextmanager
+def stopping(points: int) -> Iterator[Any]:
+    yield _StopsAtTheEnd(points)
+
+
+def test_a_stop_during_the_last_block_of_a_study_holds_for_the_next_study(tmp_path: Path) -> None:
+    store = Store.open(tmp_path / "data")
+    first, second = (parse_study(LINEAR | {"damping_ratio": each}) for each in (0.01, 0.02))
+    with Computer(store, Means()) as computer:
+        one = find_or_submit(store, first, False)
+        assert computer.compute(one, shown=stopping(first.points)).state == "done"
+        assert computer.compute(find_or_submit(store, second, False)).state == "queued"
+    # whoever asks again has it computed
+    with Computer(store, Means()) as computer:
+        assert computer.compute(find_or_submit(store, second, False)).state == "done"

@@ -17,7 +17,11 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-@pytest.mark.parametrize("words", [["serve", "--port", "0"], ["run", "figure-7"], ["studies"]], ids=" ".join)
+@pytest.mark.parametrize(
+    "words",
+    [["serve", "--port", "0"], pytest.param(["run", "figure-7"], marks=pytest.mark.night)],
+    ids=" ".join,
+)
 def test_a_folder_without_permission_is_named_in_one_sentence(words: list[str], tmp_path: Path) -> None:
     folder = tmp_path / "data"
     folder.mkdir(mode=0o555)

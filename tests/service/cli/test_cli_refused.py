@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-from damperlab.service.cli.main import _run
+from tests.service.cli.commands import run
 
 Refused = Callable[..., tuple[str, dict[str, Any]]]
 PEAKS = "frequency ratio,amplitude ratio\n0.9,4\n1.0,6\n1.1,4\n"
@@ -17,11 +16,8 @@ KNOWN = "--no-particle --friction-ratio 0 --base-amplitude-m 0.001 --natural-fre
 
 
 @pytest.fixture
-def refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Callable[..., tuple[str, dict[str, Any]]]:
-    """Run a command that is refused, in this process: what it says, and the problem document that it prints on request."""
-    monkeypatch.setenv("COLUMNS", "200")
+def refused(tmp_path: Path) -> Refused:
+    """Run a command that is refused: what it says, and the problem document that it prints on request."""
     (tmp_path / "peaks.csv").write_text(PEAKS)
     (tmp_path / "wrong.json").write_text('{"structure": null}')
     (tmp_path / "bad.csv").write_text("frequency (Hz), amplitude (mm)\n2.5, twelve\n")
@@ -30,21 +26,20 @@ def refused(
     def ask(
         line: str, data_dir: Path = tmp_path / "data", status: int = 2, as_json: bool = True
     ) -> tuple[str, dict[str, Any]]:
-        arguments = shlex.split(line.replace("HERE", str(tmp_path)).replace("KNOWN", KNOWN))
-        where = [] if arguments[0] in ("simulate", "worker") else ["--data-dir", str(data_dir)]
+        words: list[str | Path] = [*shlex.split(line.replace("HERE", str(tmp_path)).replace("KNOWN", KNOWN))]
+        if words[0] not in ("simulate", "worker"):
+            words += ["--data-dir", data_dir]
         document: dict[str, Any] = {}
-        assert _run([*arguments, *where]) == status
-        said = capsys.readouterr()
-        assert said.out == ""
-        assert "Traceback" not in said.err
-        if as_json and arguments[0] not in ("serve", "worker", "export"):
-            assert _run([*arguments, *where, "--json"]) == status
-            document = json.loads(capsys.readouterr().out)
+        said = run(*words, status=status)
+        assert said.stdout == ""
+        assert "Traceback" not in said.stderr
+        if as_json and words[0] not in ("serve", "worker", "export"):
+            document = json.loads(run(*words, "--json", status=status).stdout)
             assert document["exit_status"] == status
             for fault in document.get("errors", ()):
                 assert all(fault[key] for key in ("field", "found", "allowed", "advice"))
         assert not list((tmp_path / "data").rglob("*.zarr"))
-        return said.err, document
+        return said.stderr, document
 
     return ask
 
@@ -52,7 +47,6 @@ def refused(
 VALUES = [
     ("simulate --starts 300", "300", "at most 256"),
     ("simulate --cycles 0", "0", "at least 1"),
-    ("simulate --history -1", "-1", "at least 0"),
     ("run figure-11 --budget -1", "-1", "at least 0"),
     ("run figure-11 --workers 0", "0", "at least 1"),
     ("run figure-11 --priority 99", "99", "at most 10"),
@@ -60,7 +54,6 @@ VALUES = [
     ("serve --port 99999", "99999", "at most 65535"),
     ("studies --limit 0", "0", "at least 1"),
     ("records --kanai-tajimi abc", 'the text "abc"', "a whole number"),
-    ("records --kanai-tajimi 1.5", "1.5", "a whole number"),
     ("records --peak-g high", 'the text "high"', "a number"),
     ("tmd x --tmd-mass-ratio -1", "-1.0", "a number above 0 and at most 10"),
     ("tmd x --detuning -2", "-2.0", "a number above -1 and at most 10"),
@@ -102,9 +95,7 @@ NAMED = [
     # a place, a range, a number
     ("map x --at clearance_ratio", "dimension=value"),
     ("map x --at clearance_ratio=wide", "finite number"),
-    ("map x --at clearance=1", "clearance_ratio"),
     ("optimum x --band 1.1,0.9", "lo not above hi"),
-    ("optimum x --band 1", "lo,hi"),
     ("optimum x --within excitation_frequency_hz=9,3", "--within"),
     ("optimum x --within sticks=0,1", "stick_fraction"),
     ("studies --within clearance_ratio=9", "--within"),
@@ -113,7 +104,6 @@ NAMED = [
     ("simulate --friction-ratio nan", "--friction-ratio"),
     ("simulate --clearance-ratio -1", "--no-particle"),
     ("simulate --at frequency_ratio=2 --frequency-ratio 3", "--frequency-ratio"),
-    ("earthquake --clearance-m -1", "`--clearance-m` must be"),
     ("earthquake --restitution 2", "restitution"),
     ("earthquake --kanai-tajimi 1 --peak-g -1", "`--peak-g` must be"),
     ("records --kanai-tajimi 1 --duration-s -1", "`--duration-s` must be"),
@@ -124,12 +114,10 @@ NAMED = [
     ("simulate --method rk4", "`--cycles` is missing"),
     ("simulate --excitation force --method rk4 --cycles 3", "excitation"),
     ("simulate --contact dwell", "--contact-time"),
-    ("simulate --contact compliant", "--contact-time"),
     ("simulate --contact dwell --contact-time -2", "`--contact-time` must be"),
     ("simulate --contact-time 0.1", "--contact dwell"),
     ("simulate --method rk4 --cycles 3 --contact dwell --contact-time 0.1", "--method event"),
     ("earthquake --contact-time 0.1", "--contact dwell"),
-    ("earthquake --contact dwell", "--contact-time"),
     ("earthquake el-centro --duration-s 5", "--kanai-tajimi"),
     ("earthquake --sweep start_hz=2,stop_hz", "start_hz=6"),
     ("earthquake --sweep start_hz=2,stop_hz=3", "rate_hz_per_s"),
@@ -139,7 +127,6 @@ NAMED = [
     # what would change nothing is to be left out
     ("earthquake el-centro --units m/s2", "--units"),
     ("earthquake x.csv --kanai-tajimi 1", "RECORD"),
-    ("earthquake --kanai-tajimi 1 --units g", "--units"),
     ("records --units g", "--units"),
     ("records --name mine", "--name"),
     ("studies --named --state done", "--state"),
@@ -149,12 +136,10 @@ NAMED = [
     ("response x --with x --interpolate", "--interpolate"),
     ("response x --at friction_ratio=1 --at friction_ratio=2", "given twice"),
     ("optimum x --within clearance_ratio=1,5 --within clearance_ratio=2,9", "given twice"),
-    ("simulate --no-particle --at frequency_ratio=1 --at frequency_ratio=2", "given twice"),
     # a fit
     ("fit HERE/peaks.csv", "--fit restitution"),
     ("fit HERE/peaks.csv --fit natural_frequency_hz", "natural_frequency_hz=LOW,HIGH"),
     ("fit HERE/peaks.csv --fit damping_ratio --no-particle", "`--friction-ratio`"),
-    ("fit HERE/peaks.csv KNOWN --fit damping", "damping_ratio"),
     ("fit HERE/peaks.csv KNOWN --fit damping_ratio=0.2,0.1", "lo not above hi"),
     ("fit HERE/peaks.csv KNOWN --fit damping_ratio --fit damping_ratio", "twice"),
     ("fit HERE/peaks.csv KNOWN --fit restitution", "without a particle"),
@@ -164,8 +149,6 @@ NAMED = [
     ("fit HERE/peaks.csv KNOWN --fit damping_ratio --correct none.yaml --specification HERE/c.yaml", "cannot be read"),
     ("fit HERE/peaks.csv KNOWN --fit damping_ratio --correct HERE/wrong.json --specification HERE/c.yaml", "`structure`"),
     ("fit HERE/bad.csv KNOWN --fit damping_ratio", "`line 2.amplitude_m`"),
-    ("accuracy -o HERE/taken", "taken is a file"),
-    ("reproduce -o HERE/taken", "taken is a file"),
 ]  # fmt: skip
 
 
@@ -193,7 +176,6 @@ def test_a_refusal_names_the_option_or_what_is_to_be_written(refused: Refused, l
         # a per cent is answered with its share
         ("simulate --damping-ratio 1.1%", "1.1 % is 0.011"),
         ("response x --at 'restitution=1.1 %'", "1.1 % is 0.011"),
-        ("tmd x --detuning 1.1%", "1.1 % is 0.011"),
         ("fit HERE/peaks.csv --fit damping_ratio=1.1%,0.02", "1.1 % is 0.011"),
     ],
 )  # fmt: skip

@@ -41,6 +41,7 @@ def journey(client: httpx.Client, tmp_path: Path) -> Path:
     return tmp_path / "built" / "journey.js"
 
 
+@pytest.mark.night
 def test_a_generated_client_runs_the_main_journey(service: Any, journey: Path) -> None:
     found = json.loads(_run("node", journey, service.url, "", folder=journey.parent))
     assert (found["points"], found["created"], found["state"]) == (22, 201, "done")

@@ -1,4 +1,4 @@
-"""The client from a study to its deletion, over real sockets: submitting, following, steering, listing."""
+"""The client from a study to its deletion, over real sockets; of much it reads what is looked at."""
 
 import signal
 import subprocess
@@ -12,6 +12,11 @@ import numpy as np
 import pytest
 
 from damperlab.service.client import Client, Conflict, NotFound, Refused, StillRunning, Stopped
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.cube.cube import stored_variables, write_region
+from damperlab.studies.store.record import BlockOutcome
+from damperlab.studies.store.store import Store
 
 LOAD = "import sys; from damperlab.service.client import Client; print([name for name in {names!r} if name in sys.modules])"
 
@@ -87,6 +92,19 @@ def test_journey(remote: Client, helpers: Any, tmp_path: Path) -> None:
     assert study in remote.studies("done")
     assert study not in remote.studies("failed")
 
+    # minutes of kernels: it has not ended when it is cancelled
+    long = remote.submit(helpers.long_study("left by its client", 0.0041, frequencies=12_000))
+    with pytest.raises(StillRunning, match="points done"):
+        long.wait(progress=False, timeout=0.1)
+    with pytest.raises(Conflict):
+        long.delete()
+    long.cancel()
+    with pytest.raises(Stopped, match=r"is cancelled.*resume"):
+        long.wait(progress=False)
+    assert long.resume().state in ("queued", "running")
+    long.cancel()
+    long.delete()
+
     with pytest.raises(Conflict, match="there is nothing left to compute"):
         study.resume()
     study.delete()
@@ -107,41 +125,6 @@ def test_named_study_of_the_paper(remote: Client) -> None:
 
 
 @pytest.mark.night
-def test_running_study_is_asked_cancelled_and_resumed(
-    remote: Client, helpers: Any, capsys: pytest.CaptureFixture[str]
-) -> None:
-    asked = helpers.long_study("asked while it runs", 0.0041)
-    # far from done when it is cancelled, however long the questions before that take
-    asked["axes"]["friction_ratio"]["num"] = 2000
-    study = remote.submit(asked)
-    with pytest.raises(StillRunning, match="points done"):
-        study.wait(progress=False, timeout=0.5)
-    helpers.wait_until(lambda: study.record.points_done > 0)
-    answer = study.resonance_map("friction_ratio", "frequency_ratio")
-    assert 0 < answer.attrs["complete"] < 1
-    assert bool(answer["amplitude_ratio"].isnull().any())
-
-    cube = study.cube()
-    status = cube["status"].values
-    assert 0 < (status == -1).sum() < status.size
-    # what was opened stays as it was, whatever is computed since
-    seen = study.record.points_done
-    helpers.wait_until(lambda: study.record.points_done > seen)
-    np.testing.assert_array_equal(cube["status"].values, status)
-    assert (study.cube()["status"].values != -1).sum() > (status != -1).sum()
-
-    with pytest.raises(Conflict):
-        study.delete()
-    study.cancel()
-    with pytest.raises(Stopped, match=r"is cancelled.*resume"):
-        study.wait(progress=False)
-    assert study.resume().state in ("queued", "running")
-    study.cancel()
-    study.delete()
-    with pytest.raises(NotFound):
-        study.resume()
-
-
 def test_waiting_outlives_a_service_that_is_killed(
     own_service: Callable[..., Any], helpers: Any, free_port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -163,16 +146,60 @@ def test_waiting_outlives_a_service_that_is_killed(
     assert second.stop() == 0
 
 
-def test_progress_is_told_line_by_line_without_a_terminal(service: Any) -> None:
-    code = f"""
-from damperlab import Client
-from damperlab.service.cli import progress
-progress.LINE_EVERY_SECONDS = 0.0
-with Client({service.url!r}) as client:
-    study = client.submit({{"name": "told", "particle": False, "damping_ratio": 0.0037,
-        "axes": {{"friction_ratio": [0.1, 0.2], "frequency_ratio": [0.9, 1]}}}})
-    study.wait()
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == ""
-    assert "told: 4 of 4 points, 0 failed" in done.stderr.splitlines()[-1]
+SIDE, STEP = 1000, 100
+
+
+@pytest.fixture(scope="module")
+def large(service: Any) -> Iterator[str]:
+    """A cancelled study of 1000 x 1000 points of which the first ten blocks are done, a block's index as its values."""
+    store = Store.open(service.log.parent / "data")
+    axes = {"friction_ratio": (0.1, 0.9), "frequency_ratio": (0.5, 1.5)}
+    study = parse_study(
+        {
+            "name": "a million",
+            "particle": False,
+            "metrics": ["amplitude_ratio"],
+            "axes": {name: {"start": a, "stop": b, "num": SIDE} for name, (a, b) in axes.items()},
+        }
+    )
+    plan = plan_with_chunk(study, (1, 1, 1, 1, STEP, STEP), lambda _, at: np.ones(len(at["mass_ratio"])))
+    record, _ = store.submit(study, plan, {})
+    assert store.claim(record.id, "the test", 600.0)
+    store.set_state(record.id, "cancelled")
+    for index in range(SIDE // STEP):
+        block = plan.block(index)
+        values = {v.name: np.full(block.shape, index, v.dtype) for v in stored_variables(study)}
+        values["status"][...] = 0
+        found = write_region(store.cube_path(record.id), block, values, "first")
+        outcome = BlockOutcome(index, block.points, 0, 1.0, 1.0, generation="first", checksum=found)
+        store.mark(record.id, outcome)
+    yield record.id
+    store.delete(record.id)
+    store.close()
+
+
+def test_slice_of_a_large_cube_fetches_its_own_blocks(service: Any, helpers: Any, large: str) -> None:
+    with Client(service.url) as client:
+        cube = client.study(large).cube()
+        assert cube["amplitude_ratio"].size == SIDE**2
+        before = len(service.log.read_text())
+        part = cube["amplitude_ratio"].isel(friction_ratio=5, frequency_ratio=slice(150, 350)).values.ravel()
+
+    def fetched() -> int:
+        return service.log.read_text()[before:].count("/zarr/amplitude_ratio/c")
+
+    # the log has a request a moment after its answer has gone
+    helpers.wait_until(lambda: fetched() >= 3)
+    # 50 points of block 1, 100 of block 2, 50 of block 3
+    np.testing.assert_array_equal(part, np.repeat([1.0, 2.0, 3.0], [50, 100, 50]))
+    assert fetched() == 3
+
+
+def test_map_of_a_million_points(service: Any, large: str) -> None:
+    with Client(service.url) as client:
+        answer = client.study(large).resonance_map()
+    assert answer.sizes == {"frequency_ratio": SIDE, "friction_ratio": SIDE}
+    assert answer.attrs["complete"] == 0.1
+    row = answer["amplitude_ratio"].sel(friction_ratio=0.1)
+    np.testing.assert_array_equal(row, np.repeat(np.arange(10.0), STEP))
+    assert int(answer["amplitude_ratio"].isnull().sum()) == SIDE**2 - 10 * STEP**2

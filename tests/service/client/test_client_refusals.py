@@ -1,12 +1,12 @@
 """What cannot be had is said in words: faults of the study, strange addresses, proxies that ask for a key or for patience."""
 
-import http.client
 import pickle
 import threading
 from collections.abc import Callable, Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
+import httpx
 import pytest
 
 from damperlab.service.client import (
@@ -93,32 +93,23 @@ class _Gate(BaseHTTPRequestHandler):
         body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
         if self.key is not None and self.headers.get("Authorization") != f"Bearer {self.key}":
             self._say(401, b"who are you?", {"Content-Type": "text/plain"})
-            return
-        if self.busy.get(self.command, 0) > 0:
+        elif self.busy.get(self.command, 0) > 0:
             self.busy[self.command] -= 1
             self._say(503, b"", {"Retry-After": self.pause})
-            return
-        connection = http.client.HTTPConnection(self.target, timeout=60)
-        try:
+        else:
             sent = {name: value for name, value in self.headers.items() if name.lower() != "host"}
-            connection.request(self.command, self.path, body, sent)
-            answer = connection.getresponse()
-            headers = {
-                name: value
-                for name, value in answer.getheaders()
-                if name.lower() not in ("transfer-encoding", "connection", "date", "content-length")
-            }
-            self._say(answer.status, answer.read(), headers)
-        finally:
-            connection.close()
+            sent["Accept-Encoding"] = "identity"
+            answer = httpx.request(
+                self.command, self.target + self.path, content=body, headers=sent, timeout=60
+            )
+            self._say(answer.status_code, answer.content, {"Content-Type": answer.headers["content-type"]})
 
     do_GET = do_POST = do_DELETE = do_HEAD = _forward
 
     def _say(self, status: int, body: bytes, headers: dict[str, str]) -> None:
         self.send_response(status)
-        for name, value in headers.items():
+        for name, value in {**headers, "Content-Length": str(len(body))}.items():
             self.send_header(name, value)
-        self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         self.wfile.write(body)
 
@@ -132,7 +123,7 @@ def gate(service: Any) -> Iterator[Callable[..., tuple[str, type[_Gate]]]]:
     servers: list[ThreadingHTTPServer] = []
 
     def start(**how: Any) -> tuple[str, type[_Gate]]:
-        fresh = {"seen": [], "busy": {}, "target": service.url.removeprefix("http://")}
+        fresh = {"seen": [], "busy": {}, "target": service.url}
         handler = type("Gate", (_Gate,), fresh | how)
         servers.append(ThreadingHTTPServer(("127.0.0.1", 0), handler))
         threading.Thread(target=servers[-1].serve_forever, daemon=True).start()

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-import httpx
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, Request, expect, sync_playwright
 
@@ -108,8 +107,5 @@ def open_page(
 @pytest.fixture(scope="session")
 def small_map(service: Any, helpers: Any) -> dict[str, Any]:
     """The record of a finished study with a map."""
-    with httpx.Client(base_url=service.url, timeout=300.0) as client:
-        record = client.post("/api/v1/studies", json=MAP).raise_for_status().json()
-        finished: dict[str, Any] = helpers.wait_for(client, record["id"], helpers.ended)
-    assert finished["state"] == "done", finished
+    finished: dict[str, Any] = helpers.computed(service, MAP)
     return finished

@@ -9,6 +9,15 @@ from typing import Any
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
+KNOWN_POINTS = """() => {
+  const plot = document.querySelector(".plot");
+  return plot?.data?.[0]?.customdata?.flat().filter((value) => value !== null).length ?? -1;
+}"""
+"""How many points of the first map have a value; -1 before there is one."""
+TRACES = """(label) => [...document.querySelectorAll(".plot")]
+  .find((plot) => plot.getAttribute("aria-label") === label)
+  ?.data?.map(({ name, x, y }) => ({ name, x: [...x], y: [...y] })) ?? []"""
+"""What the figure of a label draws."""
 ONE_STEP = 1200
 """Milliseconds after which a change of the address is a step of its own."""
 
@@ -22,6 +31,12 @@ def until(
         assert time.monotonic() < give_up, answer
         page.wait_for_timeout(100)
     return answer
+
+
+def pick(page: Page, label: str, value: str) -> None:
+    """Choose in the list beside a label."""
+    field = page.locator("label.field").filter(has=page.get_by_text(label, exact=True))
+    field.locator("select").select_option(value)
 
 
 def one_step(page: Page, change: Callable[[], object]) -> None:

@@ -10,6 +10,12 @@ import { Kept, plainly } from "../../../service/page/kept.js";
 import { count, counted, duration, isLogarithmic, nearest, short, size } from "../../../service/page/numbers.js";
 import { Selection } from "../../../service/page/selection.js";
 
+// what modules of figures ask of a browser as they are loaded
+globalThis.window = { matchMedia: () => ({ matches: false, addEventListener() {} }) };
+globalThis.document = { documentElement: {}, baseURI: "http://localhost/" };
+const { forcesOn } = await import("../../../service/page/forces.js");
+const { compiling } = await import("../../../service/page/patience.js");
+
 test("numbers have the digits that matter, times and sizes the unit that is read", () => {
   const shown = [[1.23456789, "1.2346"], [0, "0"], [12345678, "1.23e7"], [0.000012, "1.20e-5"], [null, "–"], [NaN, "–"]];
   for (const [value, text] of shown) assert.equal(short(value), text);
@@ -18,6 +24,10 @@ test("numbers have the digits that matter, times and sizes the unit that is read
   for (const [bytes, text] of [[999, "999 bytes"], [1500, "1.5 kB"], [2e9, "2 GB"]]) assert.equal(size(bytes), text);
   assert.equal(count(1234567), "1,234,567");
   assert.deepEqual([counted(1, "point"), counted(2, "point")], ["1 point", "2 points"]);
+});
+
+test("who waits for kernels is told how many there are", () => {
+  assert.equal(compiling({ phase_done: 1, phase_total: 3 }), "Compiling kernels, 1 of 3 scenes done …");
 });
 
 test("places on axes", () => {
@@ -80,4 +90,32 @@ test("what is kept in an address is taken where it may be", () => {
   assert.deepEqual([kept.number("x", 0, 5, 1), kept.number("x", 3, 5, 4), kept.number("y", 0, 5, 1)], [2, 4, 1]);
   assert.deepEqual([kept.on("on", true), kept.one("which", ["a", "b"], "b")], [false, "b"]);
   assert.equal(kept.at("#/b"), "#/b?x=2&on=no&which=odd");
+});
+
+test("forces on the structure accelerate it, where it moves and where friction holds it", () => {
+  const r = 0.8;
+  const phase = Array.from({ length: 257 }, (_, k) => (2 * Math.PI * k) / 256);
+  const [sin, cos, zero] = [phase.map(Math.sin), phase.map(Math.cos), phase.map(() => 0)];
+  const moving = (u, u_rate, v, v_rate) => new History({ time: phase.map((a) => a / r), u, u_rate, v, v_rate, p: zero, p_rate: zero, impact: zero }, r);
+  const sum = (forces, i) => forces.spring[i] + forces.damping[i] + forces.friction[i] + forces.force[i];
+  const near = (found, wanted) => assert.ok(Math.abs(found - wanted) < 1e-12, `${found} is not ${wanted}`);
+  const bare = { damping: 0.1, friction: 0, mass: 0, clearance: null, forced: false };
+
+  // the structure alone, v = u - sin a with (1 - r²) v + 2ζr v' = r² sin a
+  const [c, d] = [1 - r * r, 0.2 * r];
+  const [s, q] = [(r * r * c) / (c * c + d * d), (-r * r * d) / (c * c + d * d)];
+  const v = phase.map((_, i) => s * sin[i] + q * cos[i]);
+  const v_rate = phase.map((_, i) => r * (s * cos[i] - q * sin[i]));
+  const swinging = forcesOn(moving(v.map((x, i) => x + sin[i]), v_rate.map((x, i) => x + r * cos[i]), v, v_rate), bare);
+  phase.forEach((_, i) => near(sum(swinging, i), -r * r * (v[i] + sin[i])));
+  const rubbing = forcesOn(moving(v, v_rate, v, v_rate), { ...bare, friction: 0.3 });
+  phase.forEach((_, i) => near(rubbing.friction[i], -0.3 * Math.sign(v_rate[i])));
+
+  // locked to its base, which friction carries along
+  const locked = forcesOn(moving(sin, cos.map((x) => r * x), zero, zero), { ...bare, friction: 1 });
+  phase.forEach((_, i) => near(sum(locked, i), -r * r * sin[i]));
+
+  // and held against a force on it, as far as friction reaches
+  const forced = forcesOn(moving(zero, zero, zero, zero), { ...bare, friction: 0.5, forced: true });
+  phase.forEach((_, i) => near(forced.friction[i], Math.max(-0.5, Math.min(0.5, -sin[i]))));
 });

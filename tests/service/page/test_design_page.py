@@ -78,6 +78,7 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     assert client.get(f"/api/v1/designs/{design_id}").status_code == 404
 
 
+@pytest.mark.night
 def test_every_fault_stands_at_its_field(open_page: Callable[..., Any], helpers: Any) -> None:
     watched = open_page()
     watched.allowed = ("422",)
@@ -98,6 +99,7 @@ def test_every_fault_stands_at_its_field(open_page: Callable[..., Any], helpers:
     expect(page.get_by_role("region", name="What it may take")).to_contain_text("nonsense")
 
 
+@pytest.mark.night
 def test_a_quantity_is_given_or_chosen_from_a_range_or_a_list(open_page: Callable[..., Any]) -> None:
     page = open_page().go("#/designs/new?specification=antenna-mast")
     text = page.get_by_label("The specification as JSON")
@@ -230,7 +232,7 @@ def test_records_are_chosen_in_the_form_and_the_answer_is_shown_under_each(
 
 
 @pytest.mark.night
-def test_records_stand_beside_a_band_in_the_form_and_both_are_shown(
+def test_records_stand_beside_a_band_in_the_form(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
     page = open_page().go("#/designs/new")
@@ -266,18 +268,7 @@ def test_records_stand_beside_a_band_in_the_form_and_both_are_shown(
     ]
     assert asked["limits"] == {"acceleration_m_per_s2": 50}
     expect(page.locator(".estimate")).to_contain_text("At most 500 points")
-    page.get_by_role("button", name="Find the damper").click()
-    recommended = page.get_by_role("region", name="Recommended damper")
-    expect(recommended).to_be_visible(timeout=1_800_000)
-    expect(recommended).to_contain_text("Of 2 excitations")
-    expect(page.get_by_text("Under each record, as drawn")).to_be_visible()
-    page.wait_for_selector(".plot .main-svg")
-    design_id = re.search(r"#/designs/(\w+)", page.url).group(1)  # type: ignore[union-attr]
-    found = client.get(f"/api/v1/designs/{design_id}").json()["answer"]
-    assert [each["excitation"] for each in found["excitations"]] == ["excitation 1", "quake"]
-    assert found["limits"][0]["limit"] == "acceleration_m_per_s2"
     # without its band it is about the records alone, and what no band has is offered again
-    page.get_by_role("link", name="Change and ask again").click()
     page.get_by_role("button", name="Remove excitation 1").click()
     expect(page.get_by_label("Kind of excitation")).to_have_value("records")
     expect(page.get_by_label("Least").locator("option[value=worst_rms_relative_displacement]")).to_have_count(

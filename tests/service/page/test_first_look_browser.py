@@ -21,6 +21,7 @@ TICKS = """() => [...document.querySelectorAll('.plot')]
   ?._fullLayout.yaxis.exponentformat"""
 
 
+@pytest.mark.night
 def test_an_empty_service_leads_to_a_design_in_units(
     open_page: Callable[..., Any], own_service: Callable[..., Any]
 ) -> None:
@@ -43,6 +44,7 @@ def test_the_keyboard_stays_at_a_field_that_changes_the_others(open_page: Callab
     assert page.evaluate("document.activeElement.type") == "checkbox"
 
 
+@pytest.mark.night
 def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:
@@ -52,8 +54,15 @@ def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
     client.post(f"/api/v1/studies/{study_id}/cancel").raise_for_status()
     record = helpers.wait_for(client, study_id, helpers.ended)
     assert record["points_done"] < record["points_total"]
-    page = open_page().go(f"#/studies/{study_id}")
+    watched = open_page()
+    page = watched.go(f"#/studies/{study_id}")
     expect(page.locator(".headline h2")).to_have_text("Best design so far")
+    page = watched.go("")
+    page.get_by_label("Search").fill("not done")
+    card = page.locator(f'[data-study="{study_id}"]')
+    expect(card.locator(".thumbnail")).to_have_text("partly computed, no picture")
+    # its coarse grid, if it has one, is no card of its own
+    expect(page.locator("li.card")).to_have_count(1)
 
 
 @pytest.mark.night

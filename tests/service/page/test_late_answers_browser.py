@@ -7,7 +7,7 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import Page, Route, expect
-from tests.service.page.looking import until
+from tests.service.page.looking import pick, until
 
 CURVES = """() => Object.fromEntries([...document.querySelectorAll(".survey .plot")]
   .map((plot) => [plot.getAttribute("aria-label"), plot.data?.length ?? 0]))"""
@@ -63,12 +63,6 @@ def held(page: Page, part: str) -> Iterator[Held]:
     page.unroute("**/api/v1/**", one.hold)
 
 
-def pick(page: Page, label: str, value: str) -> None:
-    page.locator("label.field").filter(has=page.get_by_text(label, exact=True)).locator(
-        "select"
-    ).select_option(value)
-
-
 @pytest.mark.night
 def test_a_limit_is_asked_about_only_of_the_result_that_it_was_typed_for(
     open_page: Callable[..., Any], suite: dict[str, Any]
@@ -86,21 +80,6 @@ def test_a_limit_is_asked_about_only_of_the_result_that_it_was_typed_for(
     pick(page, "Shown", "peak_absolute_acceleration_m_s2")
     expect(panel.get_by_role("spinbutton")).to_be_visible()
     expect(panel.locator("label.field")).to_contain_text("Limit [m/s²]")
-
-
-@pytest.mark.night
-def test_a_late_ranking_of_dampers_does_not_replace_a_later_one(
-    open_page: Callable[..., Any], suite: dict[str, Any]
-) -> None:
-    page = open_page().go(f"#/studies/{suite['id']}")
-    rows = page.locator(".designs tbody tr")
-    expect(rows).not_to_have_count(0)
-    with held(page, "optimal-designs?metric=rms_") as request:
-        pick(page, "Shown", "rms_relative_displacement_m")
-        pick(page, "Shown", "status")
-        expect(rows).to_have_count(0)
-        request.let_go()
-        expect(rows).to_have_count(0)
 
 
 def test_a_late_ranking_of_designs_does_not_replace_a_later_one(
@@ -169,6 +148,7 @@ def test_a_late_list_of_studies_does_not_replace_what_was_searched_for_last(
         expect(card.filter(has_text="two earthquakes")).to_have_count(0)
 
 
+@pytest.mark.night
 def test_a_tab_that_was_left_does_not_take_the_address_back(
     open_page: Callable[..., Any], small_map: dict[str, Any]
 ) -> None:

@@ -4,9 +4,8 @@ import csv
 import json
 import os
 import re
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,27 +13,19 @@ import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
-from tests.service.page.looking import one_step, serious, until
+from tests.service.page.looking import KNOWN_POINTS, one_step, pick, serious, until
 
 from damperlab.service.page.files import SMALL, plotly_path
 from damperlab.service.reports import keep_report
-from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import make_plan
-from damperlab.studies.store.store import Store
 from damperlab.worker.accuracy.cases import SCENES
 from damperlab.worker.accuracy.extremes import Extreme
 from damperlab.worker.accuracy.methods import METHODS
 from damperlab.worker.accuracy.stability import stability_table
 from damperlab.worker.accuracy.work_precision import draw_diagrams
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.point import Design
 
 FIRST_VIEW_BYTES = 150_000
 FIRST_MAP_BYTES = 700_000
-KNOWN_POINTS = """() => {
-  const plot = document.querySelector(".plot");
-  return plot?.data?.[0]?.customdata?.flat().filter((value) => value !== null).length ?? -1;
-}"""
 PLACE_OF_TRACE = """(name) => {
   const plot = document.querySelector(".plot");
   const trace = plot.data.find((one) => one.name === name);
@@ -93,12 +84,6 @@ def test_the_whole_journey(open_page: Callable[..., Any], client: httpx.Client, 
     download.value.save_as(picture)
     assert picture.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     assert picture.stat().st_size > 10_000
-    with page.expect_download() as download:
-        page.get_by_role("button", name="Download as SVG: Resonance map of journey").click()
-    drawing = tmp_path / "map.svg"
-    download.value.save_as(drawing)
-    assert "<svg" in drawing.read_text()[:200]
-
     with page.expect_download() as download:
         page.get_by_role("button", name="Download as CSV: Resonance map of journey").click()
     table = tmp_path / "map.csv"
@@ -162,14 +147,12 @@ def test_an_address_shows_the_same_view_elsewhere_and_back_goes_one_step_back(
 ) -> None:
     page = open_page().go(f"#/studies/{small_map['id']}")
     until(page, KNOWN_POINTS, lambda known: known == 9)
-
-    def pick(label: str, value: str) -> None:
-        field = page.locator("label.field").filter(has=page.get_by_text(label, exact=True))
-        one_step(page, lambda: field.locator("select").select_option(value))
-
-    pick("Up", "frequency_ratio")
-    pick("Shown", "impacts_per_cycle")
-    pick("Judged by", "band_mean")
+    for label, value in (
+        ("Up", "frequency_ratio"),
+        ("Shown", "impacts_per_cycle"),
+        ("Judged by", "band_mean"),
+    ):
+        one_step(page, partial(pick, page, label, value))
     page.get_by_label("Response classes").check()
     asked = 'resonance_map(x="clearance_ratio", y="frequency_ratio", metric="impacts_per_cycle"'
     expect(page.locator(".left .figure pre")).to_contain_text(asked)
@@ -256,9 +239,6 @@ def test_the_motion_is_shown_over_whole_periods_and_moves_when_it_is_played(
     period = int(answer.metrics["period"])
     assert period >= 1
     assert cycles % period == 0
-    # the base is the unit sine of the excitation, and the particle stays between the walls
-    assert max(map(abs, curves["base z"]["y"])) == pytest.approx(1, abs=1e-3)
-    assert max(map(abs, curves["particle in its cavity"]["y"])) <= design["clearance_ratio"] * (1 + 1e-9)
     # Parseval, by trapezoids between the samples; what lies above the eighth harmonic is left out
     power = np.trapezoid(history["u"] ** 2, history["time"]) / np.ptp(history["time"])
     mean = np.trapezoid(history["u"], history["time"]) / np.ptp(history["time"])
@@ -306,17 +286,6 @@ def test_a_study_in_units_is_shown_in_units_or_as_ratios_and_the_choice_is_remem
     expect(head).to_contain_text(f"Ff = {best['friction_ratio'] * force:.5g} N")
     expect(panel.get_by_role("heading", level=2)).to_contain_text(" N")
     assert drawn()[1] == pytest.approx([x * amplitude * 1000 for x in curve["values"]], rel=1e-12)
-    for part in ("map", "tmd"):
-        page = watched.go(
-            f"#/studies/{record['id']}/{part}?friction_ratio={best['friction_ratio']}&tmd_mass_ratio=0.1"
-        )
-        drawn() if part == "map" else page.wait_for_selector("#tmd-ratio")
-        # neither a symbol of a ratio nor a dimension's name beside a number; names of fields in Python are no text
-        text = page.locator("main").inner_text()
-        assert (
-            re.findall(r".{0,40}(?:\bd/Z|γ_F|X/Z|\br = |/ Z\b|(?<!\w)β|(?<!damping)_ratio = ).{0,20}", text)
-            == []
-        )
     page = watched.go(f"#/studies/{record['id']}/map?friction_ratio={best['friction_ratio']}")
     page.get_by_label("Quantities").select_option("ratios")
     expect(head.locator("strong")).to_have_text(f"{best['value']:.5g}")
@@ -327,6 +296,7 @@ def test_a_study_in_units_is_shown_in_units_or_as_ratios_and_the_choice_is_remem
     expect(head.locator("strong")).to_contain_text("mm")
 
 
+@pytest.mark.night
 def test_the_first_view_is_small_and_loads_no_plotting_library(
     open_page: Callable[..., Any], small_map: dict[str, Any]
 ) -> None:
@@ -387,18 +357,12 @@ def test_a_suite_shows_its_map_its_dampers_and_no_tabs_that_do_not_apply(
     cells = page.locator(".designs tbody tr").first.locator("td")
     expect(cells.first).to_have_text(f"{1000 * best['clearance_m']:g}")
     expect(cells.nth(3)).to_have_text(best["record"])
-
-    def choose(label: str, value: str) -> None:
-        page.locator("label.field").filter(has=page.get_by_text(label, exact=True)).locator(
-            "select"
-        ).select_option(value)
-
-    choose("Record", "northridge-360")
+    pick(page, "Record", "northridge-360")
     expect(page.locator(".left .note")).to_contain_text("record = northridge-360")
     expect(cells.nth(3)).to_have_text("northridge-360")
-    choose("Up", "scale")
+    pick(page, "Up", "scale")
     expect(page.locator(".left .note")).to_contain_text("friction force F_f = ")
-    choose("Shown", "status")
+    pick(page, "Shown", "status")
     expect(page.locator(".designs tbody tr")).to_have_count(0)
     tabs.nth(2).click()
     expect(page.get_by_role("region", name="Definition as JSON")).to_contain_text("northridge-360")
@@ -440,17 +404,11 @@ def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratio
         re.compile(r"X/Z|\br = |amplitude ratio|frequency ratio|\[m\]|\d m\b")
     )
     assert serious(page) == []
-
-    def choose(label: str, value: str) -> None:
-        page.locator("label.field").filter(has=page.get_by_text(label, exact=True)).locator(
-            "select"
-        ).select_option(value)
-
-    choose("Base amplitude", "0.001")
+    pick(page, "Base amplitude", "0.001")
     only = asked | {"base_amplitude_m": "0.001,0.001"}
     best = client.get(f"{address}/optimal-designs", params=only).json()["designs"][0]
     expect(cells.nth(1)).to_have_text(f"{1000 * best['value']:.5g}")
-    choose("Up", "base_amplitude_m")
+    pick(page, "Up", "base_amplitude_m")
     drawn = "() => [...document.querySelectorAll('.plot')].map((plot) => plot.data?.[0]?.y ?? [])[0]"
     until(page, drawn, lambda y: y == pytest.approx([1000 * one for one in amplitudes]))
     page.get_by_label("Quantities").select_option("ratios")
@@ -626,41 +584,3 @@ def test_a_record_of_ones_own_is_put_up_and_a_bad_one_refused(
     page.get_by_label("File", exact=True).set_input_files(good)
     expect(page.locator(".records select").first.locator("option:checked")).to_contain_text("mine.csv (0.1 g")
     expect(page.get_by_role("region", name="Comparison under the record").get_by_role("row")).to_have_count(6)
-
-
-@contextmanager
-def _renewing(store: Store, study_id: str, owner: str) -> Iterator[None]:
-    """Keep a claim, as who computes a study does."""
-    ended = threading.Event()
-
-    def renew() -> None:
-        while not ended.wait(5.0):
-            store.renew(study_id, owner)
-
-    thread = threading.Thread(target=renew)
-    thread.start()
-    yield
-    ended.set()
-    thread.join()
-
-
-@pytest.mark.night
-def test_a_study_that_compiles_says_so(
-    own_service: Callable[..., Any], open_page: Callable[..., Any], tmp_path: Path
-) -> None:
-    service = own_service()
-    with closing(Store.open(tmp_path / "data")) as store, ExitStack() as others:
-        study = parse_study(
-            {"name": "waits", "particle": False, "axes": {"friction_ratio": 0.1, "frequency_ratio": 1.0}}
-        )
-        study_id = store.submit(study, make_plan(study, seconds_per_point), {})[0].id
-        # as another process does that runs it
-        assert store.claim(study_id, "elsewhere")
-        store.set_state(study_id, "running", owner="elsewhere")
-        store.set_phase(study_id, "compiling", 1, 3, owner="elsewhere")
-        others.enter_context(_renewing(store, study_id, "elsewhere"))
-        page = open_page(service.url).go(f"#/studies/{study_id}")
-        words = page.locator(".head .progress .words")
-        expect(words).to_have_text("Compiling kernels, 1 of 3 scenes done …")
-        store.set_phase(study_id, None, owner="elsewhere")
-        expect(words).to_have_text("0 of 1 point")

@@ -109,23 +109,3 @@ def test_axes_are_those_of_the_grid(client: httpx.Client, curve: dict[str, Any])
     assert answer["axes"]["frequency_ratio"] == [0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5]
     assert answer["axes"]["damping_ratio"] == [0.0038]
     assert {"amplitude_ratio", "status"} <= set(answer["variables"])
-
-
-def test_a_map_is_thinned_to_grid_lines_and_cut_to_a_part(
-    client: httpx.Client, curve: dict[str, Any]
-) -> None:
-    path = f"/api/v1/studies/{curve['id']}/resonance-map"
-    question: dict[str, Any] = {"x": "frequency_ratio", "y": "damping_ratio"}
-    whole = client.get(path, params=question).raise_for_status().json()
-    thin = client.get(path, params={**question, "most": 3}).raise_for_status().json()
-    assert thin["x"] == [whole["x"][i] for i in (0, 5, 10)]
-    assert thin["values"] == [[whole["values"][0][i] for i in (0, 5, 10)]]
-    assert thin["thinned"]
-    assert "3 of 11 values of frequency ratio r are shown" in thin["note"]
-    part = client.get(path, params={**question, "x_range": "0.75,1.05"}).raise_for_status().json()
-    assert part["x"] == [x for x in whole["x"] if 0.75 <= x <= 1.05]
-    assert part["points"] == whole["points"]
-    assert not part["thinned"]
-    nothing = client.get(path, params={**question, "x_range": "1.51,1.52"})
-    assert nothing.status_code == 422
-    assert "1.51 to 1.52" in nothing.json()["errors"][0]["found"]

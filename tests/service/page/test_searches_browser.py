@@ -20,9 +20,7 @@ def frictions(service: Any, helpers: Any) -> dict[str, Any]:
         "frequency_ratio": {"start": 0.9, "stop": 1.1, "num": 5},
     }
     study = {"name": "frictions", "particle": False, "damping_ratio": 0.021, "axes": axes}
-    with httpx.Client(base_url=service.url, timeout=300.0) as client:
-        record = client.post("/api/v1/studies", json=study).raise_for_status().json()
-        found: dict[str, Any] = helpers.wait_for(client, record["id"], helpers.ended)
+    found: dict[str, Any] = helpers.computed(service, study)
     return found
 
 

@@ -2,44 +2,29 @@
 
 import json
 import math
-import os
 import re
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import httpx
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
-from tests.service.page.looking import run_the_lines_of_python, serious, until
+from playwright.sync_api import expect
+from tests.service.page.looking import KNOWN_POINTS, TRACES, run_the_lines_of_python, serious, until
 
 from damperlab.studies.ground.builtin import builtin_ids
 
 pytestmark = pytest.mark.night
 
-KNOWN = """() => {
-  const plot = document.querySelector(".plot");
-  return plot?.data?.[0]?.customdata?.flat().filter((value) => value !== null).length ?? -1;
-}"""
 PLACE_OF_CELL = """([x, y]) => {
   const plot = document.querySelector(".plot");
   const { xaxis, yaxis } = plot._fullLayout;
   const box = plot.getBoundingClientRect();
   return [box.x + xaxis._offset + xaxis.l2p(x), box.y + yaxis._offset + yaxis.l2p(y)];
 }"""
-TRACES = """(label) => [...document.querySelectorAll(".plot")]
-  .find((plot) => plot.getAttribute("aria-label") === label)
-  ?.data?.map(({ name, x, y }) => ({ name, x: [...x], y: [...y] })) ?? []"""
 RISING = "Result over the scale of each record"
 DRIFT = "Drift of the structure under the record"
 CURVE = "Probability of exceeding the limit"
-
-
-def looked_at(page: Page, name: str) -> None:
-    """Keep a picture where somebody wants to look at it."""
-    if folder := os.environ.get("DAMPERLAB_PICTURES"):
-        page.screenshot(path=str(Path(folder) / f"{name}.png"), full_page=True)
 
 
 def spectrum_of(history: dict[str, Any], highest: float) -> list[float]:
@@ -85,11 +70,10 @@ def test_a_survey_from_the_form_to_a_fragility_curve(
     assert "clearance_ratio" not in asked["axes"]
     expect(page.locator(".estimate")).to_contain_text("48")
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-    looked_at(page, f"survey-form-{width}")
     page.get_by_role("button", name="Run the study").click()
 
     expect(page.locator(".head .badge")).to_contain_text("done", timeout=1_800_000)
-    until(page, KNOWN, lambda known: known == 6)
+    until(page, KNOWN_POINTS, lambda known: known == 6)
     study = re.search(r"#/studies/(\w+)", page.url).group(1)  # type: ignore[union-attr]
     page.locator(".plot").first.scroll_into_view_if_needed()
     page.mouse.click(*page.evaluate(PLACE_OF_CELL, [20, 0.8]))
@@ -147,8 +131,14 @@ def test_a_survey_from_the_form_to_a_fragility_curve(
     # the map, the curves over the scale, the fragility and the motion each have a line of their own
     assert run_the_lines_of_python(page) == 4
 
+    # the address holds it all: the damper, the limit and the case
+    other_page = open_page(viewport={"width": width, "height": 900}).go(f"#{page.url.partition('#')[2]}")
+    expect(other_page.get_by_role("region", name="The damper").get_by_role("spinbutton")).to_have_value(
+        str(limit)
+    )
+    until(other_page, TRACES, lambda traces: traces == drawn, DRIFT)
+
     panel.get_by_text("All cases as a table").click()
     expect(panel.get_by_role("row")).to_have_count(3)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-    looked_at(page, f"survey-{width}")
     assert serious(page, (scheme, other)) == []

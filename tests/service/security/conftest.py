@@ -1,15 +1,18 @@
 """A service that asks for keys, and the keys of two people and an admin."""
 
-import json
-import subprocess
-import sys
+import os
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
+from tests.service.conftest import TRUSTED
+
+from damperlab.studies.store.catalogue.access_keys import AccessKeys
+from damperlab.studies.store.store import Store
 
 PATIENCE_SECONDS = 300.0
 QUICK = {"frequency_ratio": 1.0, "clearance_ratio": 5, "friction_ratio": 0, "cycles": 3, "history": 0}
@@ -17,20 +20,15 @@ ENDLESS = QUICK | {"clearance_ratio": 1e-6, "restitution": 0.9999, "mass_ratio":
 """Some 5·10⁹ impacts: many minutes on any machine."""
 
 
-def command(*arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run the command line in a process of its own."""
-    program = str(Path(sys.executable).with_name("damperlab"))
-    return subprocess.run([program, *arguments], capture_output=True, text=True, timeout=PATIENCE_SECONDS)
-
-
-def make_key(data_dir: Path, owner: str, scope: str, *more: str) -> dict[str, Any]:
-    """Make a key as an operator does."""
-    done = command(
-        "keys", "create", "--owner", owner, "--scope", scope, "--data-dir", str(data_dir), "--json", *more
-    )
-    assert done.returncode == 0, done.stderr
-    made: dict[str, Any] = json.loads(done.stdout)
-    return made
+def make_key(data_dir: Path, owner: str, scope: str, lasts_seconds: float | None = None) -> dict[str, Any]:
+    """Make a key as `damperlab keys create` does."""
+    before = os.umask(0o077)
+    try:
+        with closing(Store.open(data_dir)) as store:
+            key, secret = AccessKeys(store.catalogue).create(owner, (scope,), lasts_seconds)
+    finally:
+        os.umask(before)
+    return {**key.document(), "key": secret}
 
 
 @dataclass
@@ -48,7 +46,7 @@ class Guarded:
 
     def client(self, who: str | None) -> httpx.Client:
         headers = {} if who is None else {"Authorization": f"Bearer {self.keys[who]['key']}"}
-        return httpx.Client(base_url=self.url, headers=headers, timeout=PATIENCE_SECONDS)
+        return httpx.Client(base_url=self.url, headers=headers, timeout=PATIENCE_SECONDS, verify=TRUSTED)
 
 
 @pytest.fixture(scope="session")

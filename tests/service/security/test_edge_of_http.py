@@ -1,14 +1,17 @@
-"""Heads and bodies that used to bring down an answer, or the loop that answers all others."""
+"""Heads, bodies and targets that used to bring down an answer, or that try to lead elsewhere."""
 
+import gzip
 import json
-import os
-import subprocess
-import sys
+import socket
+import zipfile
+from io import BytesIO
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import httpx
 import pytest
+from tests.service.cli.commands import run
 from tests.service.security.raw import host_of, send_raw
 
 LIMIT = 4 * 1024 * 1024
@@ -111,11 +114,169 @@ def test_a_chunk_of_a_study_that_never_existed_is_not_there(client: httpx.Client
         "postgresql://[::1/db",
     ],
 )
-def test_an_address_that_is_no_database_is_told_in_a_sentence(tmp_path: Path, address: str) -> None:
-    command = [str(Path(sys.executable).with_name("damperlab")), "studies", "--data-dir", str(tmp_path)]
-    environment = {**os.environ, "DAMPERLAB_CATALOGUE": address}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 1
-    assert "Traceback" not in done.stderr
-    assert done.stderr.startswith("damperlab: ")
-    assert "secret" not in done.stderr
+def test_an_address_that_is_no_database_is_told_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, address: str
+) -> None:
+    monkeypatch.setenv("DAMPERLAB_CATALOGUE", address)
+    told = run("studies", "--data-dir", tmp_path, status=1).stderr
+    assert told.startswith("damperlab: ")
+    assert "secret" not in told
+
+
+STUDIES = "/api/v1/studies"
+
+
+def _answers(url: str, request: bytes) -> list[int]:
+    """Send bytes and give the statuses of all answers, until the connection ends."""
+    address = urlsplit(url)
+    received = b""
+    with socket.create_connection((address.hostname, address.port), timeout=60) as connection:
+        connection.sendall(request)
+        connection.shutdown(socket.SHUT_WR)
+        while part := connection.recv(65536):
+            received += part
+    statuses = []
+    while received.startswith(b"HTTP/1.1 "):
+        head, _, rest = received.partition(b"\r\n\r\n")
+        statuses.append(int(head[9:12]))
+        length = head.lower().partition(b"content-length: ")[2].partition(b"\r\n")[0]
+        received = rest[int(length or b"0") :]
+    return statuses
+
+
+SMUGGLED = b"DELETE /api/v1/studies/000000000000 HTTP/1.1\r\nHost: %(host)b\r\n\r\n"
+
+
+@pytest.mark.parametrize(
+    "framing",
+    [
+        b"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n",
+        b"Transfer-Encoding: chunked\r\nContent-Length: 5\r\n",
+        b"Content-Length: 5\r\nContent-Length: 90\r\n",
+        b"Content-Length: 5, 90\r\n",
+        b"Content-Length: +5\r\n",
+        b"Content-Length: 0x5\r\n",
+        b"Content-Length : 5\r\n",
+        b"Content-Length:\x0b5\r\n",
+        b"Transfer-Encoding: chunked, identity\r\n",
+        b"Transfer-Encoding: xchunked\r\n",
+        b"Transfer-Encoding: chunked\r\nTransfer-Encoding: identity\r\n",
+        b"Transfer-Encoding\x00: chunked\r\n",
+        b"X: y\r\n Content-Length: 5\r\n",
+        b"X: y\nContent-Length: 5\r\n",
+    ],
+)
+def test_no_request_hides_in_another(service: Any, framing: bytes) -> None:
+    """Where two readers could differ on where a body ends, one answer comes and the connection ends, or both see the same."""
+    host = host_of(service.url)
+    hidden = SMUGGLED % {b"host": host}
+    head = b"POST /api/v1/studies HTTP/1.1\r\nHost: " + host + b"\r\n"
+    head += b"Content-Type: application/json\r\n" + framing + b"\r\n"
+    statuses = _answers(service.url, head + b"0\r\n\r\n" + hidden)
+    assert statuses, framing
+    # the hidden one is answered 404 where it is served
+    assert statuses[0] in (400, 411, 415, 422, 501), statuses
+    if b"Content-Length: 5" in framing and framing.count(b"chunked"):
+        assert statuses == [400], statuses
+    if statuses[0] in (400, 501):
+        assert len(statuses) == 1, statuses
+
+
+@pytest.mark.parametrize(
+    ("line", "statuses"),
+    [
+        (b"GET http://evil.example/api/v1/studies HTTP/1.1", (400, 404, 421)),
+        (b"GET //evil.example/api/v1/studies HTTP/1.1", (404,)),
+        (b"GET /api/v1/../../etc/passwd HTTP/1.1", (404,)),
+        (b"GET /page/..%2f..%2f..%2fetc%2fpasswd HTTP/1.1", (404,)),
+        (b"GET /page/%2e%2e/%2e%2e/etc/passwd HTTP/1.1", (404,)),
+        (b"GET /page/main.js%00.html HTTP/1.1", (404,)),
+        (b"GET /api/v1/studies/..%2f..%2fcatalogue.sqlite/export HTTP/1.1", (404, 422)),
+        (b"GET /api/v1/studies/x/zarr/../../../catalogue.sqlite HTTP/1.1", (404, 410)),
+        (b"GET /api/v1/studies/x/zarr/%2fetc%2fpasswd HTTP/1.1", (404, 410)),
+        (b"DELETE /api/v1/records/..%2f..%2fcatalogue HTTP/1.1", (404,)),
+        (b"OPTIONS * HTTP/1.1", (400, 404, 405)),
+        (b"CONNECT 127.0.0.1:22 HTTP/1.1", (400, 404, 405)),
+        (b"PRI * HTTP/2.0", (400, 404, 405, 505)),
+    ],
+)
+def test_odd_targets_lead_nowhere(service: Any, line: bytes, statuses: tuple[int, ...]) -> None:
+    answer = send_raw(
+        service.url, line + b"\r\nHost: " + host_of(service.url) + b"\r\nConnection: close\r\n\r\n"
+    )
+    assert answer is not None
+    assert answer.status in statuses
+    assert "application/problem+json" in answer.head
+    assert b"root:" not in answer.body
+    assert b"SQLite" not in answer.body
+
+
+def test_http_1_0_is_answered_once_and_closed(service: Any) -> None:
+    for host in (b"", b"Host: " + host_of(service.url) + b"\r\n"):
+        answer = send_raw(service.url, b"GET /health/live HTTP/1.0\r\n" + host + b"\r\n")
+        assert answer is not None
+        assert answer.status == 200
+        assert "connection: close" in answer.head
+    refused = send_raw(service.url, b"GET /health/live HTTP/1.0\r\nHost: evil.example\r\n\r\n")
+    assert refused is not None
+    assert refused.status == 421
+
+
+def test_nothing_is_upgraded(service: Any) -> None:
+    for protocol in (b"websocket", b"h2c"):
+        more = b"Upgrade: " + protocol + b"\r\nConnection: Upgrade, close\r\nSec-WebSocket-Version: 13\r\n"
+        more += b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nHTTP2-Settings: AAMAAABkAAQAAP__\r\n\r\n"
+        answer = send_raw(
+            service.url, b"GET /api/v1/studies HTTP/1.1\r\nHost: " + host_of(service.url) + b"\r\n" + more
+        )
+        assert answer is not None
+        assert answer.status in (200, 400)
+        assert "upgrade" not in answer.head
+
+
+def test_what_is_packed_is_not_unpacked(client: httpx.Client) -> None:
+    """A gigabyte of spaces in a megabyte: refused for its encoding, or read as the bytes that it is."""
+    bomb = gzip.compress(b" " * (1 << 26))
+    packed = BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("record.at2", b"0" * (1 << 26))
+    for path, kind, body, coding in (
+        (STUDIES, "application/json", bomb, "gzip"),
+        (STUDIES, "application/json", bomb, "identity"),
+        ("/api/v1/records", "text/plain", bomb, "gzip"),
+        ("/api/v1/records", "application/octet-stream", packed.getvalue(), "identity"),
+        ("/api/v1/simulate", "application/json", bomb, "deflate"),
+    ):
+        answer = client.post(path, content=body, headers={"Content-Type": kind, "Content-Encoding": coding})
+        assert answer.status_code in (415, 422), (path, coding, answer.text[:200])
+
+
+def test_a_name_puts_no_header_into_an_answer(client: httpx.Client, helpers: Any) -> None:
+    study = {
+        "name": 'x"; filename="evil.exe"\r\nX-Evil: 1',
+        "particle": False,
+        "axes": {"friction_ratio": 0, "frequency_ratio": [0.6, 0.7, 1.1]},
+    }
+    made = client.post(STUDIES, json=study)
+    if made.status_code == 422:
+        study["name"] = 'x"; filename="evil.exe"'
+        made = client.post(STUDIES, json=study)
+    assert made.status_code == 201, made.text
+    helpers.wait_for(client, made.json()["id"], helpers.ended)
+    url = f"{STUDIES}/{made.json()['id']}"
+    for path in (f"{url}/export?format=csv", f"{url}/export?format=netcdf", f"{url}/report"):
+        answer = client.get(path)
+        assert answer.status_code == 200, path
+        assert "x-evil" not in answer.headers
+        disposition = answer.headers.get("content-disposition", "")
+        assert "evil.exe" not in disposition or disposition.count("filename=") <= 1, disposition
+    assert client.delete(url).status_code in (204, 409)
+
+
+def test_a_cookie_that_was_put_there_beforehand_is_worth_nothing(client: httpx.Client) -> None:
+    """Sessions are made by the service alone: no value of a client's own becomes one, and none is taken from an address."""
+    value = f"{'0' * 12}.99999999999.{'0' * 64}"
+    answer = client.get("/api/v1/session", headers={"Cookie": f"damperlab_session={value}"})
+    assert "set-cookie" not in answer.headers
+    assert value not in answer.text
+    assert json.loads(answer.text)["needed"] is False

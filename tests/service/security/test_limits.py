@@ -1,4 +1,4 @@
-"""What one key may take: requests, studies that wait, points; another key is not touched by it."""
+"""What one key or address may take: requests, studies that wait, points; another one is not touched by it."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,7 +9,8 @@ import httpx
 import pytest
 from tests.service.security.conftest import Guarded, make_key
 
-from damperlab.service.security.caller import ANYBODY, Caller
+from damperlab.service.security.address import counted_address
+from damperlab.service.security.caller import ANYBODY, Caller, counted_under
 from damperlab.service.security.rates import Rates
 from damperlab.service.security.shares import Shares
 
@@ -207,3 +208,23 @@ def test_so_many_streams_and_exports_are_open_at_a_time(mine: dict[str, Any], ot
                 ended.set()
 
     anyio.run(main)
+
+
+@pytest.mark.parametrize(
+    ("address", "counted"),
+    [
+        ("192.0.2.7", "192.0.2.7"),
+        ("::ffff:192.0.2.7", "192.0.2.7"),
+        ("2001:db8:1:2:3:4:5:6", "2001:db8:1:2::/64"),
+        ("2001:db8:1:2::9", "2001:db8:1:2::/64"),
+        ("2001:db8:1:3::9", "2001:db8:1:3::/64"),
+        ("fe80::1%eth0", "fe80::/64"),
+        ("testclient", "testclient"),
+        ("", ""),
+    ],
+)
+def test_an_address_is_counted_by_its_network(address: str, counted: str) -> None:
+    assert counted_address(address) == counted
+    scope = {"caller": ANYBODY, "client_address": address}
+    assert counted_under(scope) == (counted or ANYBODY.name)
+    assert counted_under({**scope, "caller": Caller("", (), "key", "one")}) == "one"

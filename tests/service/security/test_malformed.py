@@ -148,7 +148,7 @@ def warm_service(service: Any, client: httpx.Client) -> Any:
 
 
 @settings(
-    max_examples=400,
+    max_examples=120,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],

@@ -7,7 +7,7 @@ import httpx
 import psutil
 import pytest
 from starlette.datastructures import Headers
-from tests.service.security.conftest import ENDLESS, QUICK
+from tests.service.security.conftest import QUICK
 
 from damperlab.service.client.client import Client
 from damperlab.service.client.faults import Unreachable
@@ -108,15 +108,6 @@ def test_what_is_given_up_is_computed_no_longer(own_service: Callable[..., Any],
             with pytest.raises(Unreachable, match="took longer than 4 s"):
                 python.simulate(**QUICK)  # type: ignore[arg-type]
         ended(process)
-
-
-def test_the_limit_of_one_request_holds_for_what_is_promised(
-    own_service: Callable[..., Any], helpers: Any
-) -> None:
-    running = own_service(DAMPERLAB_WORK_SECONDS="2")
-    with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
-        ended = _fetched(client, helpers, client.post(SIMULATE, json=ENDLESS, headers=AT_ONCE))
-    assert (ended.status_code, ended.json()["type"]) == (422, "urn:damperlab:problem:work-limit")
 
 
 def test_an_answer_is_for_who_asked(guarded: Any, helpers: Any) -> None:

@@ -1,4 +1,4 @@
-"""No route computes in the process of the service: it reads little, or has a process of its own compute."""
+"""No route computes in the process of the service: it reads little, or has a process apart compute, to the same answers."""
 
 import inspect
 from collections.abc import Callable, Iterator
@@ -90,11 +90,7 @@ def test_no_dependency_waits_for_a_thread() -> None:
     assert {call.__name__ for call in found if not inspect.iscoroutinefunction(call)} == THREADED
 
 
-QUESTIONS = (
-    ("GET", "resonance-map?x=frequency_ratio&y=friction_ratio"),
-    ("GET", "export?format=csv"),
-    ("POST", "refine?dry_run=true"),
-)
+QUESTIONS = (("GET", "resonance-map?x=frequency_ratio&y=friction_ratio"), ("POST", "refine?dry_run=true"))
 
 
 @pytest.fixture
@@ -119,3 +115,55 @@ def test_what_a_study_is_asked_ends_with_its_client(
             client.request(method, f"{url}/{question}", headers={"Accept-Encoding": "identity"}, timeout=2)
         helpers.wait_until(lambda pid=process.pid: not psutil.pid_exists(pid))
         assert client.get(url).status_code == 200
+
+
+def test_the_same_is_answered_apart(
+    own_service: Callable[..., Any], client: httpx.Client, curve: dict[str, Any], helpers: Any
+) -> None:
+    running = own_service(DAMPERLAB_QUESTION_POINTS_APART="0")
+    with httpx.Client(base_url=running.url, timeout=300) as apart:
+        made = apart.post("/api/v1/studies", json=helpers.CURVE).json()
+        helpers.wait_for(apart, made["id"], helpers.ended)
+        assert made["digest"] == curve["digest"]
+        url = f"/api/v1/studies/{curve['id']}"
+
+        assert helpers.computing(running) == []
+        for question in (
+            "frequency-response",
+            "frequency-response?metric=nonsense",
+            "frequency-response?odd=1",
+            "resonance-map?x=frequency_ratio&y=friction_ratio",
+            "optimal-designs?objective=peak",
+            "tmd-comparison?mass_ratio=0.05",
+            "work-precision",
+        ):
+            here, there = (each.get(f"{url}/{question}") for each in (client, apart))
+            assert there.status_code == here.status_code, (question, there.text)
+            assert there.headers["content-type"] == here.headers["content-type"]
+            one, other = here.json(), there.json()
+            for volatile in ("request_id", "run_time"):
+                one.pop(volatile, None), other.pop(volatile, None)
+            if "work-precision" not in question:
+                assert other == one, question
+        assert len(helpers.computing(running)) == 1
+        first = apart.get(f"{url}/frequency-response")
+        assert apart.get(f"{url}/frequency-response").content == first.content
+        again = apart.get(f"{url}/frequency-response", headers={"If-None-Match": first.headers["etag"]})
+        assert again.status_code == 304
+        assert apart.get("/api/v1/studies/000000000000/frequency-response").status_code == 404
+
+
+def test_an_answer_is_kept_while_the_study_stays_as_it_is(client: httpx.Client, helpers: Any) -> None:
+    study = helpers.CURVE | {"damping_ratio": 0.0041}
+    url = f"/api/v1/studies/{client.post('/api/v1/studies', json=study).json()['id']}"
+    seen = []
+    while not seen or seen[-1]["state"] != "done":
+        seen.append(client.get(url).json())
+        answer = client.get(f"{url}/frequency-response")
+        assert answer.status_code in (200, 409)
+    record = helpers.wait_for(client, seen[-1]["id"], helpers.ended)
+    first, again = (client.get(f"{url}/frequency-response").json() for _ in range(2))
+    assert first == again
+    assert first["complete"] == record["points_done"] / record["points_total"] == 1.0
+    helpers.wait_until(lambda: client.delete(url).status_code == 204)
+    assert client.get(f"{url}/frequency-response").status_code == 404
