@@ -9,11 +9,7 @@ from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, make_plan
 from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.point import Design
 from damperlab.worker.scenes import scenes
-from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.particle import Particle
-from damperlab.worker.steady.settle import Settings
 
 STRUCTURE = {"mass_kg": 1.605, "natural_frequency_hz": 2.5}
 AMPLITUDES, CLEARANCES, FORCES, HERTZ = [0.0007, 0.002, 0.0045], [0.0075, 0.02], [0.1, 0.33], [2.3, 2.6]
@@ -58,22 +54,6 @@ def test_each_point_has_the_bits_of_its_two_ratios(ray: Study) -> None:
         for name, values in found.items():
             if name != "run_time":
                 assert values[place].tobytes() == single[name].reshape(-1)[0].tobytes(), (name, place)
-
-
-def test_each_point_is_what_simulate_says_of_its_ratios(ray: Study) -> None:
-    found = solve(ray)
-    settings = Settings(STEADY["max_cycles"], 0.02, 1e-9, True)
-    for place in [(0, 0, 2, 0), (1, 1, 1, 1), (1, 0, 0, 1)]:
-        c, f, a, r = place
-        z = AMPLITUDES[a]
-        at = {"clearance_m": CLEARANCES[c], "friction_force_n": FORCES[f], "base_amplitude_m": z}
-        ratios = ray.ratios({name: np.array([value]) for name, value in at.items()})
-        particle = Particle(float(ratios["clearance_ratio"][0]), 0.47, 0.1)
-        frequency = float(ray.coordinates["frequency_ratio"][r])
-        design = Design(0.0038, frequency, float(ratios["friction_ratio"][0]), particle)
-        alone = simulate(design, settings=settings).metrics
-        for name in ("amplitude_ratio", "impacts_per_cycle", "dissipation_friction", "status"):
-            assert found[name][(0, 0, 0, *place)] == alone[name], (name, place)
 
 
 def test_blocks_cover_its_grid_and_need_the_kernels_of_its_scene(ray: Study) -> None:

@@ -11,7 +11,6 @@ from damperlab.studies.plan import Block
 from damperlab.studies.presets import CONTACT_TIMES
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.physics.impact import impact_loss, kept_energy, part, rebound
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.particle import Particle
@@ -20,22 +19,6 @@ from damperlab.worker.solver.particle import Particle
 def design_of(scene: Scene) -> Design:
     particle = Particle(scene.clearance_ratio, scene.restitution, scene.mass_ratio, scene.contact_time)
     return Design(scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio, particle)
-
-
-def test_parting_after_joining_is_the_rebound() -> None:
-    """Momentum is conserved twice, and a contact without duration is the instantaneous law."""
-    beta, e, u, p = 0.3, 0.6, 1.7, -0.4
-    approach = u - p  # on the wall at u - p = +d
-    jump, joined = rebound(u, p, 0.0, beta)
-    assert joined == pytest.approx(u + jump, rel=1e-15)
-    leave, p_leave = part(e * approach, beta)
-    at_once, p_at_once = rebound(u, p, e, beta)
-    assert jump + leave == pytest.approx(at_once, rel=1e-14)
-    assert joined + p_leave == pytest.approx(p_at_once, rel=1e-14)
-    before = 0.5 * (u * u + beta * p * p)
-    together = 0.5 * (1.0 + beta) * joined**2
-    lost = impact_loss(approach, e, beta) + kept_energy(approach, e, beta)
-    assert before - together == pytest.approx(lost, rel=1e-14)
 
 
 SCENES = [

@@ -155,7 +155,7 @@ def test_what_workers_compile_is_no_want_of_workers(store: Store) -> None:
     """Kernels may take longer to compile than a study waits for workers: before their points are asked for, and after."""
     record = submit(store)
     canary = canary_of(plan_with_chunk(friction_study(), CHUNK, seconds_per_point), 0)
-    wait_seconds = 5.0
+    wait_seconds = 2.0
     with connect(workers=1) as client:
         # whatever it loads first is no part of this
         client.run(examine, store.cube_path(record.id), record.digest, code_hash(), canary)
@@ -217,7 +217,7 @@ def test_study_waits_for_a_worker_and_says_so(store: Store) -> None:
     record = submit(store)
     told: list[str] = []
     with ExitStack() as stack:
-        address, _ = stack.enter_context(scheduler_process())
+        address, scheduler = stack.enter_context(scheduler_process())
 
         def hire(progress: Progress) -> None:
             now = store.find(record.id)
@@ -228,6 +228,7 @@ def test_study_waits_for_a_worker_and_says_so(store: Store) -> None:
         ended = run_study(
             store, record.id, lambda: connect(scheduler=address), hire, threading.Event(), wait_seconds=600.0
         )
+        assert scheduler.poll() is None, "it is somebody else's, and goes on"
     assert told == ["the cluster has no worker"]
     assert (ended.state, ended.points_failed, ended.message) == ("done", 0, None)
 

@@ -86,6 +86,7 @@ def test_the_linear_structure_gives_its_damping_back_with_the_error_of_least_squ
     assert np.mean(widths) == pytest.approx(1.0, abs=0.08)
 
 
+@pytest.mark.night
 def test_the_same_question_has_the_same_answer_bit_for_bit() -> None:
     one, other = (fit_response(made("friction", 3).question) for _ in range(2))
     assert one.values == other.values
@@ -136,6 +137,7 @@ def test_a_particle_that_never_strikes_tells_nothing_about_itself() -> None:
     assert "strikes its cavity in none of the rows, so no row depends on restitution" in words
 
 
+@pytest.mark.night
 def test_friction_that_locks_the_structure_is_known_from_below_only() -> None:
     # The first slip from rest leaves an offset that falls with the friction, here from 6 % of Z on: less than the deviation.
     r = np.linspace(0.5, 0.8, 9)

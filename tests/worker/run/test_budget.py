@@ -72,6 +72,7 @@ def _run_for(seconds: float, study: Path, *data: Any) -> tuple[datetime, subproc
     return ends, ended
 
 
+@pytest.mark.night
 def test_the_command_stops_at_its_time_and_says_so(tmp_path: Path) -> None:
     axes = {
         "friction_ratio": {"start": 0.05, "stop": 0.75, "num": 1000},

@@ -161,6 +161,7 @@ def test_block_from_parts_is_the_block_in_one(tmp_path: Path, start: Any) -> Non
         store.close()
 
 
+@pytest.mark.night
 def test_one_block_keeps_several_workers_busy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A study of a single block is computed by both workers of a cluster, with the bits of one."""
     monkeypatch.setattr("damperlab.worker.run.account.REPORT_SECONDS", 0.0)

@@ -9,6 +9,7 @@ from damperlab.worker.steady.response.standard_errors import _error_by_batches, 
 POINTS, SEED, CYCLES = 40, 3, 60_000
 
 
+@pytest.mark.night
 def test_stated_intervals_hold_the_long_run_mean_about_as_often_as_they_say() -> None:
     """A short form of the benchmark `coverage`, of runs that stop where the default tolerance lets them.
 
