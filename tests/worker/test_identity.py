@@ -3,16 +3,14 @@
 import json
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from distributed import Client
 from tests.other_solver import ROOT, SCALE, OtherSolver
+from tests.worker.run_here import run_here
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -20,10 +18,8 @@ from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.solver import SOURCES, is_outdated, solver
 from damperlab.studies.store.store import Store
-from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import computing, provenance
-from damperlab.worker.run.runner import run_study
 
 NEUTRAL = {
     # what is said, listed, told apart, read or asked, and where it lies; no stored value goes through it
@@ -50,12 +46,6 @@ def study_of(frequencies: int = 12, **changes: Any) -> Study:
 
 
 @pytest.fixture(scope="module")
-def client() -> Iterator[Client]:
-    with connect(workers=1) as client:
-        yield client
-
-
-@pytest.fixture(scope="module")
 def other(tmp_path_factory: pytest.TempPathFactory) -> OtherSolver:
     return OtherSolver(tmp_path_factory.mktemp("other"))
 
@@ -70,10 +60,6 @@ def store(tmp_path: Path) -> Iterator[Store]:
 def submit(store: Store, study: Study, chunk: int = 4) -> Record:
     plan = plan_with_chunk(study, (1, 1, 1, 1, 1, chunk), seconds_per_point)
     return store.submit(study, plan, provenance())[0]
-
-
-def run(store: Store, client: Client, record: Record) -> Record:
-    return run_study(store, record.id, lambda: nullcontext(client), lambda now: None, threading.Event())
 
 
 def identities(store: Store, record: Record) -> set[str]:
@@ -97,51 +83,40 @@ def test_every_source_between_a_study_and_its_values_is_counted() -> None:
     assert all((ROOT / source).exists() for source in SOURCES)
 
 
-def test_the_solver_is_its_sources_and_not_its_place(tmp_path: Path, other: OtherSolver) -> None:
-    assert is_outdated({})
-    assert is_outdated({"solver": "0" * 16})
-    assert not is_outdated({"solver": solver()})
-    record = other.run("run", _file(tmp_path, study_of()), "--data-dir", str(tmp_path / "data"))
-    assert record["provenance"]["solver"] != solver()
-    # only the sources differ
-    for name in ("target", "libc", "numpy", "numba", "llvmlite", "kernels"):
-        assert record["provenance"][name] == computing()[name]
-
-
-def _file(folder: Path, study: Study) -> str:
-    path = folder / "study.json"
-    path.write_text(json.dumps(study.document()))
-    return str(path)
-
-
 def test_a_study_that_waited_while_the_solver_changed_is_the_new_ones_alone(
-    store: Store, client: Client, other: OtherSolver
+    store: Store, other: OtherSolver
 ) -> None:
     record = submit(store, study_of())
     began = other.run("resume", record.id, "--data-dir", str(store.data_dir))
     assert (began["state"], began["outdated"]) == ("done", False)
+    # the solver is its sources and not its place: nothing else differs
+    assert began["provenance"]["solver"] != solver()
+    for name in ("target", "libc", "numpy", "numba", "llvmlite", "kernels"):
+        assert began["provenance"][name] == computing()[name]
+    assert is_outdated({}), "it was not written down"
+    assert not is_outdated({"solver": solver()})
     kept = store.find(record.id)
     assert kept.document()["outdated"]
     assert kept.provenance["identity"] == began["provenance"]["identity"] != computing()["identity"]
     assert json.loads(store.cube(record.id).attrs["provenance"])["identity"] == kept.provenance["identity"]
     assert identities(store, kept) == {kept.provenance["identity"]}
     # and its points go into no study of today's solver
-    finer = run(store, client, submit(store, study_of(23)))
+    finer = run_here(store, submit(store, study_of(23)).id)
     assert (finer.state, finer.points_reused, finer.outdated) == ("done", 0, False)
     assert identities(store, finer) == {computing()["identity"]}
     ours = store.cube(finer.id)["amplitude_ratio"].values[..., ::2]
     np.testing.assert_array_equal(store.cube(kept.id)["amplitude_ratio"].values, ours * SCALE)
 
 
-def test_no_solver_finishes_what_another_began(store: Store, client: Client, other: OtherSolver) -> None:
+def test_no_solver_finishes_what_another_began(store: Store, other: OtherSolver) -> None:
     record = submit(store, study_of())
-    done = run(store, client, record)
+    done = run_here(store, record.id)
     taken = store.forget(record.id, [1], "to be computed again")
     assert taken.blocks_done == done.blocks_total - 1
     refused = other.run("resume", record.id, "--data-dir", str(store.data_dir), allowed=(1,))
     assert f"damperlab recompute {record.id}" in json.dumps(refused)
     assert store.find(record.id).blocks_done == done.blocks_total - 1
-    again = run(store, client, record)
+    again = run_here(store, record.id)
     assert again.state == "done"
     assert identities(store, again) == {computing()["identity"]}
 

@@ -1,6 +1,5 @@
 """What blocks are expected to take: learnt from those that have ended, and it decides their order alone."""
 
-import threading
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.benchmarks import model
+from tests.worker.run_here import run_here
 
 from damperlab.service.estimates import estimate_document
 from damperlab.studies.definition import Study, parse_study
@@ -22,7 +22,6 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.forecast import Forecast, known_of
 from damperlab.worker.dispatch.piece import Piece
 from damperlab.worker.provenance import provenance
-from damperlab.worker.run.runner import run_study
 
 ROWS = (1, 1, 1, 1, 1, 8)
 
@@ -131,22 +130,16 @@ def test_short_blocks_go_behind_long_ones_until_the_reserve_is_left() -> None:
     assert sorted([first.index, *indices]) == list(range(63))
 
 
-def run_here(store: Store, study: Study) -> str:
-    def never() -> Any:
-        raise AssertionError("a cluster was asked for")
-
-    plan = plan_with_chunk(study, ROWS, seconds_per_point)
-    record, _ = store.submit(study, plan, provenance())
-    ended = run_study(store, record.id, never, lambda progress: None, threading.Event(), here_seconds=60.0)
-    assert ended.state == "done"
-    return record.id
+def computed(store: Store, study: Study) -> str:
+    record, _ = store.submit(study, plan_with_chunk(study, ROWS, seconds_per_point), provenance())
+    return run_here(store, record.id).id
 
 
 def test_studies_of_a_family_tell_what_blocks_take_and_others_do_not(tmp_path: Path) -> None:
     store = Store.open(tmp_path / "data")
     try:
-        coarse = run_here(store, friction_study(5))
-        run_here(store, friction_study(5, steady={"max_cycles": 50}))  # other settings: no family
+        coarse = computed(store, friction_study(5))
+        computed(store, friction_study(5, steady={"max_cycles": 50}))  # other settings: no family
         finer = friction_study(16)
         plan = plan_with_chunk(finer, ROWS, seconds_per_point)
         record, _ = store.submit(finer, plan, provenance())

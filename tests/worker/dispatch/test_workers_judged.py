@@ -5,14 +5,14 @@ import shutil
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from distributed import Client
 from tests.worker.dask_processes import dask_process, scheduler_process
+from tests.worker.run_here import ignore, run_here
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -66,10 +66,6 @@ def worker(address: str, *options: str, cwd: Path = ROOT, hidden: Path | None = 
         yield
 
 
-def never() -> AbstractContextManager[Client]:
-    raise AssertionError("a cluster was asked for")
-
-
 def submit(store: Store) -> Record:
     study = friction_study()
     record, _ = store.submit(study, plan_with_chunk(study, CHUNK, seconds_per_point), provenance())
@@ -98,10 +94,6 @@ def test_worker_without_keys_to_the_store_cannot_begin_whatever_the_points_are(
     canary = canary_of(plan_with_chunk(study, CHUNK, seconds_per_point), 0)
     with pytest.raises(OSError, match="no keys for the object store"):
         examine("s3://bucket/cubes/of-somebody", study.digest, code_hash(), canary)
-
-
-def ignore(progress: Progress) -> None:
-    pass
 
 
 WRONG = """
@@ -179,7 +171,7 @@ def test_study_goes_on_without_the_stale_the_wrong_and_the_blind(
     record = submit(store)
     # a block or more are known when the workers come
     stop = AfterABlock(store, record.id)
-    record = run_study(store, record.id, never, ignore, stop, here_seconds=60.0)
+    record = run_here(store, record.id, stop=stop)
     known = record.blocks_done
     assert record.state == "cancelled"
     assert 1 <= known < BLOCKS
@@ -245,7 +237,7 @@ def test_study_that_waits_in_vain_can_be_resumed(store: Store) -> None:
 
 def test_stored_answers_have_the_bits_that_workers_compute(store: Store) -> None:
     record = submit(store)
-    run_study(store, record.id, never, ignore, threading.Event(), here_seconds=60.0)
+    run_here(store, record.id)
     plan = plan_with_chunk(friction_study(), CHUNK, seconds_per_point)
     for index in (0, 3, BLOCKS - 1):
         canary = canary_of(plan, index)

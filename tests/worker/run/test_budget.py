@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import threading
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -10,19 +9,15 @@ from typing import Any
 import pytest
 import typer
 from tests.service.cli.commands import run
-from tests.worker.dispatch.test_workers_judged import BLOCKS, friction_study, never, submit
+from tests.worker.dispatch.test_workers_judged import BLOCKS, friction_study, submit
+from tests.worker.run_here import run_here
 
 from damperlab.service.cli.options import read_time
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.run.runner import run_study
 from damperlab.worker.worker_process.examination import bits_of
-
-
-def go_on(store: Store, study_id: str, **more: Any) -> Any:
-    return run_study(store, study_id, never, lambda now: None, threading.Event(), here_seconds=60.0, **more)
 
 
 @pytest.mark.parametrize("cores", [1, 2])
@@ -35,12 +30,12 @@ def test_study_stops_when_its_budget_is_spent_and_goes_on_to_the_same_bits(
     try:
         record = submit(store)
         # any block takes longer
-        stopped = go_on(store, record.id, budget_seconds=1e-9)
+        stopped = run_here(store, record.id, budget_seconds=1e-9)
         assert (stopped.state, stopped.blocks_done, stopped.points_failed) == ("cancelled", cores, 0)
         assert f"is spent; {cores} of {BLOCKS} blocks are kept" in (stopped.message or "")
         # of each run its own
-        assert go_on(store, record.id, budget_seconds=1e-9).blocks_done == 2 * cores
-        ended = go_on(store, record.id, budget_seconds=3600.0)
+        assert run_here(store, record.id, budget_seconds=1e-9).blocks_done == 2 * cores
+        ended = run_here(store, record.id, budget_seconds=3600.0)
         assert (ended.state, ended.blocks_done, ended.message) == ("done", BLOCKS, None)
         study = friction_study()
         whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))

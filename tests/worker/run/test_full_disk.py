@@ -2,14 +2,13 @@
 
 import shutil
 import subprocess
-import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
-from distributed import Client
+from tests.worker.run_here import run_here
 
 import damperlab.studies.store.cubes
 from damperlab.studies.definition import parse_study
@@ -22,7 +21,6 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
-from damperlab.worker.run.runner import run_study
 
 STUDY = parse_study(
     {
@@ -57,16 +55,11 @@ def fill(disk: Path, leave: int) -> Path:
     return ballast
 
 
-def never() -> AbstractContextManager[Client]:
-    raise AssertionError("sixteen points were sent to a cluster")
-
-
 def run(store: Store, study_id: str, watch: Callable[[Progress], None], outage_as: str = "failed") -> Record:
     """Run a study in this process, which tells after each block how far it is."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("damperlab.worker.run.account.REPORT_SECONDS", 0.0)
-        stop = threading.Event()
-        return run_study(store, study_id, never, watch, stop, outage_as=outage_as, here_seconds=60.0)
+        return run_here(store, study_id, watch, outage_as=outage_as)
 
 
 @pytest.mark.parametrize("reserve", [16 * 2**20, 0])

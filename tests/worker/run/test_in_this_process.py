@@ -3,13 +3,12 @@
 import subprocess
 import sys
 import threading
-from contextlib import AbstractContextManager, closing
+from contextlib import closing
 from itertools import count
 from pathlib import Path
 
-import numpy as np
 import pytest
-from distributed import Client
+from tests.worker.run_here import AMPLE_SECONDS, run_here
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -21,8 +20,6 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import RETRIES, Failure, Outage
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.in_this_process import InThisProcess
-from damperlab.worker.run.progress import Progress
-from damperlab.worker.run.runner import run_study
 from damperlab.worker.worker_process.examination import bits_of
 
 SMALL = {
@@ -32,15 +29,6 @@ SMALL = {
     "particle": False,
     "steady": {"max_cycles": 200},
 }
-AMPLE_SECONDS = 60.0
-
-
-def ignore(progress: Progress) -> None:
-    pass
-
-
-def never() -> AbstractContextManager[Client]:
-    raise AssertionError("a cluster was asked for")
 
 
 def test_values_are_those_of_the_solver_bit_for_bit(tmp_path: Path) -> None:
@@ -48,7 +36,7 @@ def test_values_are_those_of_the_solver_bit_for_bit(tmp_path: Path) -> None:
     plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 2), seconds_per_point)
     with closing(Store.open(tmp_path)) as store:
         record, _ = store.submit(study, plan, provenance())
-        record = run_study(store, record.id, never, ignore, threading.Event(), here_seconds=60.0)
+        record = run_here(store, record.id)
         assert (record.state, record.points_failed, record.blocks_done) == ("done", 0, 4)
         stored = store.cube(record.id)
         whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
@@ -70,25 +58,6 @@ finally:
     ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert ended.returncode == 0, ended.stderr
     assert ended.stderr.splitlines()[-1] == "[]"
-
-
-def test_it_stops_between_two_blocks(tmp_path: Path) -> None:
-    store = Store.open(tmp_path)
-    study = parse_study(SMALL)
-    record, _ = store.submit(
-        study, plan_with_chunk(study, (1, 1, 1, 1, 1, 2), seconds_per_point), provenance()
-    )
-    stop = threading.Event()
-
-    def stop_after_the_first(progress: Progress) -> None:
-        if progress.blocks_done:
-            stop.set()
-
-    record = run_study(store, record.id, never, stop_after_the_first, stop, here_seconds=AMPLE_SECONDS)
-    assert record.state in ("cancelled", "done")
-    record = run_study(store, record.id, never, ignore, threading.Event(), here_seconds=AMPLE_SECONDS)
-    assert (record.state, record.blocks_done) == ("done", 4)
-    store.close()
 
 
 def test_a_block_is_tried_again_and_given_up_as_on_a_cluster() -> None:

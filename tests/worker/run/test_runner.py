@@ -8,8 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from functools import partial
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,7 @@ import psutil
 import pytest
 import xarray as xr
 from distributed import Client
+from tests.worker.run_here import ignore, never
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -31,6 +31,7 @@ from damperlab.worker.provenance import provenance
 from damperlab.worker.run.lease import hold
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
+from damperlab.worker.worker_process.examination import bits_of
 
 ROOT = Path(__file__).parents[3]
 CHUNK = (1, 1, 1, 1, 1, 4)
@@ -64,14 +65,6 @@ def submitted(store: Store) -> Record:
     record, _ = store.submit(study, plan_with_chunk(study, CHUNK, seconds_per_point), provenance())
     assert record.blocks_total == BLOCKS
     return record
-
-
-def ignore(progress: Progress) -> None:
-    pass
-
-
-def never() -> AbstractContextManager[Client]:
-    raise AssertionError("nothing is pending, yet a client was asked for")
 
 
 @contextmanager
@@ -130,37 +123,19 @@ def stop_after(blocks: int, stop: threading.Event):  # type: ignore[no-untyped-d
     return watch
 
 
-def answers(cube: xr.Dataset) -> xr.Dataset:
-    return cube.drop_vars("run_time").load()
-
-
-def test_cube_holds_what_the_solver_says_whatever_the_workers(client: Client, tmp_path: Path) -> None:
-    study = friction_study()
-    cubes = []
-    for workers, chunk in ((1, CHUNK), (2, (1, 1, 1, 1, 2, 5)), (3, (1, 1, 1, 1, 3, 1))):
-        store = Store.open(tmp_path / f"{workers}")
-        plan = plan_with_chunk(study, chunk, seconds_per_point)
-        record, _ = store.submit(study, plan, provenance())
-        lend = partial(connect, workers=workers) if workers != 2 else partial(nullcontext, client)
-        record = run_study(store, record.id, lend, ignore, threading.Event())
-        assert (record.state, record.points_done, record.points_failed) == ("done", study.points, 0)
-        assert record.owner is None
-        assert 0.0 < record.kernel_seconds <= record.seconds
-        cubes.append(answers(store.cube(record.id)))
-        store.close()
-    for cube in cubes[1:]:
-        xr.testing.assert_identical(cubes[0].drop_attrs(), cube.drop_attrs())
-    whole = plan_with_chunk(study, study.shape, seconds_per_point).block(0)
-    for name, values in solve_block(study, whole).items():
-        if name != "run_time":
-            np.testing.assert_array_equal(cubes[0][name].values, values, err_msg=name)
-
-
-def test_progress_starts_rises_and_ends_with_the_whole(
+def test_cube_holds_what_the_solver_says_and_progress_rises_from_nothing_to_the_whole(
     client: Client, store: Store, submitted: Record
 ) -> None:
     seen: list[Progress] = []
-    run_study(store, submitted.id, lambda: nullcontext(client), seen.append, threading.Event())
+    record = run_study(store, submitted.id, lambda: nullcontext(client), seen.append, threading.Event())
+    assert (record.state, record.points_done, record.points_failed) == ("done", submitted.points_total, 0)
+    assert record.owner is None
+    assert 0.0 < record.kernel_seconds <= record.seconds
+    study, cube = friction_study(), store.cube(record.id)
+    whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
+    assert bits_of(whole) == bits_of({name: cube[name].values for name in whole})
+    # nothing is pending: no cluster is asked for
+    assert run_study(store, submitted.id, never, ignore, threading.Event()).state == "done"
     assert seen[0].points_done == 0
     assert seen[0].seconds_left is None
     done = [progress.points_done for progress in seen]
@@ -174,7 +149,7 @@ def test_stopped_study_keeps_its_blocks_and_resume_computes_only_the_rest(
     client: Client, store: Store, submitted: Record
 ) -> None:
     stop = threading.Event()
-    with slow(client, 0.4):
+    with slow(client, 0.2):
         record = run_study(store, submitted.id, lambda: nullcontext(client), stop_after(2, stop), stop)
     assert record.state == "cancelled"
     assert 2 <= record.blocks_done < BLOCKS
@@ -187,13 +162,6 @@ def test_stopped_study_keeps_its_blocks_and_resume_computes_only_the_rest(
     after = store.cube(submitted.id).load()
     # Run times never repeat to the last bit: what has the same one was not computed again.
     xr.testing.assert_equal(before["run_time"].where(kept), after["run_time"].where(kept))
-
-
-def test_no_client_is_started_where_nothing_is_pending(
-    client: Client, store: Store, submitted: Record
-) -> None:
-    run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
-    assert run_study(store, submitted.id, never, ignore, threading.Event()).state == "done"
 
 
 def test_no_client_is_started_for_a_study_that_is_stopped_already(store: Store, submitted: Record) -> None:
@@ -261,7 +229,7 @@ def test_cancel_by_another_process_is_noticed(
             other.set_state(submitted.id, "cancelled", only_from=("running",))
 
     other = Store.open(store.data_dir)
-    with slow(client, 0.5):
+    with slow(client, 0.2):
         record = run_study(store, submitted.id, lambda: nullcontext(client), cancel, threading.Event())
     other.close()
     assert record.state == "cancelled"
@@ -280,7 +248,7 @@ def test_study_that_is_deleted_while_it_runs_is_left(
             deleted.append(True)
 
     deleted: list[bool] = []
-    with slow(client, 0.5), pytest.raises(StudyNotFound):
+    with slow(client, 0.2), pytest.raises(StudyNotFound):
         run_study(store, submitted.id, lambda: nullcontext(client), delete, threading.Event())
 
 

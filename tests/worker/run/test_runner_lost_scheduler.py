@@ -19,10 +19,10 @@ from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 
-pytestmark = pytest.mark.usefixtures("anew")
+pytestmark = [pytest.mark.night, pytest.mark.usefixtures("anew")]
 
 
-def submitted(store: Store) -> Record:
+def submitted(store: Store, chunk: int = 4) -> Record:
     study = parse_study(
         {
             "name": "linear",
@@ -32,12 +32,11 @@ def submitted(store: Store) -> Record:
         }
     )
     record, _ = store.submit(
-        study, plan_with_chunk(study, (1, 1, 1, 1, 1, 4), seconds_per_point), provenance()
+        study, plan_with_chunk(study, (1, 1, 1, 1, 1, chunk), seconds_per_point), provenance()
     )
     return record
 
 
-@pytest.mark.night
 def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
     store = Store.open(tmp_path)
     record = submitted(store)
@@ -76,7 +75,6 @@ def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
     store.close()
 
 
-@pytest.mark.night
 def test_embedded_scheduler_that_dies_is_replaced_and_leaves_no_process(tmp_path: Path) -> None:
     """As where the system kills it for want of memory."""
     store = Store.open(tmp_path)

@@ -26,7 +26,8 @@ def solved(point: Point, settings: Settings = SETTINGS, start: State | None = No
 @pytest.mark.parametrize(
     ("model", "number", "failed", "several", "transient"),
     [
-        ("instant", 120, 3, 4, 1),
+        ("instant", 40, 1, 2, 1),
+        pytest.param("instant", 120, 3, 4, 1, marks=pytest.mark.night),
         pytest.param("dwell", 30, 1, 1, 0, marks=pytest.mark.night),
         pytest.param("compliant", 30, 1, 1, 0, marks=pytest.mark.night),
     ],
