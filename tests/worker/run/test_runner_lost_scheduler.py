@@ -7,7 +7,7 @@ from pathlib import Path
 import dask
 import psutil
 import pytest
-from tests.worker.dask_processes import dask_process, member, scheduler_process
+from tests.worker.dask_processes import member, scheduler_process
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -97,38 +97,4 @@ def test_embedded_scheduler_that_dies_is_replaced_and_leaves_no_process(tmp_path
     assert (ended.state, ended.points_failed, ended.message) == ("done", 0, None)
     assert len(killed) == 2
     assert not any(psutil.pid_exists(pid) for pid in killed)
-    store.close()
-
-
-def test_lost_scheduler_leaves_a_study_that_another_cluster_finishes(tmp_path: Path) -> None:
-    store = Store.open(tmp_path)
-    record = submitted(store)
-    with (
-        scheduler_process() as (address, process),
-        dask_process("worker", address, "--nthreads", "1", "--no-dashboard"),
-    ):
-
-        def kill(progress: Progress) -> None:
-            if progress.blocks_done:
-                process.kill()
-
-        record = run_study(store, record.id, lambda: connect(scheduler=address), kill, threading.Event())
-    assert record.state == "failed"
-    assert record.message is not None
-    assert "connection to the Dask scheduler was lost" in record.message
-    assert 0 < record.blocks_done < record.blocks_total
-
-    kept = record.blocks_done
-    seen: list[Progress] = []
-    stop = threading.Event()
-
-    def few_more(progress: Progress) -> None:
-        seen.append(progress)
-        if progress.blocks_done > kept:
-            stop.set()
-
-    record = run_study(store, record.id, lambda: connect(workers=1), few_more, stop)
-    assert seen[0].blocks_done == kept
-    assert record.state == "cancelled"
-    assert record.blocks_done > kept
     store.close()

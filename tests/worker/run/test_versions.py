@@ -11,14 +11,16 @@ from tests.worker.run_here import run_here
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import NothingToDo, StudyNotFound
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.reuse.differences import differences_of
+from damperlab.studies.store.solver import solver
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
+from damperlab.worker.provenance import computing, provenance
 from damperlab.worker.worker_process.tasks import failed_values
 
 STUDY = parse_study(
@@ -31,6 +33,9 @@ STUDY = parse_study(
 )
 
 
+FINER = {"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.6, "num": 23}}
+
+
 @pytest.fixture(scope="module")
 def other(tmp_path_factory: pytest.TempPathFactory) -> OtherSolver:
     return OtherSolver(tmp_path_factory.mktemp("other"))
@@ -41,9 +46,17 @@ def submit(store: Store, study: Study = STUDY, chunk: int = 4) -> tuple[Record, 
     return store.submit(study, plan, provenance())
 
 
+def identities(store: Store, record: Record) -> set[str]:
+    """By whom the blocks of a study were computed."""
+    with store.catalogue.reading() as connection:
+        number = store.number(connection, record.id)
+        query = done_blocks.select().where(done_blocks.c.study == number)
+        return {row.identity for row in connection.execute(query)}
+
+
 @pytest.fixture
 def old(store: Store, other: OtherSolver) -> Record:
-    """Computed wholly by the other solver."""
+    """Submitted to this solver, and computed wholly by the other one."""
     record, _ = submit(store)
     other.run("resume", record.id, "--data-dir", str(store.data_dir))
     return store.find(record.id)
@@ -52,7 +65,19 @@ def old(store: Store, other: OtherSolver) -> Record:
 def test_a_study_asked_for_again_is_the_old_one_until_it_is_recomputed_and_the_two_are_compared(
     store: Store, old: Record
 ) -> None:
-    # nothing of another solver is taken back to be tried again
+    assert old.document()["outdated"]
+    assert old.provenance["identity"] != computing()["identity"]
+    # the solver is its sources and not its place: nothing else differs
+    assert old.provenance["solver"] != solver()
+    for name in ("target", "libc", "numpy", "numba", "llvmlite", "kernels"):
+        assert old.provenance[name] == computing()[name]
+    assert json.loads(store.cube(old.id).attrs["provenance"])["identity"] == old.provenance["identity"]
+    assert identities(store, old) == {old.provenance["identity"]}
+    # its points go into no study of today's solver
+    finer = run_here(store, submit(store, parse_study({**STUDY.document(), "axes": FINER}))[0].id)
+    assert (finer.state, finer.points_reused, finer.outdated) == ("done", 0, False)
+    store.delete(finer.id)
+    # and none of its blocks is taken back to be tried again
     with pytest.raises(NothingToDo, match=f"damperlab recompute {old.id}"):
         store.retry(old.id)
     assert store.find(old.id).blocks_done == 3
@@ -91,6 +116,25 @@ def test_a_study_asked_for_again_is_the_old_one_until_it_is_recomputed_and_the_t
     assert differences_of(store, store.find(newer.id)).only_older == 4
     with pytest.raises(NothingToDo, match="no older version"):
         differences_of(store, old)
+
+
+def test_no_solver_finishes_what_another_began(store: Store, other: OtherSolver) -> None:
+    done = run_here(store, submit(store)[0].id)
+    taken = store.forget(done.id, [1], "to be computed again")
+    assert taken.blocks_done == done.blocks_total - 1
+    refused = other.run("resume", done.id, "--data-dir", str(store.data_dir), allowed=(1,))
+    assert f"damperlab recompute {done.id}" in json.dumps(refused)
+    assert store.find(done.id).blocks_done == done.blocks_total - 1
+    again = run_here(store, done.id)
+    assert again.state == "done"
+    assert identities(store, again) == {computing()["identity"]}
+
+
+def test_the_catalogue_takes_no_block_of_another_solver(store: Store) -> None:
+    record, _ = submit(store)
+    with pytest.raises(ValueError, match="0000000000000000"):
+        store.mark(record.id, BlockOutcome(0, 4, 0, 0.1, 0.1, generation="g", identity="0" * 16))
+    assert store.find(record.id).blocks_done == 0
 
 
 @pytest.mark.night

@@ -55,7 +55,7 @@ def particle_of(
 @pytest.mark.parametrize(
     ("kind", "points"),
     [
-        ("instantaneous", 8),
+        ("instantaneous", 4),
         *(
             pytest.param(kind, 25, marks=pytest.mark.night)
             for kind in ("instantaneous", "given time", "compliant")
