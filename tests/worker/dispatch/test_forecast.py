@@ -1,6 +1,5 @@
 """What blocks are expected to take: learnt from those that have ended, and it decides their order alone."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -135,42 +134,38 @@ def computed(store: Store, study: Study) -> str:
     return run_here(store, record.id).id
 
 
-def test_studies_of_a_family_tell_what_blocks_take_and_others_do_not(tmp_path: Path) -> None:
-    store = Store.open(tmp_path / "data")
-    try:
-        coarse = computed(store, friction_study(5))
-        computed(store, friction_study(5, steady={"max_cycles": 50}))  # other settings: no family
-        finer = friction_study(16)
-        plan = plan_with_chunk(finer, ROWS, seconds_per_point)
-        record, _ = store.submit(finer, plan, provenance())
-        (measured,) = measured_blocks(store, record.id)
-        assert measured.record.id == coarse
-        assert measured.indices.tolist() == list(range(5))
-        assert measured.kernel_seconds.sum() == pytest.approx(store.find(coarse).kernel_seconds, rel=1e-12)
-        known = known_of(measured_blocks(store, record.id))
-        assert known is not None
-        ratios = known[1]
-        forecast = Forecast(plan, known)
-        assert forecast.informed
-        corrections = forecast.seconds / plan.block_seconds
-        assert ratios.min() * (1 - 1e-12) <= corrections.min() <= corrections.max()
-        assert corrections.max() <= ratios.max() * (1 + 1e-12)
-        # known before it is submitted
-        blind, told = estimate_document(finer, plan), estimate_document(finer, plan, store)
-        assert told["seconds"] - told["compiling_seconds"] == pytest.approx(forecast.seconds.sum(), rel=1e-12)
-        assert blind["seconds"] - blind["compiling_seconds"] == pytest.approx(plan.seconds, rel=1e-12)
-        for each in (blind, told):
-            assert each["seconds_low"] < each["seconds"] < each["seconds_high"]
-        # who knows more is surer
-        assert told["seconds_high"] / told["seconds_low"] < blind["seconds_high"] / blind["seconds_low"]
-        assert measured_family(store, "") == []
-        with store.catalogue.writing() as connection:
-            # what cannot be is left out
-            connection.execute(done_blocks.update().values(kernel_seconds=float("inf")))
-        assert measured_blocks(store, record.id) == []
-        assert known_of(measured_blocks(store, record.id)) is None
-    finally:
-        store.close()
+def test_studies_of_a_family_tell_what_blocks_take_and_others_do_not(store: Store) -> None:
+    coarse = computed(store, friction_study(5))
+    computed(store, friction_study(5, steady={"max_cycles": 50}))  # other settings: no family
+    finer = friction_study(16)
+    plan = plan_with_chunk(finer, ROWS, seconds_per_point)
+    record, _ = store.submit(finer, plan, provenance())
+    (measured,) = measured_blocks(store, record.id)
+    assert measured.record.id == coarse
+    assert measured.indices.tolist() == list(range(5))
+    assert measured.kernel_seconds.sum() == pytest.approx(store.find(coarse).kernel_seconds, rel=1e-12)
+    known = known_of(measured_blocks(store, record.id))
+    assert known is not None
+    ratios = known[1]
+    forecast = Forecast(plan, known)
+    assert forecast.informed
+    corrections = forecast.seconds / plan.block_seconds
+    assert ratios.min() * (1 - 1e-12) <= corrections.min() <= corrections.max()
+    assert corrections.max() <= ratios.max() * (1 + 1e-12)
+    # known before it is submitted
+    blind, told = estimate_document(finer, plan), estimate_document(finer, plan, store)
+    assert told["seconds"] - told["compiling_seconds"] == pytest.approx(forecast.seconds.sum(), rel=1e-12)
+    assert blind["seconds"] - blind["compiling_seconds"] == pytest.approx(plan.seconds, rel=1e-12)
+    for each in (blind, told):
+        assert each["seconds_low"] < each["seconds"] < each["seconds_high"]
+    # who knows more is surer
+    assert told["seconds_high"] / told["seconds_low"] < blind["seconds_high"] / blind["seconds_low"]
+    assert measured_family(store, "") == []
+    with store.catalogue.writing() as connection:
+        # what cannot be is left out
+        connection.execute(done_blocks.update().values(kernel_seconds=float("inf")))
+    assert measured_blocks(store, record.id) == []
+    assert known_of(measured_blocks(store, record.id)) is None
 
 
 @pytest.mark.parametrize("workers", [2, 8, 32])

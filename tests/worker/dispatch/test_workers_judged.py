@@ -12,11 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.worker.dask_processes import dask_process, scheduler_process
-from tests.worker.run_here import ignore, run_here
+from tests.worker.run_here import BLOCKS, CHUNK, friction_study, ignore, of_one_piece, run_here, submit
 
-from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
@@ -24,38 +22,12 @@ from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.window import Window
-from damperlab.worker.provenance import code_hash, provenance
+from damperlab.worker.provenance import code_hash
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 from damperlab.worker.worker_process.examination import bits_of, canary_of, examine, majority, stored_bits
 
 ROOT = Path(__file__).parents[3]
-CHUNK = (1, 1, 1, 1, 1, 4)
-BLOCKS = 12
-
-
-def friction_study() -> Study:
-    study = parse_study(
-        {
-            "name": "friction",
-            "damping_ratio": 0.05,
-            "axes": {
-                "friction_ratio": [0.0, 0.2, 0.4, 0.6],
-                "frequency_ratio": {"start": 0.7, "stop": 1.3, "num": 12},
-            },
-            "particle": False,
-            "steady": {"max_cycles": 200},
-        }
-    )
-    assert isinstance(study, Study)
-    return study
-
-
-@pytest.fixture
-def store(tmp_path: Path) -> Iterator[Store]:
-    store = Store.open(tmp_path / "data")
-    yield store
-    store.close()
 
 
 @contextmanager
@@ -64,13 +36,6 @@ def worker(address: str, *options: str, cwd: Path = ROOT, hidden: Path | None = 
     command = ("worker", address, "--nthreads=1", "--no-dashboard", *options)
     with dask_process(*command, cwd=cwd, hidden=hidden):
         yield
-
-
-def submit(store: Store) -> Record:
-    study = friction_study()
-    record, _ = store.submit(study, plan_with_chunk(study, CHUNK, seconds_per_point), provenance())
-    assert record.blocks_total == BLOCKS
-    return record
 
 
 def altered(folder: Path, file: str, before: str, after: str) -> Path:
@@ -200,9 +165,7 @@ def test_study_goes_on_without_the_stale_the_wrong_and_the_blind(
     assert "cannot begin" in reasons["blind"][0]
     assert record.message is not None
     assert all(at[name] in record.message for name in reasons)
-    study = friction_study()
-    whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
-    assert bits_of(whole) == bits_of({name: store.cube(record.id)[name].values for name in whole})
+    assert of_one_piece(store, record.id, friction_study())
 
 
 def test_study_waits_for_a_worker_and_says_so(store: Store) -> None:

@@ -8,39 +8,19 @@ from itertools import count
 from pathlib import Path
 
 import pytest
-from tests.worker.run_here import AMPLE_SECONDS, run_here
+from tests.worker.run_here import AMPLE_SECONDS, BLOCKS, friction_study, of_one_piece, run_here, submit
 
-from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import RETRIES, Failure, Outage
-from damperlab.worker.provenance import provenance
 from damperlab.worker.run.in_this_process import InThisProcess
-from damperlab.worker.worker_process.examination import bits_of
-
-SMALL = {
-    "name": "small",
-    "damping_ratio": 0.05,
-    "axes": {"friction_ratio": [0.0, 0.2], "frequency_ratio": {"start": 0.7, "stop": 1.3, "num": 4}},
-    "particle": False,
-    "steady": {"max_cycles": 200},
-}
 
 
-def test_values_are_those_of_the_solver_bit_for_bit(tmp_path: Path) -> None:
-    study = parse_study(SMALL)
-    plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 2), seconds_per_point)
-    with closing(Store.open(tmp_path)) as store:
-        record, _ = store.submit(study, plan, provenance())
-        record = run_here(store, record.id)
-        assert (record.state, record.points_failed, record.blocks_done) == ("done", 0, 4)
-        stored = store.cube(record.id)
-        whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
-        assert bits_of(whole) == bits_of({name: stored[name].values for name in whole})
+def test_values_are_those_of_the_solver_bit_for_bit(store: Store) -> None:
+    record = run_here(store, submit(store).id)
+    assert (record.state, record.points_failed, record.blocks_done) == ("done", 0, BLOCKS)
+    assert of_one_piece(store, record.id, friction_study())
 
 
 def test_a_closed_form_study_is_run_without_loading_the_library_of_the_cluster(tmp_path: Path) -> None:
