@@ -20,7 +20,6 @@ from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.provenance import code_hash
 from damperlab.worker.run.progress import Progress
@@ -217,97 +216,3 @@ def test_more_than_half_must_agree() -> None:
     assert majority({"a": "1"}) == "1"
     assert majority({"a": "1", "b": "2"}) is None
     assert majority({"a": "1", "b": "2", "c": "2"}) == "2"
-
-
-def crew_of(workers: int, blocks: int) -> Crew:
-    crew = Crew(Backlog(range(blocks)))
-    names = {f"w{number}": 1 for number in range(workers)}
-    crew.see(names, names)
-    for name in names:
-        crew.admit(name)
-    return crew
-
-
-def fill(crew: Crew) -> dict[str, list[int]]:
-    for number, (address, attempt) in enumerate(crew.assignments(), len(crew._where)):
-        crew.sent(f"{address}-{attempt.index}-{attempt.tries}-{number}", address, attempt)
-    return {name: [one.index for one in member.held.values()] for name, member in crew.members.items()}
-
-
-def test_what_a_lost_worker_ran_is_suspect_and_what_waited_there_is_not() -> None:
-    crew = crew_of(3, 20)
-    held = fill(crew)
-    assert [len(blocks) for blocks in held.values()] == [2, 2, 2]
-    ran, waited = held["w0"]
-    crew.see({"w1": 1, "w2": 1}, ("w1", "w2"))
-    for key in [next(iter(member.held)) for member in crew.members.values()]:
-        crew.ended(key)
-    fill(crew)
-    again = {
-        one.index: one
-        for member in crew.members.values()
-        for one in member.held.values()
-        if one.index in (ran, waited)
-    }
-    assert (again[ran].apart, again[waited].apart) == (True, False)
-    # at two workers, side by side
-    assert (
-        len(
-            {
-                crew.at(key)
-                for one in crew.members.values()
-                for key in one.held
-                if one.held[key].index in again
-            }
-        )
-        == 2
-    )
-
-
-def test_worker_that_is_tried_again_is_told_with_the_reason_for_which_it_was_left_out() -> None:
-    crew = crew_of(1, 4)
-    crew.leave_out("w0", "its store says 503")
-    assert "w0 is left out: its store says 503" in crew.words()
-    crew.admit("w0")
-    assert not crew.able
-    assert "w0 was left out and is tried again: its store says 503" in crew.words()
-    fill(crew)
-    crew.ended(next(iter(crew.members["w0"].held)))
-    assert crew.able
-    assert crew.members["w0"].reason == ""
-
-
-def test_worker_that_is_told_to_leave_ends_what_it_runs_and_gets_nothing_more() -> None:
-    crew = crew_of(2, 20)
-    ran, waited = fill(crew)["w0"]
-    names = {"w0": 1, "w1": 1}
-    assert len(crew.see(names, ("w1",))) == 1
-    assert [one.index for one in crew.members["w0"].held.values()] == [ran]
-    fill(crew)
-    assert len(crew.members["w0"].held) == 1
-    crew.see({"w1": 1}, ("w1",))
-    for key in list(crew.members["w1"].held):
-        crew.ended(key)
-    fill(crew)
-    again = {one.index: one for one in crew.members["w1"].held.values()}
-    assert again.keys() == {ran, waited}
-    assert not any(one.apart for one in again.values())
-
-
-def test_what_happens_to_a_block_is_told_with_its_number_and_its_worker() -> None:
-    crew = crew_of(2, 1)
-    fill(crew)
-    (first,) = [name for name, member in crew.members.items() if member.held]
-    crew.failed(next(iter(crew.members[first].held)), ValueError("no"), 0.0)
-    fill(crew)
-    (second,) = [name for name, member in crew.members.items() if member.held]
-    assert first != second
-    crew.vanish(second)
-    assert crew.incidents == [
-        f"block 0 was not computed by worker {first}: ValueError: no",
-        f"block 0 was computed by worker {second}, which is gone",
-    ]
-    for _ in range(2):
-        fill(crew)
-        crew.failed(next(iter(crew.members[first].held)), ValueError("again"), 0.0)
-    assert crew.incidents[-1] == "block 0 is given up: ValueError: again"

@@ -18,10 +18,8 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.forecast import Forecast
 from damperlab.worker.dispatch.piece import Piece, cut
-from damperlab.worker.outcomes import RETRIES, Failure
 from damperlab.worker.provenance import code_hash, computing, provenance
 from damperlab.worker.run.gathering import Gathering
 from damperlab.worker.run.progress import Progress
@@ -85,45 +83,6 @@ def test_pieces_get_shorter_towards_the_end_and_hold_all_blocks() -> None:
     assert [piece.part for piece in whole] == [None] * 40
     # nor what is short beside the time that a scheduler takes to serve every thread
     assert all(piece.part is None for piece in pieces(Backlog(range(40), Forecast(plan)), 10_000))
-
-
-def crew_of(workers: int, plan: Plan) -> Crew:
-    crew = Crew(Backlog(range(plan.count), Forecast(plan)))
-    names = {f"w{number}": 1 for number in range(workers)}
-    crew.see(names, names)
-    for name in names:
-        crew.admit(name)
-    return crew
-
-
-def fill(crew: Crew, sent: list[str]) -> None:
-    for address, attempt in crew.assignments():
-        sent.append(f"{len(sent)}")
-        crew.sent(sent[-1], address, attempt)
-
-
-def test_block_whose_part_fails_everywhere_is_given_up_once() -> None:
-    plan = plan_with_chunk(study_of(2, 64), (1, 1, 1, 1, 1, 64), second_each)
-    crew = crew_of(4, plan)
-    sent: list[str] = []
-    failures: list[Failure] = []
-    tried: dict[str, int] = {}
-    fill(crew, sent)
-    while crew.in_flight:
-        key = next(key for key in sent if crew.at(key) is not None)
-        address = crew.at(key)
-        assert address is not None
-        piece = crew.members[address].held[key].piece
-        if piece.index == 0:
-            tried[str(piece.part)] = tried.get(str(piece.part), 0) + 1
-            failure = crew.failed(key, ZeroDivisionError("there"), 0.0)
-            failures += [failure] if failure is not None else []
-        else:
-            crew.ended(key, 64.0 * piece.share)
-        fill(crew, sent)
-    assert failures == [Failure(0, "ZeroDivisionError: there")]
-    assert max(tried.values()) == 1 + RETRIES
-    assert crew.waiting == 0
 
 
 def submitted(store: Store, study: Study, chunk: tuple[int, ...]) -> tuple[str, Plan]:

@@ -50,6 +50,15 @@ def run(store: Store, client: Client, study: Study, reuse: bool = True, **option
     return run_study(store, record.id, lambda: nullcontext(client), tell, stop, **options)
 
 
+def grid_of(store: Store, study: Study) -> Record:
+    """The coarse grid of a study, of which something is stored."""
+    first = coarse(study)
+    assert first is not None
+    found = store.newest(first.digest)
+    assert found is not None
+    return found
+
+
 def test_the_coarse_grid_is_there_before_the_first_block_and_is_taken_over(
     store: Store, client: Client, tmp_path: Path
 ) -> None:
@@ -68,8 +77,7 @@ def test_the_coarse_grid_is_there_before_the_first_block_and_is_taken_over(
     finally:
         submitter.reset(token)
     assert (record.state, record.points_failed) == ("done", 0)
-    found = store.newest(first.digest)
-    assert found is not None
+    found = grid_of(store, study)
     assert (found.state, found.points_done) == ("done", first.points)
     assert found.provenance[COARSE_OF] == record.id
     assert found.provenance[SUBMITTED_BY] == record.provenance[SUBMITTED_BY] == "someone"
@@ -99,18 +107,13 @@ def test_a_study_that_is_stopped_meanwhile_stops_and_its_coarse_grid_too(
 
     study = large(0.06)
     record = run(store, client, study, tell=tell, stop=stop)
-    first = coarse(study)
-    assert first is not None
-    found = store.newest(first.digest)
-    assert found is not None
+    found = grid_of(store, study)
     assert (record.state, record.points_done) == ("cancelled", 0)
     assert found.state in ("cancelled", "done")
     # and goes on from there; a coarse grid that was deleted meanwhile is computed again
     store.delete(found.id)
     record = run(store, client, study)
-    again = store.newest(first.digest)
-    assert again is not None
-    assert (record.state, again.state) == ("done", "done")
+    assert (record.state, grid_of(store, study).state) == ("done", "done")
 
 
 def test_a_coarse_grid_that_cannot_be_had_costs_the_study_nothing(store: Store, client: Client) -> None:
@@ -144,10 +147,7 @@ def test_a_coarse_grid_is_listed_where_it_is_asked_for_and_once_its_study_is_gon
 ) -> None:
     study = large(0.12)
     record = run(store, client, study)
-    first = coarse(study)
-    assert first is not None
-    grid = store.newest(first.digest)
-    assert grid is not None
+    grid = grid_of(store, study)
 
     def listed(**wanted: Any) -> set[str]:
         return {each.id for each in store.page(wanted=Wanted(**wanted)).records}
