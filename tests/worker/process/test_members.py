@@ -66,19 +66,22 @@ def test_worker_that_is_told_to_leave_ends_its_block_and_the_next_one_goes_on(tm
 
 
 @pytest.mark.night
-def test_worker_whose_scheduler_does_not_come_back_leaves_in_time() -> None:
-    with scheduler_process() as (address, scheduler), member(address, "--leave-idle=8") as process:
-        with connect(scheduler=address) as client:
-            client.wait_for_workers(1, timeout=GONE_SECONDS)
-        scheduler.kill()
-        assert process.wait(GONE_SECONDS) == 1
-
-
-def catches(pid: int, number: signal.Signals) -> bool:
-    """Whether a process has a handler of its own for a signal."""
-    status = Path(f"/proc/{pid}/status").read_text()
-    mask = int(status.partition("SigCgt:")[2].split()[0], 16)
-    return bool(mask >> (number - 1) & 1)
+@pytest.mark.parametrize(("scheduler", "status"), [("gives it nothing", 0), ("is lost", 1), ("never was", 1)])
+def test_worker_without_work_leaves_in_time(scheduler: str, status: int) -> None:
+    with ExitStack() as stack:
+        if scheduler == "never was":
+            # nobody listens there while it is held
+            silent = stack.enter_context(socket.socket())
+            silent.bind(("127.0.0.1", 0))
+            address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        else:
+            address, process = stack.enter_context(scheduler_process())
+        worker = stack.enter_context(member(address, "--leave-idle=8"))
+        if scheduler == "is lost":
+            with connect(scheduler=address) as client:
+                client.wait_for_workers(1, timeout=GONE_SECONDS)
+            process.kill()
+        assert worker.wait(GONE_SECONDS) == status
 
 
 @pytest.mark.night
@@ -157,26 +160,6 @@ def test_worker_leaves_when_its_address_says_so(spot_market: str) -> None:
             assert process.poll() is None
             time.sleep(0.1)
         SpotMarket.answer = 200, b"TRUE"
-        assert process.wait(GONE_SECONDS) == 0
-
-
-@pytest.mark.parametrize("how", ["told", pytest.param("idle", marks=pytest.mark.night)])
-def test_worker_without_a_scheduler_leaves_as_one_with_it_does(how: str) -> None:
-    # nobody listens there while it is held
-    with socket.socket() as silent:
-        silent.bind(("127.0.0.1", 0))
-        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        with member(address, *(("--leave-idle=3",) if how == "idle" else ())) as process:
-            if how == "told":
-                while not catches(process.pid, signal.SIGTERM):
-                    time.sleep(0.1)
-                process.send_signal(signal.SIGTERM)
-            assert process.wait(GONE_SECONDS) == (0 if how == "told" else 1)
-
-
-@pytest.mark.night
-def test_worker_without_blocks_gives_its_core_back() -> None:
-    with scheduler_process() as (address, _), member(address, "--leave-idle=8") as process:
         assert process.wait(GONE_SECONDS) == 0
 
 

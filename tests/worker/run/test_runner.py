@@ -27,7 +27,6 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.run.lease import hold
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 
@@ -215,12 +214,6 @@ def test_study_that_is_deleted_while_it_runs_is_left(
     deleted: list[bool] = []
     with meanwhile(client, slowly), pytest.raises(StudyNotFound):
         run_study(store, submitted.id, lambda: nullcontext(client), delete, threading.Event())
-
-
-def test_study_that_another_runs_is_busy(client: Client, store: Store, submitted: Record) -> None:
-    with hold(store, submitted.id), pytest.raises(StudyBusy, match="is run by another process"):
-        run_study(store, submitted.id, never, ignore, threading.Event())
-    assert store.find(submitted.id).state == "queued"
 
 
 _CLAIM = """
