@@ -12,22 +12,10 @@ from typing import Any
 import psutil
 import pytest
 
-from damperlab.studies.store.solver import identity_of
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.cores import core_count
 from damperlab.worker.niceness import NICENESS
 from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost
-from damperlab.worker.provenance import (
-    WrongCode,
-    code_hash,
-    computing,
-    one_identity,
-    provenance,
-    require_begun_alike,
-    require_code,
-    require_identity,
-    require_solver,
-)
 
 ROOT = Path(__file__).parents[3]
 pytestmark = pytest.mark.usefixtures("anew")
@@ -171,31 +159,3 @@ def test_core_count_follows_the_affinity() -> None:
         assert core_count() == 1
     finally:
         os.sched_setaffinity(0, allowed)
-
-
-def test_code_hash_is_what_workers_are_held_to() -> None:
-    require_code(code_hash())
-    with pytest.raises(WrongCode, match="0000"):
-        require_code("0" * 64)
-
-
-def test_cube_begun_by_another_solver_is_not_continued() -> None:
-    require_solver("a" * 12, provenance())
-    for change in ({"solver": "0" * 16}, {"solver": ""}):
-        with pytest.raises(WrongCode, match="damperlab recompute aaaaaaaaaaaa"):
-            require_solver("a" * 12, {**provenance(), **change})
-    require_begun_alike("a" * 12, provenance(), computing())
-    with pytest.raises(WrongCode, match="damperlab recompute aaaaaaaaaaaa"):
-        require_begun_alike("a" * 12, provenance(), {**computing(), "identity": "0" * 16})
-
-
-def test_unlike_workers_compute_no_study_together() -> None:
-    mine = computing()
-    other = {**mine, "target": "generic 00000000"}
-    other["identity"] = identity_of(other)
-    assert other["identity"] != mine["identity"]
-    assert one_identity({"tcp://a": mine, "tcp://b": dict(mine)}) == mine
-    with pytest.raises(WrongCode, match=r"tcp://b has .* generic 00000000"):
-        one_identity({"tcp://a": mine, "tcp://b": other})
-    with pytest.raises(WrongCode, match=other["identity"]):
-        require_identity(other["identity"])
