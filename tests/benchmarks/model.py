@@ -228,38 +228,13 @@ def family() -> Known:
     return plan.centres(np.arange(plan.count)), Replay(plan).blocks / plan.block_seconds
 
 
-class Foreknown(Forecast):
-    """What blocks take, known beforehand.
-
-    Parameters
-    ----------
-    plan : Plan
-        Of the study.
-    truth : ndarray, (count,)
-        What each takes [s].
-    """
-
-    def __init__(self, plan: Plan, truth: NDArray[np.float64]) -> None:
-        super().__init__(plan, (plan.centres(np.arange(plan.count)), truth / plan.block_seconds))
-        self.seconds = self.cautious = truth.copy()
-
-    def learn(self, index: int, seconds: float) -> bool:
-        """Learn nothing."""
-        return False
-
-
 def busy(refined: int, workers: int) -> dict[str, Any]:
     """Busy share of a study of 24 × 12 × 40 points, each axis so many times finer, on so many workers; and at best."""
     plan = study_of(24 * refined, 12 * refined, 40 * refined)
     replay = Replay(plan)
     truth = replay.blocks
     shares = {}
-    forecasts = {
-        "first": Forecast(plan),
-        "family": Forecast(plan, family()),
-        "foreknown": Foreknown(plan, truth),
-    }
-    for name, forecast in forecasts.items():
+    for name, forecast in (("first", Forecast(plan)), ("family", Forecast(plan, family()))):
         model = Model(Backlog(range(plan.count), forecast), replay, workers)
         model.run()
         shares[name] = truth.sum() / (workers * model.now)

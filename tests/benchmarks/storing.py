@@ -9,17 +9,20 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from tests.benchmarks._service import cpu_seconds, serving
-from tests.benchmarks.slice import LARGE, build
 
-from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import Block, make_plan, plan_with_chunk
 from damperlab.studies.store.cube.cube import stored_variables, write_region
+from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
+from damperlab.worker.dispatch.cost_model import seconds_per_point
 
 BLOCK = (1, 1, 1, 200, 200, 1)
 """40,000 points: more than any block of a study has whose points take longer than 50 microseconds."""
@@ -28,6 +31,52 @@ SMALL_BLOCK = (1, 1, 1, 32, 32, 1)
 BLOCKS = 12
 SECONDS_OF_A_BLOCK = 2.0
 """For which the planner cuts: what writing may take is said as a share of it."""
+
+
+AXES = {
+    "restitution": {"start": 0.3, "stop": 0.9, "num": 4},
+    "mass_ratio": {"start": 0.02, "stop": 0.3, "num": 4},
+    "clearance_ratio": {"start": 1.0, "stop": 25.0, "num": 50},
+    "friction_ratio": {"start": 0.0, "stop": 0.8, "num": 50},
+    "frequency_ratio": {"start": 0.8, "stop": 1.25, "num": 250},
+}
+"""Ten million points."""
+METRICS = ["amplitude_ratio", "amplitude_error", "response_class"]
+"""What a map reads; the rest would only make the writing longer."""
+WRITERS = 8
+
+
+def build(data_dir: Path) -> Study:
+    """Make a cube of smooth values, every block done."""
+    study = parse_study({"name": "synthetic", "damping_ratio": 0.0038, "axes": AXES, "metrics": METRICS})
+    plan = make_plan(study, seconds_per_point)
+    with closing(Store.open(data_dir)) as store:
+        record, _ = store.submit(study, plan, {})
+        path = store.cube_path(record.id)
+
+        def write(index: int) -> BlockOutcome:
+            block = plan.block(index)
+            write_region(path, block, _values(study, block))
+            return BlockOutcome(index, block.points, 0, 0.0, 0.0)
+
+        # writing waits for the disk most of the time
+        with ThreadPoolExecutor(WRITERS) as pool:
+            for outcome in pool.map(write, range(plan.count)):
+                store.mark(record.id, outcome)
+        store.set_state(record.id, "done")
+    return study
+
+
+def _values(study: Study, block: Block) -> dict[str, np.ndarray]:
+    coordinates = [
+        values[part] for values, part in zip(study.coordinates.values(), block.slices, strict=True)
+    ]
+    *_, clearance, friction, r = np.meshgrid(*coordinates, indexing="ij")
+    smooth = 1 / np.hypot(1 - r**2, 0.1 + 0.2 * friction) + np.sin(40 * clearance * r) ** 2
+    return {
+        v.name: np.zeros(block.shape, v.dtype) if np.dtype(v.dtype).kind == "i" else smooth.astype(v.dtype)
+        for v in stored_variables(study)
+    }
 
 
 def writing(folder: Path) -> dict[str, float]:
@@ -79,12 +128,12 @@ def writing(folder: Path) -> dict[str, float]:
 
 def reading(folder: Path) -> dict[str, float]:
     """Serve ten million points; open them from a fresh process and read planes of 50 by 50."""
-    study_id = build(folder, LARGE)
-    store = Store.open(folder)
-    raw = store.taken().bytes
-    stored = sum(entry.size for entry in store.shelf.entries())
-    store.close()
-    figures = {"points": float(np.prod(list(LARGE.values()))), "stored over raw size": stored / raw}
+    study = build(folder)
+    with closing(Store.open(folder)) as store:
+        study_id = store.find("synthetic").id
+        raw = store.taken().bytes
+        stored = sum(entry.size for entry in store.shelf.entries())
+    figures = {"points": float(study.points), "stored over raw size": stored / raw}
     with serving(folder, None) as (url, pid):
         before = cpu_seconds(pid)
         child = [sys.executable, "-m", "tests.benchmarks.storing", f"{url}/api/v1/studies/{study_id}/zarr"]

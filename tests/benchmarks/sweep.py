@@ -1,6 +1,6 @@
 """Random design points over the legal ranges: no hang, no NaN with a good status, and the time of each.
 
-`python -m tests.benchmarks.sweep N [--seed S] [--json]`. A second process computes; this one watches it, so that a point
+`python -m tests.benchmarks.sweep N [--seed S]`. A second process computes; this one watches it, so that a point
 that does not end is stopped, reported with its coordinates, and counted.
 """
 
@@ -172,7 +172,7 @@ def _work(points: dict[str, NDArray[np.float64]], first: int, current: Any, pipe
     pipe.send((seconds[first:], states, findings))
 
 
-def sweep(count: int, seed: int = 0, progress: bool = False) -> dict[str, Any]:
+def sweep(count: int, seed: int = 0) -> dict[str, Any]:
     """Solve random points.
 
     Returns
@@ -189,7 +189,6 @@ def sweep(count: int, seed: int = 0, progress: bool = False) -> dict[str, Any]:
     findings: list[Finding] = []
     hangs = 0
     first = 0
-    shown = time.monotonic()
     while first < count:
         ours, theirs = context.Pipe(duplex=False)
         current.value = first
@@ -206,9 +205,6 @@ def sweep(count: int, seed: int = 0, progress: bool = False) -> dict[str, Any]:
             now = time.monotonic()
             if current.value != before:
                 before, since = current.value, max(now, since if before < 0 else now)
-                if progress and now - shown > 2.0:
-                    shown = now
-                    print(f"\r  {before} of {count} points", end="", file=sys.stderr, flush=True)
             elif now - since > LONGEST_SECONDS:
                 worker.kill()
                 hangs += 1
@@ -223,8 +219,6 @@ def sweep(count: int, seed: int = 0, progress: bool = False) -> dict[str, Any]:
         worker.join()
         if first < count:
             first = int(current.value) + 1
-    if progress:
-        print(file=sys.stderr)
     taken = np.concatenate(times) if times else np.zeros(1)
     return {
         "points": count,
@@ -259,7 +253,7 @@ def _warm() -> None:
 
 def run() -> dict[str, Any]:
     """A million points."""
-    return sweep(POINTS, progress=sys.stderr.isatty())
+    return sweep(POINTS)
 
 
 def main() -> int:
@@ -267,14 +261,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.sweep", description=__doc__)
     parser.add_argument("points", nargs="?", type=int, default=POINTS)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    figures = sweep(arguments.points, arguments.seed, progress=True)
-    if arguments.json:
-        print(json.dumps(figures, indent=2))
-    else:
-        for name, value in figures.items():
-            print(f"{name}: {value}")
+    figures = sweep(arguments.points, arguments.seed)
+    print(json.dumps(figures, indent=2))
     return 1 if figures["faults"] else 0
 
 

@@ -19,6 +19,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import closing, suppress
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -47,10 +48,18 @@ class Report:
     outcomes: Counter[tuple[str, str]] = field(default_factory=Counter)
     defects: list[str] = field(default_factory=list)
 
+    def add(self, file: Path, what: str, came: tuple[str, str]) -> None:
+        """Count what came of one case, and tell a defect at once."""
+        outcome, words = came
+        self.outcomes[kind_of(file), outcome] += 1
+        if outcome not in GOOD:
+            self.defects.append(f"{file.parent.name}/{file.name} {what}: {outcome}: {words}")
+            print(self.defects[-1], flush=True)
+
     def table(self) -> str:
-        """Give the counts, one line each, and the defects."""
-        lines = [f"{kind:12} {outcome:9} {count}" for (kind, outcome), count in sorted(self.outcomes.items())]
-        return "\n".join((*lines, *self.defects))
+        """Give the counts, one line each."""
+        lines = (f"{kind:12} {outcome:9} {count}" for (kind, outcome), count in sorted(self.outcomes.items()))
+        return "\n".join(lines)
 
 
 def make_store(folder: Path) -> None:
@@ -160,7 +169,7 @@ def flips(store: Path, number: int, seed: int) -> Iterator[tuple[Path, int, int]
     """Draw files, each kind as often as every other, and a bit of each: file, byte, bit."""
     random = np.random.default_rng(seed)
     by_kind: dict[str, list[Path]] = {}
-    for file in sorted(path for path in store.rglob("*") if path.is_file()):
+    for file in files_of(store):
         by_kind.setdefault(kind_of(file), []).append(file)
     kinds = sorted(by_kind)
     for place in range(number):
@@ -172,18 +181,43 @@ def flips(store: Path, number: int, seed: int) -> Iterator[tuple[Path, int, int]
         yield file, int(random.choice(where)), int(random.integers(8))
 
 
-def cuts(store: Path, number: int, seed: int) -> Iterator[tuple[Path, bytes, str]]:
-    """Draw where the tail of the catalogue's log is cut off, or reads as zeros: file, what is left, and in words."""
-    random = np.random.default_rng(seed)
-    log = store / f"{SQLITE_FILE}-wal"
+def files_of(store: Path) -> list[Path]:
+    """List the files of a store."""
+    return sorted(path for path in store.rglob("*") if path.is_file())
+
+
+def cases(whole: Path, case: Path, number: int, seed: int) -> Iterator[tuple[Path, str]]:
+    """Damage a copy of a store, one thing at a time: bits flipped, then every file lost; which file, and what became of it."""
+    for file, at, bit in flips(whole, number, seed):
+        damaged = bytearray(file.read_bytes())
+        damaged[at] ^= 1 << bit
+        _copy(whole, case)
+        (case / file.relative_to(whole)).write_bytes(bytes(damaged))
+        yield file, f"byte {at} bit {bit}"
+    for file in files_of(whole):
+        _copy(whole, case)
+        (case / file.relative_to(whole)).unlink()
+        yield file, "lost"
+
+
+def cut_cases(whole: Path, case: Path, number: int, seed: int) -> Iterator[tuple[Path, str]]:
+    """Cut the tail of the catalogue's log off, or let it read as zeros, at drawn places."""
+    log = whole / f"{SQLITE_FILE}-wal"
     content = log.read_bytes()
-    for at in random.integers(len(content), size=number):
-        yield log, content[:at], f"cut at byte {at}"
-        yield log, content[:at] + bytes(len(content) - at), f"zeros from byte {at}"
+    for at in np.random.default_rng(seed).integers(len(content), size=number):
+        for rest, what in ((b"", "cut at"), (bytes(len(content) - at), "zeros from")):
+            _copy(whole, case)
+            (case / log.name).write_bytes(content[:at] + rest)
+            yield log, f"{what} byte {at}"
 
 
-def run_damage(number: int, seed: int, *, losses: bool = True, say: bool = False) -> Report:
-    """Flip bits one at a time, then lose every file one at a time."""
+def _copy(whole: Path, case: Path) -> None:
+    shutil.rmtree(case, ignore_errors=True)
+    shutil.copytree(whole, case)
+
+
+def run_damage(number: int, seed: int) -> Report:
+    """Flip bits one at a time, lose every file one at a time, and cut the log."""
     report = Report()
     with tempfile.TemporaryDirectory() as made:
         whole, case = Path(made, "whole"), Path(made, "case")
@@ -192,32 +226,10 @@ def run_damage(number: int, seed: int, *, losses: bool = True, say: bool = False
             shutil.copytree(Path(made, "open"), whole)
         shutil.copytree(whole, case)
         expected, told = answers(case)
-        shutil.rmtree(case)
         assert not told, told
-
-        def add(file: Path, what: str) -> None:
-            outcome, words = judge(case, expected)
-            report.outcomes[kind_of(file), outcome] += 1
-            if outcome not in GOOD:
-                report.defects.append(f"{file.relative_to(whole)} {what}: {outcome}: {words}")
-                if say:
-                    print(report.defects[-1], flush=True)
-            shutil.rmtree(case)
-
-        for file, at, bit in flips(whole, number, seed):
-            shutil.copytree(whole, case)
-            damaged = bytearray(file.read_bytes())
-            damaged[at] ^= 1 << bit
-            (case / file.relative_to(whole)).write_bytes(bytes(damaged))
-            add(file, f"byte {at} bit {bit}")
-        for file, left, what in cuts(whole, number // 10, seed):
-            shutil.copytree(whole, case)
-            (case / file.relative_to(whole)).write_bytes(left)
-            add(file, what)
-        for file in sorted(path for path in whole.rglob("*") if path.is_file()) if losses else ():
-            shutil.copytree(whole, case)
-            (case / file.relative_to(whole)).unlink()
-            add(file, "lost")
+        drawn = cases(whole, case, number, seed), cut_cases(whole, case, number // 10, seed)
+        for file, what in chain(*drawn):
+            report.add(file, what, judge(case, expected))
     return report
 
 
@@ -227,7 +239,7 @@ def main() -> None:
     parser.add_argument("--flips", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    report = run_damage(options.flips, options.seed, say=True)
+    report = run_damage(options.flips, options.seed)
     print(report.table())
     sys.exit(bool(report.defects))
 

@@ -1,13 +1,10 @@
 """What users do to stored studies while processes are killed: recompute an outdated one, retry failed blocks, delete."""
 
-import http.client
 import json
-import urllib.error
-import urllib.request
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
+from tests.faults.asking import ask
 from tests.faults.report import Report
 from tests.other_solver import OtherSolver
 
@@ -72,23 +69,23 @@ class Deeds:
         report.deeds_undone += 1
 
     def _recompute(self, base: str) -> bool:
-        status, record = _ask("POST", f"{base}/{self._older}/recompute")
+        status, record = ask("POST", f"{base}/{self._older}/recompute")
         if status in (200, 201):
             self.studies[record["id"]] = self._outdated
         return status in (200, 201)
 
     def _retry(self, base: str) -> bool:
-        status, record = _ask("GET", f"{base}/{self._retried}")
+        status, record = ask("GET", f"{base}/{self._retried}")
         if status != 200 or record["state"] != "done":
             return False
-        status, _ = _ask("POST", f"{base}/{self._retried}/retry")
+        status, _ = ask("POST", f"{base}/{self._retried}/retry")
         # an answer that was lost: what is asked again finds nothing to do
         if status in (200, 409):
             self.studies[self._retried] = self._failed
         return status in (200, 409)
 
     def _delete(self, base: str) -> bool:
-        status, _ = _ask("DELETE", f"{base}/{self._deleted}")
+        status, _ = ask("DELETE", f"{base}/{self._deleted}")
         return status in (204, 404)
 
     def _give_up(self, study: Study, blocks: int | None) -> str:
@@ -112,17 +109,3 @@ class Deeds:
 def _plan(study: Study) -> Plan:
     chunk = (*study.shape[:-2], 2, study.shape[-1])
     return plan_with_chunk(study, chunk, seconds_per_point)
-
-
-def _ask(method: str, address: str) -> tuple[int, Any]:
-    """Ask the service; status 0 where nobody answers."""
-    request = urllib.request.Request(address, method=method)
-    try:
-        with urllib.request.urlopen(request, timeout=10) as answer:
-            content = answer.read()
-            return answer.status, json.loads(content) if content else None
-    except urllib.error.HTTPError as error:
-        error.close()
-        return error.code, None
-    except (OSError, http.client.HTTPException, ValueError):
-        return 0, None

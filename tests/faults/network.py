@@ -8,30 +8,24 @@ one undisturbed piece (run_time aside); a done-mark that was seen once has staye
 """
 
 import argparse
-import json
 import os
-import random
 import re
-import shutil
 import signal
 import sys
-import tempfile
 import time
-from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from pathlib import Path
 
 from tests.faults.hosts import Host, NoHosts, hosts
 from tests.faults.machines import Machine, PostgreSQL
 from tests.faults.processes import Member, ObjectServer, Process, end_on_sigterm
-from tests.faults.report import Report
-from tests.faults.watching import Watching, study_of
+from tests.faults.report import Report, traces
+from tests.faults.watching import LOOK_SECONDS, Watching
 from tests.worker.dispatch.test_workers_judged import altered
 
-from damperlab.studies.plan import Block
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.store import Store
-from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.certificates import make_certificates
 
 FAULTS = {
@@ -57,8 +51,6 @@ STAY_SECONDS = 45.0
 """How long a stranger stays."""
 BETWEEN_SECONDS = 1.0, 8.0
 """From one fault to the next."""
-LOOK_SECONDS = 0.3
-"""Between two looks at processes and done-marks."""
 _DEFECT = re.compile(r" (?:ERROR|CRITICAL) damperlab|met a defect")
 """In the service's log; Dask logs a scheduler that is lost with its own traceback."""
 SCHEDULER_PORT, SERVICE_PORT = 8786, 8000
@@ -69,7 +61,7 @@ class Campaign(Watching):
 
     def __init__(self, folder: Path, found: Sequence[Host], seed: int, rows: int) -> None:
         storage, scheduling, service, *working, stranger = found
-        self._folder, self._random = folder, random.Random(seed)
+        self._folder = folder
         self._stranger = stranger
         database = PostgreSQL(folder / "database", storage)
         objects = ObjectServer(folder / "objects", storage)
@@ -132,7 +124,6 @@ class Campaign(Watching):
         store = self._opened(database.address, objects.address)
         url = f"http://{service.address}:{SERVICE_PORT}"
         super().__init__(store, url, rows, Report("PostgreSQL, S3, seven hosts", seed))
-        self._drawn: Counter[str] = Counter()
 
     def _opened(self, catalogue: str, place: str) -> Store:
         give_up = time.monotonic() + 60.0
@@ -146,21 +137,11 @@ class Campaign(Watching):
 
     def run(self, faults: int | Sequence[str], patience: float) -> Report:
         """Let so many faults happen, let every study end, and compare."""
-        solve_block(study_of(0, 2), Block(0, (0,) * 6, (1, 1, 1, 1, 1, 2)))
         try:
-            for fault in self._draw(faults) if isinstance(faults, int) else faults:
-                self._go_on(self._random.uniform(*BETWEEN_SECONDS))
-                while not self._going_on() or self._starving():
-                    self._go_on(LOOK_SECONDS)
-                self._do(fault)
-                self._drawn[fault] += 1
-                self._unrewarded += 1
-                self._report.kills = dict(self._drawn)
-            give_up = time.monotonic() + patience
-            while self._going_on() and time.monotonic() < give_up:
-                self._go_on(LOOK_SECONDS, submit=False)
+            drawn = self._draw(faults) if isinstance(faults, int) else faults
+            self.suffer(drawn, BETWEEN_SECONDS, patience)
             while not all(machine.plugged for machine in self._machines):
-                self._go_on(LOOK_SECONDS, submit=False)
+                self.go_on(LOOK_SECONDS, submit=False)
         finally:
             # storage goes on: what it holds is read below
             for _, guest in self._guests:
@@ -182,7 +163,8 @@ class Campaign(Watching):
         more = self._random.choices(list(FAULTS), list(FAULTS.values()), k=max(0, faults - len(first)))
         return [*first, *more][:faults]
 
-    def _do(self, fault: str) -> None:
+    def do(self, fault: str) -> None:
+        """Let a fault happen."""
         print(f"{time.monotonic() - self._began:5.0f} s: {fault}", file=sys.stderr, flush=True)
         worker = self._random.choice(self._workers)
         seconds = self._random.uniform(*CUT_SECONDS)
@@ -211,25 +193,15 @@ class Campaign(Watching):
         guest.keep_up()
         self._guests.append((time.monotonic() + STAY_SECONDS, guest))
 
-    def _go_on(self, seconds: float, *, submit: bool = True) -> None:
-        """Start what is down and watch, for so long."""
-        until = time.monotonic() + seconds
-        while True:
-            for machine in self._machines:
-                machine.keep_up()
-            now = time.monotonic()
-            for leaves, guest in self._guests:
-                if leaves < now:
-                    guest.kill()
-            self._guests = [each for each in self._guests if each[0] >= now]
-            self._watch()
-            if submit:
-                self._submit_if_idle()
-            self._tell()
-            left = until - time.monotonic()
-            if left <= 0.0:
-                return
-            time.sleep(min(LOOK_SECONDS, left))
+    def keep_up(self) -> None:
+        """Start what is down, and send strangers away when their time is over."""
+        for machine in self._machines:
+            machine.keep_up()
+        now = time.monotonic()
+        for leaves, guest in self._guests:
+            if leaves < now:
+                guest.kill()
+        self._guests = [each for each in self._guests if each[0] >= now]
 
     def _finish(self) -> None:
         report = self._report
@@ -249,25 +221,13 @@ def run_campaign(faults: int | Sequence[str], seed: int, patience: float, rows: 
         This machine lets nobody make hosts.
     """
     names = ("storage", "scheduler", "service", "first", "second", "third", "stranger", "desk")
-    with hosts(*names) as found:
-        folder = Path(tempfile.mkdtemp(prefix="damperlab-network-"))
+    with hosts(*names) as found, traces("network") as (folder, reports):
         # the database's own user must get there
         folder.chmod(0o755)
         found[-1].enter()
-        campaign = None
-        try:
-            campaign = Campaign(folder, found[:-1], seed, rows)
+        with closing(Campaign(folder, found[:-1], seed, rows)) as campaign:
             report = campaign.run(faults, patience)
-        except BaseException:
-            print(f"data and logs are left in {folder}", file=sys.stderr)
-            raise
-        finally:
-            if campaign is not None:
-                campaign.close()
-    if report.good:
-        shutil.rmtree(folder)
-    else:
-        print(f"data and logs are left in {folder}", file=sys.stderr)
+        reports.append(report)
     return report
 
 
@@ -281,7 +241,6 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--patience", type=float, default=600.0, help="for the last studies, in seconds")
     parser.add_argument("--rows", type=int, default=300, help="size of a study, in rows of 160 points")
-    parser.add_argument("--json", action="store_true", help="the report as JSON instead of a table")
     arguments = parser.parse_args()
     end_on_sigterm()
     try:
@@ -291,7 +250,7 @@ def main() -> int:
     except NoHosts as error:
         print(error, file=sys.stderr)
         return 2
-    print(json.dumps(report.document(), indent=2) if arguments.json else report.table())
+    print(report.table())
     return 0 if report.good else 1
 
 

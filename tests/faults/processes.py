@@ -155,17 +155,8 @@ class ObjectServer(Process):
 
 def dask(log: Path, *arguments: str, **environment: str) -> Process:
     """Make one of Dask's own commands on loopback."""
-    return Process(
-        log,
-        sys.executable,
-        "-m",
-        "dask",
-        *arguments,
-        "--host",
-        "127.0.0.1",
-        "--no-dashboard",
-        **environment,
-    )
+    command = sys.executable, "-m", "dask", *arguments, "--host", "127.0.0.1", "--no-dashboard"
+    return Process(log, *command, **environment)
 
 
 def end_on_sigterm() -> None:

@@ -8,20 +8,19 @@ it. Readers in processes of their own read slices through the store and over HTT
 import argparse
 import json
 import random
-import shutil
 import subprocess
 import sys
-import tempfile
 import time
 from collections import Counter
 from contextlib import ExitStack, closing
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import httpx
 from tests.faults.processes import ROOT, Process, dask, end_on_sigterm
 from tests.faults.readers import READERS
+from tests.faults.report import markdown, spelled, traces
 from tests.faults.tokens import PLAN, STUDY
 from tests.ports import free_port
 
@@ -52,19 +51,14 @@ class Reading:
 
     def table(self) -> str:
         """Give the report as a Markdown table."""
-
-        def spell(counts: Counter[str]) -> str:
-            parts = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
-            return f"{sum(counts.values())}: {parts}"
-
         rows = [
-            ("slices read", spell(self.reads)),
-            ("refused, saying so", spell(self.refused)),
-            ("changes meanwhile", spell(self.writes)),
+            ("slices read", spelled(self.reads)),
+            ("refused, saying so", spelled(self.refused)),
+            ("changes meanwhile", spelled(self.writes)),
             ("torn, mixed or stale", str(len(self.wrong))),
             ("time", f"{self.seconds:.0f} s, seed {self.seed}"),
         ]
-        return "\n".join(["| | |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows)])
+        return markdown(rows)
 
 
 class Writer:
@@ -143,7 +137,12 @@ class Writer:
 
 def run_reading(reads: int, seed: int, patience: float) -> Reading:
     """Read so many slices in all, each kind of reader its share."""
-    folder = Path(tempfile.mkdtemp(prefix="damperlab-reading-"))
+    with traces("reading") as (folder, reports):
+        reports.append(_read_in(folder, reads, seed, patience))
+    return cast(Reading, reports[0])
+
+
+def _read_in(folder: Path, reads: int, seed: int, patience: float) -> Reading:
     scheduler, port = free_port(), free_port()
     address, url = f"tcp://127.0.0.1:{scheduler}", f"http://127.0.0.1:{port}"
     settings = {
@@ -211,10 +210,6 @@ def run_reading(reads: int, seed: int, patience: float) -> Reading:
             process.kill()
         store.close()
     result.seconds = round(time.monotonic() - began, 1)
-    if result.good:
-        shutil.rmtree(folder)
-    else:
-        print(f"data and logs are left in {folder}", file=sys.stderr)
     return result
 
 
@@ -243,13 +238,12 @@ def main() -> int:
     parser.add_argument("--reads", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--patience", type=float, default=1200.0, help="longest time, in seconds")
-    parser.add_argument("--json", action="store_true", help="the report as JSON instead of a table")
     arguments = parser.parse_args()
     end_on_sigterm()
     result = run_reading(arguments.reads, arguments.seed, arguments.patience)
     for text, count in Counter(result.wrong).most_common(20):
         print(f"{count} times: {text}", file=sys.stderr)
-    print(json.dumps({**asdict(result), "good": result.good}, indent=2) if arguments.json else result.table())
+    print(result.table())
     return 0 if result.good and sum(result.reads.values()) >= arguments.reads else 1
 
 

@@ -1,7 +1,49 @@
-"""What a campaign did and found, as JSON and as a table."""
+"""What a campaign did and found, as a table, and the folder that stays where something was wrong."""
 
-from dataclasses import asdict, dataclass, field
-from typing import Any
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+
+def spelled(counts: Mapping[str, int]) -> str:
+    """Give counts by name in one line, their sum first."""
+    parts = ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
+    return f"{sum(counts.values())}: {parts}"
+
+
+def markdown(rows: Iterable[tuple[str, str]]) -> str:
+    """Give rows of a name and a value as a Markdown table."""
+    return "\n".join(["| | |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows)])
+
+
+class Judged(Protocol):
+    """A report that says whether it is good."""
+
+    @property
+    def good(self) -> bool:
+        """Whether everything held, and there was something to hold."""
+
+    def table(self) -> str:
+        """Give the report as a Markdown table."""
+
+
+@contextmanager
+def traces(name: str) -> Iterator[tuple[Path, list[Judged]]]:
+    """Give a folder, which stays and is named unless a good report is put into the list beside it."""
+    folder = Path(tempfile.mkdtemp(prefix=f"damperlab-{name}-"))
+    reports: list[Judged] = []
+    try:
+        yield folder, reports
+    finally:
+        if reports and reports[-1].good:
+            shutil.rmtree(folder)
+        else:
+            print(f"data and logs are left in {folder}", file=sys.stderr)
 
 
 @dataclass
@@ -40,39 +82,23 @@ class Report:
         """Whether everything held, and there was something to hold."""
         return self.blocks > 0 and not any(getattr(self, name) for name in FAULTS)
 
-    def document(self) -> dict[str, Any]:
-        """Give the report as JSON-able values."""
-        return {**asdict(self), "good": self.good}
-
     def table(self) -> str:
         """Give the report as a Markdown table."""
-        kills = ", ".join(f"{count} {name}" for name, count in sorted(self.kills.items()))
         rows = [
             ("catalogue and cubes", f"{self.backend}, seed {self.seed}"),
-            ("faults", f"{sum(self.kills.values())}: {kills}"),
+            ("faults", spelled(self.kills)),
             ("studies ended, blocks done", f"{self.studies}, {self.blocks}"),
-            *(
-                [
-                    (
-                        "attempts at blocks",
-                        f"{self.attempts}, of which {self.attempts - self.blocks} were cut short",
-                    )
-                ]
-                if self.attempts
-                else []
-            ),
+            ("attempts at blocks, where they are noted", str(self.attempts)),
             ("looks at the catalogue", str(self.looks)),
             ("answers 503 or none", str(self.unavailable)),
-            *([("rounds of backup, gc and scrub", str(self.rounds))] if self.rounds else []),
-            *([("workers left out, by name", str(self.left_out))] if self.left_out else []),
+            ("rounds of backup, gc and scrub", str(self.rounds)),
+            ("workers left out, by name", str(self.left_out)),
             ("files of killed attempts, swept", str(self.strays_before_gc)),
             *((text, str(getattr(self, name))) for name, text in FAULTS.items()),
             ("time", f"{self.seconds:.0f} s"),
             ("verdict", "nothing was lost" if self.good else "**FAILED**"),
         ]
-        return "\n".join(
-            ["| | |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows)],
-        )
+        return markdown(rows)
 
 
 FAULTS = {

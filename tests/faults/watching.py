@@ -1,21 +1,28 @@
 """Studies of a campaign: submitted one after the other, and watched in the catalogue while faults come."""
 
+import random
 import sys
 import time
-from collections.abc import Iterator
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Iterable, Iterator
 
+from tests.faults.asking import ask
 from tests.faults.compare import compare, unexpected_files
 from tests.faults.report import Report
-from tests.faults.submitting import submit
 
 from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import Block
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
+from damperlab.worker.block import solve_block
 
 FAULTS_WITHOUT_A_BLOCK = 6
 """After so many the next one waits until a block is done."""
+LOOK_SECONDS = 0.2
+"""Between two looks at processes and done-marks."""
 TELL_SECONDS = 10.0
 """Between two lines of progress."""
 
@@ -35,11 +42,56 @@ def study_of(number: int, rows: int) -> Study:
     )
 
 
-class Watching:
+class Watching(ABC):
     """What campaigns have in common."""
+
+    @abstractmethod
+    def keep_up(self) -> None:
+        """Start what is down."""
+
+    @abstractmethod
+    def do(self, fault: str) -> None:
+        """Let a fault happen."""
+
+    def pending(self) -> bool:
+        """Whether something beside the studies has not ended yet."""
+        return False
+
+    def suffer(self, faults: Iterable[str], between: tuple[float, float], patience: float) -> None:
+        """Let faults happen, one after the other, and every study end within `patience` seconds."""
+        # a worker that is killed again and again before it has compiled would never get anywhere
+        solve_block(study_of(0, 2), Block(0, (0,) * 6, (1, 1, 1, 1, 1, 2)))
+        happened: Counter[str] = Counter()
+        for fault in faults:
+            # some come while what the last one ended still starts, most after that
+            self.go_on(self._random.uniform(*between))
+            while not self._going_on() or self._starving():
+                self.go_on(LOOK_SECONDS)
+            self.do(fault)
+            happened[fault] += 1
+            self._unrewarded += 1
+            self._report.kills = dict(happened)
+        give_up = time.monotonic() + patience
+        while (self._going_on() or self.pending()) and time.monotonic() < give_up:
+            self.go_on(LOOK_SECONDS, submit=False)
+
+    def go_on(self, seconds: float, *, submit: bool = True) -> None:
+        """Start what is down and watch, for so long."""
+        until = time.monotonic() + seconds
+        while True:
+            self.keep_up()
+            self._watch()
+            if submit:
+                self._submit_if_idle()
+            self._tell()
+            left = until - time.monotonic()
+            if left <= 0.0:
+                return
+            time.sleep(min(LOOK_SECONDS, left))
 
     def __init__(self, store: Store, url: str, rows: int, report: Report) -> None:
         self._store, self._url, self._rows, self._report = store, url, rows, report
+        self._random = random.Random(report.seed)
         self._marks: dict[str, dict[int, str]] = {}
         self._studies: dict[str, Study] = {}
         # nothing happens before the first block is done
@@ -76,9 +128,15 @@ class Watching:
             return
         number = len(self._studies)
         study = study_of(number, self._rows)
-        study_id = submit(self._url, study, f"campaign-{number}", self._report)
-        if study_id is not None:
-            self._studies[study_id] = study
+        key = f"campaign-{number}"
+        status, answer = ask("POST", f"{self._url}/api/v1/studies", study.document(), Idempotency_Key=key)
+        if status in (200, 201, 202):
+            self._studies[str(answer["id"])] = study
+        elif status in (0, 503):
+            self._report.unavailable += 1
+        else:
+            self._report.defects += 1
+            print(f"POST answered {status}: {answer!r}", file=sys.stderr)
 
     def _watch(self) -> None:
         for study_id, study in self._studies.items():

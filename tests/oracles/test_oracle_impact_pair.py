@@ -50,23 +50,6 @@ def test_half_a_period_later_everything_is_mirrored(
         assert found == pytest.approx(orbit.start, abs=1e-12)
 
 
-def test_known_amplitude_at_resonance() -> None:
-    # Independent computation given with the model: d/Z 10, e 0.47, beta 0.1, zeta 0.0038, r 1.
-    (orbit,) = two_impacts_per_cycle(*STABLE)
-    assert orbit.amplitude_ratio == pytest.approx(3.916922, abs=5e-7)
-    assert orbit.stable
-
-
-def test_stable_orbit_is_reached_from_rest() -> None:
-    (orbit,) = two_impacts_per_cycle(*STABLE)
-    zeta, r, delta, e, beta = STABLE
-    run = simulate(zeta, r, 0.0, (delta, e, beta), cycles=200, digits=None, peaks=True)
-    u, v = run["peaks"][-1]
-    # The multiplier, 0.841, to the power 200 is 1e-15.
-    assert u == pytest.approx(orbit.amplitude_ratio, rel=1e-12)
-    assert v == pytest.approx(orbit.relative_amplitude_ratio, rel=1e-12)
-
-
 @pytest.mark.parametrize("scene", [STABLE, UNSTABLE])
 def test_multipliers_are_those_of_the_simulated_period(
     scene: tuple[float, float, float, float, float],

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.excitation.sine_base import Forced
-from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings, settle
@@ -31,6 +32,17 @@ class Point(NamedTuple):
     def solve(self) -> tuple[Response, State]:
         """Steady response from rest with a study's default settings, and the state at its end."""
         return settle(*self, SETTINGS, self.rest())
+
+
+def with_contact(point: Point, model: str, contact_time: float) -> Point:
+    """The same point with a contact that takes time, where the model says so."""
+    one = point.particle
+    if model == "dwell":
+        return point._replace(particle=one._replace(contact_time=contact_time))
+    if model == "compliant":
+        wall = Wall(*wall_constants(one.restitution, contact_time, one.mass_ratio))
+        return point._replace(particle=one._replace(wall=wall))
+    return point
 
 
 def drawn_points(

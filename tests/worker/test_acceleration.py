@@ -2,6 +2,7 @@
 
 import itertools
 from math import pi, sqrt
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -42,28 +43,28 @@ from damperlab.worker.steady.start import at_rest
 METERED = Settings(4000, 0.02, 1e-10, True, True)
 
 
-def steady(
-    zeta: float, r: float, gamma: float, particle: Particle | None, forced: bool
-) -> tuple[Response, State]:
-    """Response with period 1, whose largest |u''| of a cycle is that of every cycle, and a state on it."""
+class Orbit(NamedTuple):
+    """A response with period 1, whose largest |u''| and mean square of a cycle are those of every cycle."""
+
+    peak: float
+    square: float
+    impacts: float
+    end: State
+    start: list[float]
+    """u, u', p, p' of that state, at phase 0, in which no wall is touched."""
+
+
+def orbit_of(r: float, gamma: float, particle: Particle | None, forced: bool) -> Orbit:
     one, friction = excitation_of(r, forced), gamma or None
-    response, end = settle(zeta, one, friction, particle, METERED, at_rest(one, friction, particle))
-    return response, end
-
-
-def measured(response: Response) -> tuple[float, float]:
-    """Largest |u''| and its mean square, over a response with period 1: every cycle has the same."""
-    assert (response.status, response.period) == (Status.CONVERGED, 1)
-    return response.acceleration_ratio, 0.5 * response.acceleration_ratio_rms**2
-
-
-def flight(end: State, r: float, particle: Particle | None, forced: bool) -> list[float]:
-    """u, u', p, p' of a state at phase 0 in which no wall is touched."""
-    u_rate = end.w + base_rate_at_phase_zero(excitation_of(r, forced))
-    if particle is None:
-        return [end.v, u_rate, end.v, 0.0]
-    assert end.riding == 0.0
-    return [end.v, u_rate, end.v - end.wall * (particle.clearance_ratio - end.gap), end.p_rate]
+    found, end = settle(0.03, one, friction, particle, METERED, at_rest(one, friction, particle))
+    assert (found.status, found.period) == (Status.CONVERGED, 1)
+    place, p_rate = end.v, 0.0
+    if particle is not None:
+        assert end.riding == 0.0
+        place, p_rate = end.v - end.wall * (particle.clearance_ratio - end.gap), end.p_rate
+    start = [end.v, end.w + base_rate_at_phase_zero(one), place, p_rate]
+    square = 0.5 * found.acceleration_ratio_rms**2
+    return Orbit(found.acceleration_ratio, square, found.impacts_per_cycle, end, start)
 
 
 @pytest.mark.parametrize("r", [1e-2, 0.5, 1.0, 3.0, 100.0])
@@ -108,13 +109,12 @@ RIGID = [
 def test_rigid_walls_and_friction_agree_with_the_reference_simulator(point) -> None:
     """The response is known to 1e-10 of a distance from periodicity that impacts amplify; Simpson's rule on 2π/200 to 1e-8."""
     r, gamma, given, forced = point
-    particle = Particle(*given) if given else None
-    response, end = steady(0.03, r, gamma, particle, forced)
-    peak, square = measured(response)
-    u, _u_rate, p, p_rate = flight(end, r, particle, forced)
+    peak, square, impacts, end, (u, _, p, p_rate) = orbit_of(
+        r, gamma, Particle(*given) if given else None, forced
+    )
     start = Place(0.0, end.v, end.w, u - p, p_rate)
     truth = reference(0.03, r, gamma, given, 1, digits=None, start=start, acceleration=True, forced=forced)
-    assert (truth["impacts"] > 0) == (response.impacts_per_cycle > 0)
+    assert (truth["impacts"] > 0) == (impacts > 0)
     assert float(truth["u"]) == pytest.approx(u, abs=1e-6)  # it is the same orbit
     assert peak == pytest.approx(float(truth["acceleration_peak"]), rel=1e-7)
     assert square == pytest.approx(float(truth["acceleration_square"]) * r / (2.0 * pi), rel=1e-7)
@@ -129,11 +129,8 @@ DWELLS = [(0.6, 0.3, 1.0, False), (1.3, 0.3, 1.0, False), (0.6, 0.8, 1.0, False)
 def test_contacts_of_fixed_duration_agree_with_a_general_integrator(point) -> None:
     """Its steps of at most 0.05/r sample |u''| to a thousandth, its ends included; the trapezoid of the square to as much."""
     r, gamma, clearance, forced = point
-    particle = Particle(clearance, 0.6, 0.2, 0.5)
-    response, end = steady(0.03, r, gamma, particle, forced)
-    peak, square = measured(response)
-    assert response.impacts_per_cycle > 0.0
-    start = flight(end, r, particle, forced)
+    peak, square, impacts, _, start = orbit_of(r, gamma, Particle(clearance, 0.6, 0.2, 0.5), forced)
+    assert impacts > 0.0
     pieces: list[tuple[float, float]] = []
 
     def seen(times: np.ndarray, accelerations: np.ndarray) -> None:
@@ -165,10 +162,8 @@ def test_compliant_walls_agree_with_a_plain_march(point) -> None:
     """The force of contact counts. Its scan, at an eighth of a fifth of the wall's own time, sees a peak to 1e-4."""
     r, gamma, clearance, wall, forced = point
     particle = Particle(clearance, 0.5, 0.1, None, Wall(*wall))
-    response, end = steady(0.03, r, gamma, particle, forced)
-    peak, square = measured(response)
-    assert response.impacts_per_cycle > 0.0
-    start = flight(end, r, particle, forced)
+    peak, square, impacts, _, start = orbit_of(r, gamma, particle, forced)
+    assert impacts > 0.0
     march = compliant_wall.Accelerated(
         compliant_wall.Scene(0.03, r, gamma, clearance, 0.1, *wall, forced=forced)
     )
@@ -262,8 +257,9 @@ def test_a_study_stores_the_acceleration_where_it_asks_for_it() -> None:
         peak, rms = (
             found[name][0, 0, 0, 0, i, j] for name in ("acceleration_ratio", "acceleration_ratio_rms")
         )
-        response, _ = steady(0.03, r, gamma, Particle(0.5, 0.5, 0.1), False)
-        expected = (response.acceleration_ratio, response.acceleration_ratio_rms)
+        particle, friction = Particle(0.5, 0.5, 0.1), gamma or None
+        alone, _ = settle(0.03, r, friction, particle, METERED, at_rest(r, friction, particle))
+        expected = (alone.acceleration_ratio, alone.acceleration_ratio_rms)
         assert (peak, rms) == pytest.approx(expected, rel=1e-8)
 
 

@@ -5,17 +5,12 @@ from math import hypot
 
 import numpy as np
 import pytest
-from tests.oracles.compliant_wall import Scene as Walls
-from tests.oracles.compliant_wall import end_state as walled_end
-from tests.oracles.dwelling import Scene as Dwelling
-from tests.oracles.dwelling import end_state as dwelling_end
 from tests.reference.simulator import simulate as reference
 
 from damperlab.studies.variables import ResponseClass, Status
-from damperlab.worker.physics.compliant_wall import contact_time_of_stiffness, wall_constants
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
-from damperlab.worker.solver.particle import Particle, Wall
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.steady.settle import Settings
 
 # ζ, r, γ_F, (d/Z, e, β), cycles: impacts with friction; chatter with stick; rides without friction; rides and sticks; above
@@ -52,74 +47,6 @@ def test_a_march_agrees_with_the_reference_simulator(scene) -> None:
     time = 2.0 * np.pi * cycles / r
     assert found.metrics["stick_fraction"] == pytest.approx(float(truth["stuck_time"]) / time, abs=1e-12)
     assert found.metrics["energy_residual"] <= 1e-12
-
-
-@pytest.mark.night
-@pytest.mark.parametrize(
-    "scene",
-    [
-        Dwelling(0.02, 1.0, 0.0, 5.0, 0.47, 0.1, 0.3, forced=True),
-        Dwelling(0.02, 0.8, 0.0, 1.5, 0.8, 0.4, 7.0, forced=True),
-        Dwelling(0.05, 1.0, 0.4, 2.0, 0.6, 0.2, 0.5, forced=True),
-        Dwelling(0.05, 0.6, 0.25, 0.4, 0.7, 0.2, 1.1, forced=True),
-    ],
-    ids=str,
-)
-def test_contact_of_fixed_duration_agrees_with_a_general_integrator(scene: Dwelling) -> None:
-    """Its tolerance is 1e-12 a step of hundreds; every impact amplifies by at most a few."""
-    expected, impacts = dwelling_end(scene, 6)
-    particle = Particle(scene.clearance_ratio, scene.restitution, scene.mass_ratio, scene.contact_time)
-    design = Design(scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio, particle, forced=True)
-    found = simulate(design, 6)
-    assert impacts >= 3
-    assert found.events["impacts"] == impacts
-    assert list(found.state.values()) == pytest.approx(expected, rel=0.0, abs=1e-8)
-    assert found.metrics["energy_residual"] <= 1e-12
-
-
-@pytest.mark.night
-@pytest.mark.parametrize(
-    "scene",
-    [
-        (0.0038, 1.0, 0.0, 2.0, 0.47, 0.1, 1e2, 4),
-        (0.0038, 1.0, 0.0, 2.0, 0.47, 0.1, 1e8, 4),
-        (0.0038, 1.0, 0.4, 2.0, 0.47, 0.1, 10.0, 4),
-        (0.0038, 0.9, 0.8, 0.3, 0.1, 0.1, 1e3, 3),
-        (0.05, 0.6, 0.25, 0.4, 0.7, 0.2, 1e2, 3),
-        (0.02, 1.0, 0.3, 0.5, 1e-3, 0.3, 1e3, 2),
-        (0.02, 0.5, 0.0, 0.05, 0.1, 0.3, 1e3, 1),
-    ],
-    ids=str,
-)
-def test_compliant_walls_agree_with_a_plain_march(scene) -> None:
-    """Both round at 1e-16 of a state of ten, thousands of times, and impacts amplify."""
-    zeta, r, gamma, clearance, restitution, mass, stiffness, cycles = scene
-    wall = wall_constants(restitution, contact_time_of_stiffness(restitution, stiffness, mass), mass)
-    expected, march = walled_end(Walls(zeta, r, gamma, clearance, mass, *wall, forced=True), int(cycles))
-    particle = Particle(clearance, restitution, mass, None, Wall(*wall))
-    found = simulate(Design(zeta, r, gamma, particle, forced=True), int(cycles))
-    assert march.impacts >= 3
-    assert (found.events["impacts"], found.events["turns"]) == (march.impacts, march.turns)
-    assert list(found.state.values()) == pytest.approx(expected, rel=0.0, abs=1e-9)
-    assert found.metrics["energy_residual"] <= 1e-12
-    same = pytest.approx(found.metrics["amplitude_ratio"], rel=1e-12)
-    assert found.metrics["relative_amplitude_ratio"] == same
-
-
-@pytest.mark.night
-def test_in_compliant_walls_the_base_rests_whatever_acts() -> None:
-    """A long step over a contact's vibration took the force for the base's displacement: every third of these was wrong."""
-    random = np.random.default_rng(1)
-    for _ in range(60):
-        r, clearance = np.exp(random.uniform(-1.0, 1.0)), np.exp(random.uniform(-3.0, 1.0))
-        mass, restitution = random.uniform(0.05, 0.5), random.uniform(0.05, 0.9)
-        wall = wall_constants(restitution, np.exp(random.uniform(-6.0, -0.5)), mass)
-        particle = Particle(float(clearance), restitution, mass, None, Wall(*wall))
-        friction = float(random.choice([0.0, 0.2]))
-        found = simulate(Design(0.02, float(r), friction, particle, forced=True)).metrics
-        same = pytest.approx(found["amplitude_ratio"], rel=1e-12)
-        assert found["relative_amplitude_ratio"] == same
-        assert found["energy_residual"] <= 1e-9
 
 
 @pytest.mark.parametrize("r", [0.3, 0.97, 1.0, 1.4])
@@ -165,15 +92,6 @@ def test_the_structure_alone_has_its_closed_form() -> None:
     # the work of the force is what the dashpot takes
     lost = 2.0 * np.pi * zeta * r * abs(receptance) ** 2
     assert found.metrics["dissipation_per_cycle"] == pytest.approx(lost, rel=1e-13)
-
-
-@pytest.mark.night
-def test_the_history_of_the_structure_alone_has_its_amplitude() -> None:
-    zeta, r = 0.05, 1.1
-    history = simulate(Design(zeta, r, forced=True), history=1).history
-    receptance = 1.0 / (1.0 - r * r + 2j * zeta * r)
-    assert np.abs(history["u"]).max() == pytest.approx(abs(receptance), rel=1e-3)
-    assert history["u"] == pytest.approx(history["v"], abs=0.0)
 
 
 @pytest.mark.parametrize("energies", [True, pytest.param(None, marks=pytest.mark.night)])

@@ -5,13 +5,10 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from damperlab.studies.choices import CompliantContact
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block
 from damperlab.studies.variables import STANDARD, ResponseClass
-from damperlab.worker.accuracy.march import march_from_rest
 from damperlab.worker.block import solve_block
-from damperlab.worker.kernel_arguments import wall_of
 from damperlab.worker.point import Design, simulate_ready
 from damperlab.worker.solver.events import BUDGET
 from damperlab.worker.solver.integrate import half_cycle
@@ -19,9 +16,7 @@ from damperlab.worker.solver.observe.meter import (
     METERS,
     PEAK,
     RELATIVE_PEAK,
-    SPEED,
     SQUARE,
-    STUCK,
     VISCOUS_LOSS,
     WORK_IN,
     Meter,
@@ -77,24 +72,6 @@ def test_energy_dissipated_per_cycle_is_that_of_its_mechanisms() -> None:
     one = 0.5 * (0.1 / 1.1) * (1.0 - 0.6**2) * rattling["impact_speed_max"] ** 2
     lost = rattling["dissipation_per_cycle"] * rattling["dissipation_impact"]
     assert lost == pytest.approx(2 * one, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    "contact",
-    [None, pytest.param(CompliantContact(model="compliant", contact_time=1e-3), marks=pytest.mark.night)],
-)
-def test_what_is_measured_does_not_change_the_motion_nor_the_rest_of_the_measures(
-    contact: CompliantContact | None,
-) -> None:
-    particle = Particle(2.0, 0.47, 0.1, None, wall_of(contact, 0.47, 0.1))
-    whole, peaks = np.zeros(METERS), np.zeros(METERS)
-    with_energies = march_from_rest(0.0038, 0.9, 0.6, particle, 300, Meter(whole))
-    without = march_from_rest(0.0038, 0.9, 0.6, particle, 300, Meter(peaks, None))
-    assert with_energies[0] == without[0]
-    assert with_energies[3][1:] == without[3][1:]
-    assert np.array_equal(whole[STUCK:], peaks[STUCK:])
-    assert whole[: SPEED + 1].all()  # there was something to measure
-    assert not peaks[:STUCK].any()
 
 
 def test_a_study_without_energies_stores_the_same_bits() -> None:

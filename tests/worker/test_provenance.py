@@ -1,17 +1,32 @@
-"""What is kept of how a study was computed: enough to do it again, and the same wherever it is read."""
+"""By whom a study is computed, how that is told apart, and what is kept of it: enough to do it again."""
 
 import json
 import re
+import subprocess
+import sys
 from datetime import UTC, datetime, timedelta
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
+import pytest
+from tests.other_solver import ROOT
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.solver import SOURCES, identity_of, is_outdated, solver
 from damperlab.studies.store.store import Store
-from damperlab.worker.provenance import provenance
+from damperlab.worker.provenance import (
+    WrongCode,
+    code_hash,
+    computing,
+    one_identity,
+    provenance,
+    require_begun_alike,
+    require_code,
+    require_identity,
+    require_solver,
+)
 
 STUDY = parse_study(
     {
@@ -28,12 +43,10 @@ STUDY = parse_study(
 )
 
 
-def test_record_and_cube_say_by_what_on_what_by_whom_and_when(tmp_path: Path) -> None:
-    store = Store.open(tmp_path)
+def test_record_and_cube_say_by_what_on_what_by_whom_and_when(store: Store) -> None:
     plan = plan_with_chunk(STUDY, STUDY.shape, lambda _, at: np.ones(len(at["mass_ratio"])))
     record, _ = store.submit(STUDY, plan, provenance())
     cube = store.cube(record.id)
-    store.close()
     kept = record.document()["provenance"]
     assert json.loads(cube.attrs["provenance"]) == kept
     assert kept["solver_version"] == cube.attrs["solver_version"] == version("damperlab")
@@ -59,3 +72,62 @@ def test_record_and_cube_say_by_what_on_what_by_whom_and_when(tmp_path: Path) ->
     assert record.definition == json.loads(cube.attrs["study"])
     assert "7" in re.findall(r'"seed": (\d+)', json.dumps(record.definition))
     assert (cube.attrs["digest"], record.digest[:12]) == (STUDY.digest, record.id)
+
+
+NEUTRAL = {
+    # what is said, listed, told apart, read or asked, and where it lies; no stored value goes through it
+    "studies": "base_motion digest examples faults field guard html kind kinds metrics paper pydantic_faults questions reads "
+    "spelled_numbers unit_names user_error",
+    # the samples of a record are in the digest
+    "studies.ground": "builtin files generated kanai_tajimi paper question response_spectrum shelf sweep sweep_reading",
+    "studies.store": "faults kept_quota record solver submitter",
+    "studies.store.cube": "checksum coding cube chunks decoded definition",
+    "studies.store.files": "durable sealed shelf",
+    "studies.store.reuse": "reuse",
+    "studies.tmd": "absorber minimax stationary transfer tunings",  # tuned mass dampers are compared with, not stored
+    "worker": "cores kernel_cache niceness provenance scenes warm",
+}
+
+
+def test_every_source_between_a_study_and_its_values_is_counted() -> None:
+    code = (
+        "import sys, json, damperlab.worker.block, damperlab.worker.ground.block\n"
+        "print(json.dumps({n: m.__file__ for n, m in sys.modules.items() if n.startswith('damperlab.')}))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, cwd=ROOT)
+    neutral = {f"damperlab.{parent}.{name}" for parent, names in NEUTRAL.items() for name in names.split()}
+    for name, file in json.loads(done.stdout).items():
+        path = Path(file).as_posix()
+        counted = any(f"/{source}" in path for source in SOURCES)
+        assert counted or name in neutral or path.endswith("__init__.py"), name
+    assert all((ROOT / source).exists() for source in SOURCES)
+    assert is_outdated({}), "what was not written down"
+    assert not is_outdated({"solver": solver()})
+
+
+def test_code_hash_is_what_workers_are_held_to() -> None:
+    require_code(code_hash())
+    with pytest.raises(WrongCode, match="0000"):
+        require_code("0" * 64)
+
+
+def test_cube_begun_by_another_solver_is_not_continued() -> None:
+    require_solver("a" * 12, provenance())
+    for change in ({"solver": "0" * 16}, {"solver": ""}):
+        with pytest.raises(WrongCode, match="damperlab recompute aaaaaaaaaaaa"):
+            require_solver("a" * 12, {**provenance(), **change})
+    require_begun_alike("a" * 12, provenance(), computing())
+    with pytest.raises(WrongCode, match="damperlab recompute aaaaaaaaaaaa"):
+        require_begun_alike("a" * 12, provenance(), {**computing(), "identity": "0" * 16})
+
+
+def test_unlike_workers_compute_no_study_together() -> None:
+    mine = computing()
+    other = {**mine, "target": "generic 00000000"}
+    other["identity"] = identity_of(other)
+    assert other["identity"] != mine["identity"]
+    assert one_identity({"tcp://a": mine, "tcp://b": dict(mine)}) == mine
+    with pytest.raises(WrongCode, match=r"tcp://b has .* generic 00000000"):
+        one_identity({"tcp://a": mine, "tcp://b": other})
+    with pytest.raises(WrongCode, match=other["identity"]):
+        require_identity(other["identity"])

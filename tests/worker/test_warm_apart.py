@@ -36,6 +36,7 @@ def test_a_scene_that_another_process_compiles_is_left_to_it_and_waited_for_wher
     assert (folder / marker(first)).read_text() == "", "compiled twice"
 
 
+@pytest.mark.night
 def test_a_process_that_compiles_ends_with_whoever_started_it(tmp_path: Path) -> None:
     """A command that is killed cannot end it: it would keep a core busy for minutes, for nobody."""
     folder = tmp_path / CACHE_FOLDER.name

@@ -10,7 +10,11 @@ TOLERANCE = 1e-10
 EVENT = METHODS[0]
 
 
-@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
+@pytest.mark.parametrize(
+    "scene",
+    [one if one.name == "hybrid" else pytest.param(one, marks=pytest.mark.night) for one in SCENES],
+    ids=lambda scene: scene.name,
+)
 def test_dop853_with_events_agrees(scene: Scene) -> None:
     """Its error per unit of time is about its tolerance, over 60 to 70 units of time, and amplified on the way."""
     found = scipy_method("DOP853", (TOLERANCE,)).march(scene.design, scene.cycles, 1.0 / TOLERANCE)

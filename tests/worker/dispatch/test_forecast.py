@@ -1,7 +1,5 @@
 """What blocks are expected to take: learnt from those that have ended, and it decides their order alone."""
 
-import threading
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.benchmarks import model
+from tests.worker.run_here import run_here
 
 from damperlab.service.estimates import estimate_document
 from damperlab.studies.definition import Study, parse_study
@@ -22,7 +21,6 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.forecast import Forecast, known_of
 from damperlab.worker.dispatch.piece import Piece
 from damperlab.worker.provenance import provenance
-from damperlab.worker.run.runner import run_study
 
 ROWS = (1, 1, 1, 1, 1, 8)
 
@@ -131,53 +129,43 @@ def test_short_blocks_go_behind_long_ones_until_the_reserve_is_left() -> None:
     assert sorted([first.index, *indices]) == list(range(63))
 
 
-def run_here(store: Store, study: Study) -> str:
-    def never() -> Any:
-        raise AssertionError("a cluster was asked for")
-
-    plan = plan_with_chunk(study, ROWS, seconds_per_point)
-    record, _ = store.submit(study, plan, provenance())
-    ended = run_study(store, record.id, never, lambda progress: None, threading.Event(), here_seconds=60.0)
-    assert ended.state == "done"
-    return record.id
+def computed(store: Store, study: Study) -> str:
+    record, _ = store.submit(study, plan_with_chunk(study, ROWS, seconds_per_point), provenance())
+    return run_here(store, record.id).id
 
 
-def test_studies_of_a_family_tell_what_blocks_take_and_others_do_not(tmp_path: Path) -> None:
-    store = Store.open(tmp_path / "data")
-    try:
-        coarse = run_here(store, friction_study(5))
-        run_here(store, friction_study(5, steady={"max_cycles": 50}))  # other settings: no family
-        finer = friction_study(16)
-        plan = plan_with_chunk(finer, ROWS, seconds_per_point)
-        record, _ = store.submit(finer, plan, provenance())
-        (measured,) = measured_blocks(store, record.id)
-        assert measured.record.id == coarse
-        assert measured.indices.tolist() == list(range(5))
-        assert measured.kernel_seconds.sum() == pytest.approx(store.find(coarse).kernel_seconds, rel=1e-12)
-        known = known_of(measured_blocks(store, record.id))
-        assert known is not None
-        ratios = known[1]
-        forecast = Forecast(plan, known)
-        assert forecast.informed
-        corrections = forecast.seconds / plan.block_seconds
-        assert ratios.min() * (1 - 1e-12) <= corrections.min() <= corrections.max()
-        assert corrections.max() <= ratios.max() * (1 + 1e-12)
-        # known before it is submitted
-        blind, told = estimate_document(finer, plan), estimate_document(finer, plan, store)
-        assert told["seconds"] - told["compiling_seconds"] == pytest.approx(forecast.seconds.sum(), rel=1e-12)
-        assert blind["seconds"] - blind["compiling_seconds"] == pytest.approx(plan.seconds, rel=1e-12)
-        for each in (blind, told):
-            assert each["seconds_low"] < each["seconds"] < each["seconds_high"]
-        # who knows more is surer
-        assert told["seconds_high"] / told["seconds_low"] < blind["seconds_high"] / blind["seconds_low"]
-        assert measured_family(store, "") == []
-        with store.catalogue.writing() as connection:
-            # what cannot be is left out
-            connection.execute(done_blocks.update().values(kernel_seconds=float("inf")))
-        assert measured_blocks(store, record.id) == []
-        assert known_of(measured_blocks(store, record.id)) is None
-    finally:
-        store.close()
+def test_studies_of_a_family_tell_what_blocks_take_and_others_do_not(store: Store) -> None:
+    coarse = computed(store, friction_study(5))
+    computed(store, friction_study(5, steady={"max_cycles": 50}))  # other settings: no family
+    finer = friction_study(16)
+    plan = plan_with_chunk(finer, ROWS, seconds_per_point)
+    record, _ = store.submit(finer, plan, provenance())
+    (measured,) = measured_blocks(store, record.id)
+    assert measured.record.id == coarse
+    assert measured.indices.tolist() == list(range(5))
+    assert measured.kernel_seconds.sum() == pytest.approx(store.find(coarse).kernel_seconds, rel=1e-12)
+    known = known_of(measured_blocks(store, record.id))
+    assert known is not None
+    ratios = known[1]
+    forecast = Forecast(plan, known)
+    assert forecast.informed
+    corrections = forecast.seconds / plan.block_seconds
+    assert ratios.min() * (1 - 1e-12) <= corrections.min() <= corrections.max()
+    assert corrections.max() <= ratios.max() * (1 + 1e-12)
+    # known before it is submitted
+    blind, told = estimate_document(finer, plan), estimate_document(finer, plan, store)
+    assert told["seconds"] - told["compiling_seconds"] == pytest.approx(forecast.seconds.sum(), rel=1e-12)
+    assert blind["seconds"] - blind["compiling_seconds"] == pytest.approx(plan.seconds, rel=1e-12)
+    for each in (blind, told):
+        assert each["seconds_low"] < each["seconds"] < each["seconds_high"]
+    # who knows more is surer
+    assert told["seconds_high"] / told["seconds_low"] < blind["seconds_high"] / blind["seconds_low"]
+    assert measured_family(store, "") == []
+    with store.catalogue.writing() as connection:
+        # what cannot be is left out
+        connection.execute(done_blocks.update().values(kernel_seconds=float("inf")))
+    assert measured_blocks(store, record.id) == []
+    assert known_of(measured_blocks(store, record.id)) is None
 
 
 @pytest.mark.parametrize("workers", [2, 8, 32])

@@ -5,10 +5,9 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from typing import Any
 
-import psutil
 import pytest
 from distributed import Client, get_worker
 from distributed.nanny import WorkerProcess
@@ -38,6 +37,10 @@ def window_of(
     return Window(client, lambda index, key: (task, index), Backlog(range(count)), wait_seconds=wait_seconds)
 
 
+def in_order(ended: list[BlockOutcome | Failure]) -> list[BlockOutcome | Failure]:
+    return sorted(ended, key=lambda each: each.index)
+
+
 def pump(window: Window, seconds: float = 900.0) -> list[BlockOutcome | Failure]:
     ended: list[BlockOutcome | Failure] = []
     deadline = time.monotonic() + seconds
@@ -49,55 +52,22 @@ def pump(window: Window, seconds: float = 900.0) -> list[BlockOutcome | Failure]
     return ended
 
 
-@pytest.mark.night
-def test_every_block_ends_once_and_few_are_at_the_cluster(client: Client) -> None:
-    sent = 0
-    most = 0
+def test_block_that_fails_too_often_is_given_up_and_the_rest_goes_on(client: Client, tmp_path: Path) -> None:
+    """The third always fails, the fourth as often as it may."""
 
-    def task(index: int, key: str) -> tuple[Any, ...]:
-        nonlocal sent
-        sent += 1
-        return _outcome, index
-
-    window = Window(client, task, Backlog(range(100)))
-    ended: list[int] = []
-    window.fill()
-    while not window.empty:
-        most = max(most, sent - len(ended))
-        ended.extend(outcome.index for outcome in window.collect(0.2))
-        window.fill()
-    assert sorted(ended) == list(range(100))
-    assert most == 2 * BLOCKS_PER_THREAD
-
-
-def test_block_that_always_fails_is_given_up_and_the_rest_goes_on(client: Client, tmp_path: Path) -> None:
-    def task(index: int) -> BlockOutcome:
-        with (tmp_path / f"{index}").open("a") as tries:
-            tries.write("x")
-        if index == 3:
-            raise ZeroDivisionError("the third")
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
-
-    ended = pump(window_of(client, task, 12))
-    assert [failure for failure in ended if isinstance(failure, Failure)] == [
-        Failure(3, "ZeroDivisionError: the third")
-    ]
-    assert sorted(each.index for each in ended) == list(range(12))
-    assert len((tmp_path / "3").read_text()) == 1 + RETRIES
-    assert len((tmp_path / "4").read_text()) == 1
-
-
-def test_block_that_fails_as_often_as_it_may_succeeds(client: Client, tmp_path: Path) -> None:
     def task(index: int) -> BlockOutcome:
         tries = tmp_path / f"{index}"
         with tries.open("a") as file:
             file.write("x")
-        if len(tries.read_text()) <= RETRIES:
-            raise ValueError("not yet")
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
+        if index == 3 or (index == 4 and len(tries.read_text()) <= RETRIES):
+            raise ZeroDivisionError(f"in {index}")
+        return _outcome(index)
 
-    ended = pump(window_of(client, task, 4))
-    assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(4)]
+    ended = pump(window_of(client, task, 12))
+    assert in_order(ended) == [
+        Failure(3, "ZeroDivisionError: in 3") if index == 3 else _outcome(index) for index in range(12)
+    ]
+    assert [len((tmp_path / f"{index}").read_text()) for index in (3, 4, 5)] == [1 + RETRIES, 1 + RETRIES, 1]
 
 
 def test_block_that_kills_its_worker_is_given_up_and_its_neighbours_are_not() -> None:
@@ -105,7 +75,7 @@ def test_block_that_kills_its_worker_is_given_up_and_its_neighbours_are_not() ->
         if index == 0:
             os.kill(os.getpid(), signal.SIGKILL)
         time.sleep(0.05)
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
+        return _outcome(index)
 
     # On one worker the killer always has neighbours waiting behind it, which die with it.
     with connect(workers=1) as client:
@@ -116,28 +86,29 @@ def test_block_that_kills_its_worker_is_given_up_and_its_neighbours_are_not() ->
     assert sorted(each.index for each in ended) == list(range(16))
 
 
-def test_worker_killed_from_outside_costs_no_block(client: Client) -> None:
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (
+            PermissionError(13, "Permission denied", "cube"),
+            r"none of the 2 workers can compute: .* left out: .*Permission denied",
+        ),
+        (
+            OSError(errno.ENOSPC, "No space left on device", "cube"),
+            r"no room for the study's data .*No space left",
+        ),
+    ],
+    ids=["refused", "full disk"],
+)
+def test_data_that_cannot_be_written_anywhere_stops_the_study_instead_of_failing_points(
+    client: Client, error: OSError, words: str
+) -> None:
     def task(index: int) -> BlockOutcome:
-        time.sleep(0.1)
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
-
-    window = window_of(client, task, 20)
-    window.fill()
-    ended = list(window.collect(5.0))
-    victim = next(iter(client.run(os.getpid).values()))
-    os.kill(victim, signal.SIGKILL)
-    ended.extend(pump(window))
-    assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(20)]
-    assert not psutil.pid_exists(victim)
-
-
-def test_data_that_cannot_be_written_stops_the_study_instead_of_failing_points(client: Client) -> None:
-    def task(index: int) -> BlockOutcome:
-        raise PermissionError(13, "Permission denied", "cube")
+        raise error
 
     client.wait_for_workers(2)  # one that an earlier test ended comes back
     window = window_of(client, task, 3, wait_seconds=1.0)
-    with pytest.raises(Outage, match=r"none of the 2 workers can compute: .* left out: .*Permission denied"):
+    with pytest.raises(Outage, match=words):
         pump(window)
     window.close()
 
@@ -157,12 +128,12 @@ def test_block_that_never_ends_at_a_worker_goes_to_another(
             time.sleep(0.05)
         if index == 5:  # long for whoever computes it, and there is nobody else
             time.sleep(3.0)
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
+        return _outcome(index)
 
     window = window_of(client, task, 6)
     try:
         ended = pump(window)
-        assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(6)]
+        assert in_order(ended) == [_outcome(index) for index in range(6)]
         (out,) = window.crew.left_out()
         assert out.address == hangs
         assert "does not end" in out.reason
@@ -170,100 +141,43 @@ def test_block_that_never_ends_at_a_worker_goes_to_another(
         (tmp_path / "end").touch()
 
 
-def test_disk_that_is_full_everywhere_stops_the_study_at_once(client: Client) -> None:
-    def task(index: int) -> BlockOutcome:
-        raise OSError(errno.ENOSPC, "No space left on device", "cube")
-
-    client.wait_for_workers(2)
-    window = window_of(client, task, 30)
-    with pytest.raises(Outage, match=r"no room for the study's data .*No space left"):
-        pump(window)
-    window.close()
-
-
-def test_worker_with_other_code_is_left_out_at_once(client: Client, tmp_path: Path) -> None:
-    stale = min(client.nthreads())
-
-    def task(index: int) -> BlockOutcome:
-        if get_worker().address == stale:
-            (tmp_path / f"{time.monotonic_ns()}").touch()
-            require_code("0" * 64)
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
-
-    window = window_of(client, task, 20)
-    ended = pump(window)
-    assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(20)]
-    assert [(one.address, "holds damperlab" in one.reason) for one in window.crew.left_out()] == [
-        (stale, True)
-    ]
-    # what had been sent there already is refused too, and nothing more is sent
-    assert 1 <= len(list(tmp_path.iterdir())) <= BLOCKS_PER_THREAD
+def fails(error: Exception) -> None:
+    raise error
 
 
 @pytest.mark.parametrize(
-    ("error", "reason"),
+    ("trouble", "most", "reason"),
     [
-        (RuntimeError("broken memory"), "broken memory"),
+        # what had been sent there already is refused too, and nothing more is sent
+        (partial(require_code, "0" * 64), BLOCKS_PER_THREAD, "holds damperlab"),
+        (partial(fails, RuntimeError("broken memory")), 30, "broken memory"),
         (
-            OSError(errno.ENOSPC, "No space left on device", "cube"),
+            partial(fails, OSError(errno.ENOSPC, "No space left on device", "cube")),
+            30,
             "there is no room for the study's data",
         ),
     ],
-    ids=["broken memory", "full disk"],
+    ids=["other code", "broken memory", "full disk"],
 )
 def test_worker_at_which_blocks_fail_that_others_compute_is_left_out(
-    client: Client, error: Exception, reason: str
+    client: Client, tmp_path: Path, trouble: Callable[[], None], most: int, reason: str
 ) -> None:
     client.wait_for_workers(2)
     broken = min(client.nthreads())
 
     def task(index: int) -> BlockOutcome:
         if get_worker().address == broken:
-            raise error
+            (tmp_path / f"{time.monotonic_ns()}").touch()
+            trouble()
         time.sleep(0.01)
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
+        return _outcome(index)
 
     window = window_of(client, task, 30)
-    ended = pump(window)
-    assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(30)]
+    assert in_order(pump(window)) == [_outcome(index) for index in range(30)]
     (out,) = window.crew.left_out()
     assert out.address == broken
     assert reason in out.reason
-
-
-def test_blocks_that_fail_everywhere_leave_no_worker_out(client: Client) -> None:
-    def task(index: int) -> BlockOutcome:
-        raise ZeroDivisionError(f"at {index}")
-
-    window = window_of(client, task, 12)
-    ended = pump(window)
-    assert sorted(each.index for each in ended) == list(range(12))
-    assert all(isinstance(each, Failure) for each in ended)
-    assert len(window.crew.usable) == 2
-
-
-@pytest.mark.night
-def test_suspects_run_side_by_side(tmp_path: Path) -> None:
-    """Half of the workers are killed while each runs a block; the blocks are then computed at the same time."""
-
-    def task(index: int) -> BlockOutcome:
-        (tmp_path / f"{index}-{os.getpid()}").touch()
-        if len(list(tmp_path.glob(f"{index}-*"))) == 1:
-            time.sleep(600.0)  # until it is killed
-        # the second time each waits until all others have been begun a second time too
-        while len(list(tmp_path.iterdir())) < 4:
-            time.sleep(0.02)
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
-
-    with connect(workers=2) as client:
-        window = window_of(client, task, 2)
-        window.fill()
-        while len(list(tmp_path.iterdir())) < 2:
-            time.sleep(0.05)
-        for victim in client.run(os.getpid).values():
-            os.kill(victim, signal.SIGKILL)
-        ended = pump(window)
-    assert sorted(ended, key=lambda each: each.index) == [_outcome(index) for index in range(2)]
+    assert 1 <= len(list(tmp_path.iterdir())) <= most
 
 
 @pytest.mark.night
@@ -276,7 +190,7 @@ def test_workers_told_to_leave_again_and_again_cost_no_block(tmp_path: Path) -> 
             # what a batch system does to every process of a job
             os.kill(os.getpid(), signal.SIGTERM)
             time.sleep(600.0)
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
+        return _outcome(index)
 
     with connect(workers=1) as client:
         assert pump(window_of(client, task, 1)) == [_outcome(0)]
@@ -284,6 +198,7 @@ def test_workers_told_to_leave_again_and_again_cost_no_block(tmp_path: Path) -> 
     assert len(began) == RETRIES + 3, began
 
 
+@pytest.mark.night
 def test_worker_whose_first_block_ends_it_is_started_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -294,7 +209,7 @@ def test_worker_whose_first_block_ends_it_is_started_again(
         try:
             (tmp_path / "began").touch(exist_ok=False)
         except FileExistsError:
-            return BlockOutcome(index, 1, 0, 0.0, 0.0)
+            return _outcome(index)
         os.kill(os.getpid(), signal.SIGKILL)
         raise AssertionError
 
@@ -306,7 +221,7 @@ def test_stopped_window_lets_running_blocks_finish_and_drops_the_rest(client: Cl
     def task(index: int) -> BlockOutcome:
         (tmp_path / f"began-{index}").touch()
         time.sleep(1.0)
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
+        return _outcome(index)
 
     window = window_of(client, task, 50)
     window.fill()
@@ -328,7 +243,7 @@ def test_grace_ends_for_blocks_that_take_longer(client: Client, tmp_path: Path) 
         (tmp_path / f"began-{index}").touch()
         while not (tmp_path / "end").exists():
             time.sleep(0.02)
-        return BlockOutcome(index, 1, 0, 0.0, 0.0)
+        return _outcome(index)
 
     window = window_of(client, task, 4)
     window.fill()
@@ -341,8 +256,7 @@ def test_grace_ends_for_blocks_that_take_longer(client: Client, tmp_path: Path) 
     assert window.idle
 
 
-@pytest.mark.parametrize("step", ["close", "drain", "fill", "look"])
-def test_a_client_that_has_closed_with_its_scheduler_is_an_outage_and_no_other_error(step: str) -> None:
+def test_a_client_that_has_closed_with_its_scheduler_is_an_outage_and_no_other_error() -> None:
     """A client gives up by itself where its scheduler is lost, between any two calls, and raises errors of its own then."""
 
     def task(index: int) -> BlockOutcome:
@@ -350,21 +264,20 @@ def test_a_client_that_has_closed_with_its_scheduler_is_an_outage_and_no_other_e
         return _outcome(index)
 
     with connect(workers=1) as client:
-        window = window_of(client, task, 16)
-        window.fill()
-        assert not window.idle
+        windows = [window_of(client, task, 16) for _ in range(4)]
+        for window in windows:
+            window.fill()
+            assert not window.idle
         client.close()
-        if step == "close":
+        closes, drains, sends, looks = windows
+        closes.close()
+        assert closes.idle
+        with pytest.raises(Outage, match="scheduler was lost"):
+            list(drains.drain(30.0))
+        with pytest.raises(Outage, match="scheduler was lost"):
+            sends._errands.send("block-of-the-test", next(iter(sends.crew.members)), (task, 1))
+        looks._looked = float("-inf")
+        with pytest.raises(Outage, match="scheduler was lost"):
+            looks.fill()
+        for window in windows:
             window.close()
-            assert window.idle
-        elif step == "drain":
-            with pytest.raises(Outage, match="scheduler was lost"):
-                list(window.drain(30.0))
-        elif step == "fill":
-            with pytest.raises(Outage, match="scheduler was lost"):
-                window._errands.send("block-of-the-test", next(iter(window.crew.members)), (task, 1))
-        else:
-            window._looked = float("-inf")
-            with pytest.raises(Outage, match="scheduler was lost"):
-                window.fill()
-        window.close()

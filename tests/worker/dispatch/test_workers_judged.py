@@ -5,57 +5,28 @@ import shutil
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from distributed import Client
 from tests.worker.dask_processes import dask_process, scheduler_process
+from tests.worker.run_here import BLOCKS, CHUNK, friction_study, ignore, of_one_piece, run_here, submit
 
-from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.window import Window
-from damperlab.worker.provenance import code_hash, provenance
+from damperlab.worker.provenance import code_hash
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 from damperlab.worker.worker_process.examination import bits_of, canary_of, examine, majority, stored_bits
 
 ROOT = Path(__file__).parents[3]
-CHUNK = (1, 1, 1, 1, 1, 4)
-BLOCKS = 12
-
-
-def friction_study() -> Study:
-    study = parse_study(
-        {
-            "name": "friction",
-            "damping_ratio": 0.05,
-            "axes": {
-                "friction_ratio": [0.0, 0.2, 0.4, 0.6],
-                "frequency_ratio": {"start": 0.7, "stop": 1.3, "num": 12},
-            },
-            "particle": False,
-            "steady": {"max_cycles": 200},
-        }
-    )
-    assert isinstance(study, Study)
-    return study
-
-
-@pytest.fixture
-def store(tmp_path: Path) -> Iterator[Store]:
-    store = Store.open(tmp_path / "data")
-    yield store
-    store.close()
 
 
 @contextmanager
@@ -64,17 +35,6 @@ def worker(address: str, *options: str, cwd: Path = ROOT, hidden: Path | None = 
     command = ("worker", address, "--nthreads=1", "--no-dashboard", *options)
     with dask_process(*command, cwd=cwd, hidden=hidden):
         yield
-
-
-def never() -> AbstractContextManager[Client]:
-    raise AssertionError("a cluster was asked for")
-
-
-def submit(store: Store) -> Record:
-    study = friction_study()
-    record, _ = store.submit(study, plan_with_chunk(study, CHUNK, seconds_per_point), provenance())
-    assert record.blocks_total == BLOCKS
-    return record
 
 
 def altered(folder: Path, file: str, before: str, after: str) -> Path:
@@ -98,10 +58,6 @@ def test_worker_without_keys_to_the_store_cannot_begin_whatever_the_points_are(
     canary = canary_of(plan_with_chunk(study, CHUNK, seconds_per_point), 0)
     with pytest.raises(OSError, match="no keys for the object store"):
         examine("s3://bucket/cubes/of-somebody", study.digest, code_hash(), canary)
-
-
-def ignore(progress: Progress) -> None:
-    pass
 
 
 WRONG = """
@@ -155,7 +111,7 @@ def test_what_workers_compile_is_no_want_of_workers(store: Store) -> None:
     """Kernels may take longer to compile than a study waits for workers: before their points are asked for, and after."""
     record = submit(store)
     canary = canary_of(plan_with_chunk(friction_study(), CHUNK, seconds_per_point), 0)
-    wait_seconds = 5.0
+    wait_seconds = 2.0
     with connect(workers=1) as client:
         # whatever it loads first is no part of this
         client.run(examine, store.cube_path(record.id), record.digest, code_hash(), canary)
@@ -179,7 +135,7 @@ def test_study_goes_on_without_the_stale_the_wrong_and_the_blind(
     record = submit(store)
     # a block or more are known when the workers come
     stop = AfterABlock(store, record.id)
-    record = run_study(store, record.id, never, ignore, stop, here_seconds=60.0)
+    record = run_here(store, record.id, stop=stop)
     known = record.blocks_done
     assert record.state == "cancelled"
     assert 1 <= known < BLOCKS
@@ -208,16 +164,14 @@ def test_study_goes_on_without_the_stale_the_wrong_and_the_blind(
     assert "cannot begin" in reasons["blind"][0]
     assert record.message is not None
     assert all(at[name] in record.message for name in reasons)
-    study = friction_study()
-    whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
-    assert bits_of(whole) == bits_of({name: store.cube(record.id)[name].values for name in whole})
+    assert of_one_piece(store, record.id, friction_study())
 
 
 def test_study_waits_for_a_worker_and_says_so(store: Store) -> None:
     record = submit(store)
     told: list[str] = []
     with ExitStack() as stack:
-        address, _ = stack.enter_context(scheduler_process())
+        address, scheduler = stack.enter_context(scheduler_process())
 
         def hire(progress: Progress) -> None:
             now = store.find(record.id)
@@ -228,6 +182,7 @@ def test_study_waits_for_a_worker_and_says_so(store: Store) -> None:
         ended = run_study(
             store, record.id, lambda: connect(scheduler=address), hire, threading.Event(), wait_seconds=600.0
         )
+        assert scheduler.poll() is None, "it is somebody else's, and goes on"
     assert told == ["the cluster has no worker"]
     assert (ended.state, ended.points_failed, ended.message) == ("done", 0, None)
 
@@ -244,7 +199,7 @@ def test_study_that_waits_in_vain_can_be_resumed(store: Store) -> None:
 
 def test_stored_answers_have_the_bits_that_workers_compute(store: Store) -> None:
     record = submit(store)
-    run_study(store, record.id, never, ignore, threading.Event(), here_seconds=60.0)
+    run_here(store, record.id)
     plan = plan_with_chunk(friction_study(), CHUNK, seconds_per_point)
     for index in (0, 3, BLOCKS - 1):
         canary = canary_of(plan, index)
@@ -261,97 +216,3 @@ def test_more_than_half_must_agree() -> None:
     assert majority({"a": "1"}) == "1"
     assert majority({"a": "1", "b": "2"}) is None
     assert majority({"a": "1", "b": "2", "c": "2"}) == "2"
-
-
-def crew_of(workers: int, blocks: int) -> Crew:
-    crew = Crew(Backlog(range(blocks)))
-    names = {f"w{number}": 1 for number in range(workers)}
-    crew.see(names, names)
-    for name in names:
-        crew.admit(name)
-    return crew
-
-
-def fill(crew: Crew) -> dict[str, list[int]]:
-    for number, (address, attempt) in enumerate(crew.assignments(), len(crew._where)):
-        crew.sent(f"{address}-{attempt.index}-{attempt.tries}-{number}", address, attempt)
-    return {name: [one.index for one in member.held.values()] for name, member in crew.members.items()}
-
-
-def test_what_a_lost_worker_ran_is_suspect_and_what_waited_there_is_not() -> None:
-    crew = crew_of(3, 20)
-    held = fill(crew)
-    assert [len(blocks) for blocks in held.values()] == [2, 2, 2]
-    ran, waited = held["w0"]
-    crew.see({"w1": 1, "w2": 1}, ("w1", "w2"))
-    for key in [next(iter(member.held)) for member in crew.members.values()]:
-        crew.ended(key)
-    fill(crew)
-    again = {
-        one.index: one
-        for member in crew.members.values()
-        for one in member.held.values()
-        if one.index in (ran, waited)
-    }
-    assert (again[ran].apart, again[waited].apart) == (True, False)
-    # at two workers, side by side
-    assert (
-        len(
-            {
-                crew.at(key)
-                for one in crew.members.values()
-                for key in one.held
-                if one.held[key].index in again
-            }
-        )
-        == 2
-    )
-
-
-def test_worker_that_is_tried_again_is_told_with_the_reason_for_which_it_was_left_out() -> None:
-    crew = crew_of(1, 4)
-    crew.leave_out("w0", "its store says 503")
-    assert "w0 is left out: its store says 503" in crew.words()
-    crew.admit("w0")
-    assert not crew.able
-    assert "w0 was left out and is tried again: its store says 503" in crew.words()
-    fill(crew)
-    crew.ended(next(iter(crew.members["w0"].held)))
-    assert crew.able
-    assert crew.members["w0"].reason == ""
-
-
-def test_worker_that_is_told_to_leave_ends_what_it_runs_and_gets_nothing_more() -> None:
-    crew = crew_of(2, 20)
-    ran, waited = fill(crew)["w0"]
-    names = {"w0": 1, "w1": 1}
-    assert len(crew.see(names, ("w1",))) == 1
-    assert [one.index for one in crew.members["w0"].held.values()] == [ran]
-    fill(crew)
-    assert len(crew.members["w0"].held) == 1
-    crew.see({"w1": 1}, ("w1",))
-    for key in list(crew.members["w1"].held):
-        crew.ended(key)
-    fill(crew)
-    again = {one.index: one for one in crew.members["w1"].held.values()}
-    assert again.keys() == {ran, waited}
-    assert not any(one.apart for one in again.values())
-
-
-def test_what_happens_to_a_block_is_told_with_its_number_and_its_worker() -> None:
-    crew = crew_of(2, 1)
-    fill(crew)
-    (first,) = [name for name, member in crew.members.items() if member.held]
-    crew.failed(next(iter(crew.members[first].held)), ValueError("no"), 0.0)
-    fill(crew)
-    (second,) = [name for name, member in crew.members.items() if member.held]
-    assert first != second
-    crew.vanish(second)
-    assert crew.incidents == [
-        f"block 0 was not computed by worker {first}: ValueError: no",
-        f"block 0 was computed by worker {second}, which is gone",
-    ]
-    for _ in range(2):
-        fill(crew)
-        crew.failed(next(iter(crew.members[first].held)), ValueError("again"), 0.0)
-    assert crew.incidents[-1] == "block 0 is given up: ValueError: again"

@@ -9,7 +9,7 @@ from damperlab.studies.choices import CompliantContact, InstantContact
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Damper, Structure, friction_of, particle_of, scale_of
-from damperlab.worker.ground.response import ground_history, ground_response
+from damperlab.worker.ground.response import ground_response
 
 pytestmark = pytest.mark.night
 
@@ -97,33 +97,6 @@ def test_extreme_walls_keep_the_balance(contact_time: float, restitution: float)
             assert found.energy_residual < 1e-9
 
 
-def test_finer_samples_on_the_same_lines_change_nothing() -> None:
-    motion = part("loma-prieta-000", 2.0, 4.0)
-    size = motion.acceleration_m_s2.size
-    fine = np.interp(np.arange(4 * (size - 1) + 1) / 4, np.arange(size), motion.acceleration_m_s2)
-    damper = Damper(0.41, MASS, 0.0225, contact=compliant(0.02))
-    one = ground_response(PAPER, damper, motion)
-    two = ground_response(PAPER, damper, GroundMotion("fine", motion.step_s / 4, fine))
-    assert two.impacts == one.impacts
-    for name in ("peak_relative_displacement_m", "peak_absolute_acceleration_m_s2"):
-        assert two.values()[name] == pytest.approx(one.values()[name], rel=1e-9)
-    for name in ("rms_relative_displacement_m", "rms_absolute_acceleration_m_s2", "loss_impact_j"):
-        assert two.values()[name] == pytest.approx(one.values()[name], rel=1e-9)
-
-
-def test_the_history_lies_on_the_response() -> None:
-    motion = part("el-centro-180", 0.0, 4.0)
-    damper = Damper(0.41, MASS, 0.0075, contact=compliant(0.02))
-    response, history = ground_history(PAPER, damper, motion)
-    assert response == ground_response(PAPER, damper, motion)
-    assert np.abs(history["relative_displacement_m"]).max() <= response.peak_relative_displacement_m
-    accelerations = np.abs(history["absolute_acceleration_m_s2"])
-    assert accelerations.max() <= response.peak_absolute_acceleration_m_s2 * (1 + 1e-12)
-    assert accelerations.max() >= 0.9 * response.peak_absolute_acceleration_m_s2
-    gap = np.abs(history["absolute_displacement_m"] - history["particle_displacement_m"])
-    assert gap.max() > damper.clearance_m  # it presses into its wall
-
-
 @pytest.mark.parametrize(
     ("samples", "damper"),
     [
@@ -151,14 +124,3 @@ def test_a_rebound_that_rounding_would_drown_is_none() -> None:
     particle = particle_of(Damper(0.0, MASS, 0.01, 1e-15, InstantContact()), scale_of(PAPER, motion, 1.0))
     assert particle is not None
     assert particle.restitution == 0.0
-
-
-def test_a_history_is_whole_whatever_room_there_was_at_first(monkeypatch: pytest.MonkeyPatch) -> None:
-    motion = part("el-centro-180", 0.0, 2.0)
-    damper = Damper(0.41, MASS, 0.0075, contact=compliant(0.02))
-    response, history = ground_history(PAPER, damper, motion)
-    monkeypatch.setattr("damperlab.worker.ground.response._LOGGED_PER_WINDOW", 0)
-    again, whole = ground_history(PAPER, damper, motion)
-    assert again == response
-    for name, values in history.items():
-        assert values.tobytes() == whole[name].tobytes(), name

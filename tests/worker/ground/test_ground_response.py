@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from tests.oracles.shaken_ground import Shaken, linear_end
 
+from damperlab.studies.choices import CompliantContact, InstantContact
 from damperlab.studies.ground.builtin import builtin_record
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.tmd.tunings import den_hartog, exact_hinf
@@ -162,16 +163,28 @@ def test_a_record_upside_down_is_the_same_run_mirrored() -> None:
     assert two.peak_relative_displacement_m == pytest.approx(scale, rel=1e-12)
 
 
-def test_finer_samples_on_the_same_lines_change_nothing() -> None:
+SOFT = CompliantContact(model="compliant", contact_time=0.02)
+
+
+@pytest.mark.parametrize(
+    ("damper", "off"),
+    [
+        (Damper(0.41), 1e-11),
+        (Damper(0.41, MASS, 0.0225), 1e-11),
+        pytest.param(Damper(0.41, MASS, 0.0225, contact=SOFT), 1e-9, marks=pytest.mark.night),
+    ],
+    ids=str,
+)
+def test_finer_samples_on_the_same_lines_change_nothing(damper: Damper, off: float) -> None:
     """No step size: cutting every interval in four leaves the motion as it is, before chaos."""
     motion = part("loma-prieta-000", 2.0, 4.0)
     size = motion.acceleration_m_s2.size
     fine = np.interp(np.arange(4 * (size - 1) + 1) / 4, np.arange(size), motion.acceleration_m_s2)
-    for damper in (Damper(0.41), Damper(0.41, MASS, 0.0225)):
-        one = ground_response(PAPER, damper, motion)
-        two = ground_response(PAPER, damper, GroundMotion("fine", motion.step_s / 4, fine))
-        assert two.peak_relative_displacement_m == pytest.approx(one.peak_relative_displacement_m, rel=1e-11)
-        assert two.impacts == one.impacts
+    one = ground_response(PAPER, damper, motion)
+    two = ground_response(PAPER, damper, GroundMotion("fine", motion.step_s / 4, fine))
+    assert two.impacts == one.impacts
+    for name in ("peak_relative_displacement_m", "rms_absolute_acceleration_m_s2", "loss_impact_j"):
+        assert two.values()[name] == pytest.approx(one.values()[name], rel=off)
 
 
 def test_free_vibration_after_the_record_decays_as_it_must() -> None:
@@ -196,9 +209,12 @@ def test_friction_that_holds_moves_nothing() -> None:
     assert found.peak_absolute_acceleration_m_s2 == pytest.approx(motion.peak_m_s2, rel=1e-14)
 
 
-def test_the_history_lies_on_the_response() -> None:
+@pytest.mark.parametrize("contact", [InstantContact(), pytest.param(SOFT, marks=pytest.mark.night)], ids=str)
+def test_the_history_lies_on_the_response(
+    contact: InstantContact | CompliantContact, monkeypatch: pytest.MonkeyPatch
+) -> None:
     motion = part("el-centro-180", 0.0, 8.0)
-    damper = Damper(0.41, MASS, 0.0075)
+    damper = Damper(0.41, MASS, 0.0075, contact=contact)
     response, history = ground_history(PAPER, damper, motion)
     assert tuple(history) == HISTORY_COLUMNS
     assert response == ground_response(PAPER, damper, motion)
@@ -210,4 +226,11 @@ def test_the_history_lies_on_the_response() -> None:
     )
     assert history["base_acceleration_m_s2"] == pytest.approx(at_samples, abs=1e-9)
     gap = history["absolute_displacement_m"] - history["particle_displacement_m"]
-    assert np.abs(gap).max() <= damper.clearance_m * (1 + 1e-9)
+    presses_into_its_wall = np.abs(gap).max() > damper.clearance_m * (1 + 1e-9)
+    assert presses_into_its_wall == (contact == SOFT)
+    # it is whole whatever room there was at first
+    monkeypatch.setattr("damperlab.worker.ground.response._LOGGED_PER_WINDOW", 0)
+    again, whole = ground_history(PAPER, damper, motion)
+    assert again == response
+    for name, values in history.items():
+        assert values.tobytes() == whole[name].tobytes(), name

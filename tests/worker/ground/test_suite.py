@@ -1,13 +1,12 @@
 """Blocks of suites, a ground-motion suite resumed, and the spread over perturbed starts."""
 
 import shutil
-import threading
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.worker.run_here import run_here
 
 from damperlab.studies.answers.suite import worst_case_designs
 from damperlab.studies.choices import DwellContact
@@ -19,17 +18,14 @@ from damperlab.studies.ground.suite import Suite
 from damperlab.studies.plan import Block, plan_with_chunk
 from damperlab.studies.store.care.backup import copy_store
 from damperlab.studies.store.care.verify import repair, verify
-from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
-from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.ground.block import draw_of, solve_suite_block
 from damperlab.worker.ground.comparison import CHAOTIC, spread, table_a1
 from damperlab.worker.ground.design import Damper, Structure
 from damperlab.worker.ground.response import ground_response
 from damperlab.worker.provenance import code_hash, provenance
-from damperlab.worker.run.runner import run_study
 from damperlab.worker.worker_process.tasks import run_block
 
 ASKED: dict[str, Any] = {
@@ -149,17 +145,10 @@ def test_a_suite_goes_on_from_half_without_the_folder_of_records(
     wider = parse_study(
         {**ASKED, "axes": {**ASKED["axes"], "scale": [1, 2, 3]}, "records": ["northridge"], "starts": 0}
     )
-    with connect(workers=1) as client:
-
-        def run(study_id: str) -> Record:
-            return run_study(
-                store, study_id, lambda: nullcontext(client), lambda now: None, threading.Event()
-            )
-
-        record = run(record.id)
-        # what another suite has of it is taken over: the same record, and two of three scales
-        second, _ = store.submit(wider, plan_with_chunk(wider, wider.shape, seconds_per_point), provenance())
-        second = run(second.id)
+    record = run_here(store, record.id)
+    # what another suite has of it is taken over: the same record, and two of three scales
+    second, _ = store.submit(wider, plan_with_chunk(wider, wider.shape, seconds_per_point), provenance())
+    second = run_here(store, second.id)
     assert (second.state, second.points_reused, second.points_done) == ("done", 24, 36)
     taken = store.cube(second.id)
     afresh = solve_suite_block(

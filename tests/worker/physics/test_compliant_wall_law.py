@@ -22,6 +22,7 @@ from damperlab.worker.physics.compliant_wall import (
 @given(e=st.floats(0.01, 0.999), time=st.floats(1e-6, 10.0), mass=st.floats(1e-3, 10.0))
 @example(e=0.1353352832366127, time=1.0, mass=0.1)  # e⁻², where the wall is critically damped
 @example(e=0.05, time=1.0, mass=0.1)  # overdamped
+@example(e=1e-3, time=1e-8, mass=0.1)
 def test_a_free_impact_ends_after_the_contact_time_with_e_of_its_approach(
     form: str, e: float, time: float, mass: float
 ) -> None:

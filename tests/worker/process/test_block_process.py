@@ -93,8 +93,16 @@ print(json.dumps([first, said(loaded)]))""",
     assert (first, how, second) == (True, "returned", False)
 
 
-@BOTH
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("forked", "number"),
+    [
+        (True, signal.SIGKILL),
+        *(
+            pytest.param(forked, number, marks=pytest.mark.night)
+            for forked, number in ((True, signal.SIGTERM), (False, signal.SIGKILL), (False, signal.SIGTERM))
+        ),
+    ],
+)
 def test_no_process_outlives_its_worker(forked: bool, number: int, tmp_path: Path) -> None:
     sign = tmp_path / "begun"
     with start(forked, f"said(lambda: (Path({str(sign)!r}).touch(), time.sleep(600)))") as process:

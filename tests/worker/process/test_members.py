@@ -17,6 +17,7 @@ import psutil
 import pytest
 from distributed import Security
 from tests.worker.dask_processes import member, scheduler_process
+from tests.worker.dispatch.test_window import pump
 
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.cluster.certificates import make_certificates, security
@@ -29,17 +30,6 @@ from damperlab.worker.worker_process.termination_notice import announced, faulty
 GONE_SECONDS = 120.0
 
 
-def pump(window: Window, seconds: float = 200.0) -> list[BlockOutcome | Failure]:
-    ended: list[BlockOutcome | Failure] = []
-    deadline = time.monotonic() + seconds
-    window.fill()
-    while not window.empty:
-        assert time.monotonic() < deadline, f"only {len(ended)} blocks ended"
-        ended.extend(window.collect(0.2))
-        window.fill()
-    return ended
-
-
 def begun(folder: Path) -> dict[int, int]:
     """How often each block was begun."""
     names = [int(path.name.split("-")[0]) for path in folder.iterdir() if path.name[0].isdigit()]
@@ -47,17 +37,17 @@ def begun(folder: Path) -> dict[int, int]:
 
 
 def test_worker_that_is_told_to_leave_ends_its_block_and_the_next_one_goes_on(tmp_path: Path) -> None:
-    """Three in a row are told so, each while it computes; no block is computed twice."""
+    """Two in a row are told so, each while it computes; no block is computed twice."""
 
     def task(index: int) -> BlockOutcome:
         (tmp_path / f"{index}-{time.monotonic_ns()}").touch()
-        time.sleep(2.0)
+        time.sleep(1.0)
         return BlockOutcome(index, 1, 0, 0.0, 0.0)
 
     with scheduler_process() as (address, _), connect(scheduler=address) as client, ExitStack() as stack:
-        window = Window(client, lambda index, key: (task, index), Backlog(range(6)))
+        window = Window(client, lambda index, key: (task, index), Backlog(range(4)))
         ended: list[BlockOutcome | Failure] = []
-        for _ in range(3):
+        for _ in range(2):
             process = stack.enter_context(member(address))
             before = sum(begun(tmp_path).values())
             while sum(begun(tmp_path).values()) == before:
@@ -70,43 +60,32 @@ def test_worker_that_is_told_to_leave_ends_its_block_and_the_next_one_goes_on(tm
             assert process.returncode == 0
         stack.enter_context(member(address))
         ended.extend(pump(window))
-    assert sorted(each.index for each in ended) == list(range(6))
+    assert sorted(each.index for each in ended) == list(range(4))
     assert all(isinstance(each, BlockOutcome) for each in ended)
-    assert begun(tmp_path) == dict.fromkeys(range(6), 1)
+    assert begun(tmp_path) == dict.fromkeys(range(4), 1)
 
 
-def test_worker_comes_back_to_a_scheduler_that_is_started_again_at_its_address() -> None:
+@pytest.mark.night
+@pytest.mark.parametrize(("scheduler", "status"), [("gives it nothing", 0), ("is lost", 1), ("never was", 1)])
+def test_worker_without_work_leaves_in_time(scheduler: str, status: int) -> None:
     with ExitStack() as stack:
-        address, scheduler = stack.enter_context(scheduler_process())
-        process = stack.enter_context(member(address))
-        with connect(scheduler=address) as client:
-            client.wait_for_workers(1, timeout=GONE_SECONDS)
-        scheduler.kill()
-        scheduler.wait()
-        stack.enter_context(scheduler_process("--port", address.rpartition(":")[2]))
-        with connect(scheduler=address) as client:
-            client.wait_for_workers(1, timeout=GONE_SECONDS)
-            assert list(client.run(os.getpid).values()) == [process.pid]
+        if scheduler == "never was":
+            # nobody listens there while it is held
+            silent = stack.enter_context(socket.socket())
+            silent.bind(("127.0.0.1", 0))
+            address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+        else:
+            address, process = stack.enter_context(scheduler_process())
+        worker = stack.enter_context(member(address, "--leave-idle=8"))
+        if scheduler == "is lost":
+            with connect(scheduler=address) as client:
+                client.wait_for_workers(1, timeout=GONE_SECONDS)
+            process.kill()
+        assert worker.wait(GONE_SECONDS) == status
 
 
 @pytest.mark.night
-def test_worker_whose_scheduler_does_not_come_back_leaves_in_time() -> None:
-    with scheduler_process() as (address, scheduler), member(address, "--leave-idle=8") as process:
-        with connect(scheduler=address) as client:
-            client.wait_for_workers(1, timeout=GONE_SECONDS)
-        scheduler.kill()
-        assert process.wait(GONE_SECONDS) == 1
-
-
-def catches(pid: int, number: signal.Signals) -> bool:
-    """Whether a process has a handler of its own for a signal."""
-    status = Path(f"/proc/{pid}/status").read_text()
-    mask = int(status.partition("SigCgt:")[2].split()[0], 16)
-    return bool(mask >> (number - 1) & 1)
-
-
-@pytest.mark.night
-@pytest.mark.parametrize("how", ["notice", pytest.param("lifetime", marks=pytest.mark.night)])
+@pytest.mark.parametrize("how", ["notice", "lifetime"])
 def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path, how: str) -> None:
     notice = tmp_path / "notice"
 
@@ -181,26 +160,6 @@ def test_worker_leaves_when_its_address_says_so(spot_market: str) -> None:
             assert process.poll() is None
             time.sleep(0.1)
         SpotMarket.answer = 200, b"TRUE"
-        assert process.wait(GONE_SECONDS) == 0
-
-
-@pytest.mark.parametrize("how", ["told", "idle"])
-def test_worker_without_a_scheduler_leaves_as_one_with_it_does(how: str) -> None:
-    # nobody listens there while it is held
-    with socket.socket() as silent:
-        silent.bind(("127.0.0.1", 0))
-        address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        with member(address, *(("--leave-idle=3",) if how == "idle" else ())) as process:
-            if how == "told":
-                while not catches(process.pid, signal.SIGTERM):
-                    time.sleep(0.1)
-                process.send_signal(signal.SIGTERM)
-            assert process.wait(GONE_SECONDS) == (0 if how == "told" else 1)
-
-
-@pytest.mark.night
-def test_worker_without_blocks_gives_its_core_back() -> None:
-    with scheduler_process() as (address, _), member(address, "--leave-idle=8") as process:
         assert process.wait(GONE_SECONDS) == 0
 
 

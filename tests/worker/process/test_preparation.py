@@ -66,20 +66,3 @@ def test_what_is_missing_is_compiled_first_and_said_so(
     seen.clear()
     run(_study(0.06))
     assert "compiling" not in {phase for phase, _, _ in seen}
-
-
-def test_a_study_in_closed_form_compiles_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folder = tmp_path / "kernels"
-    monkeypatch.setenv("DAMPERLAB_CACHE_DIR", str(folder))
-    store = Store.open(tmp_path / "data")
-    study = parse_study(
-        {
-            "damping_ratio": 0.05,
-            "particle": False,
-            "axes": {"friction_ratio": 0, "frequency_ratio": [0.8, 1.2]},
-        }
-    )
-    study_id = store.submit(study, make_plan(study, seconds_per_point), {})[0].id
-    record = run_study(store, study_id, lambda: connect(workers=1), lambda progress: None, threading.Event())
-    assert record.state == "done"
-    assert [file for file in folder.rglob("*") if file.is_file()] == []

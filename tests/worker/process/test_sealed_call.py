@@ -24,6 +24,7 @@ def test_a_sealed_call_can_be_made_by_who_knows_its_function_alone() -> None:
     assert sealed.__module__.encode() not in call
 
 
+@pytest.mark.night
 @pytest.mark.usefixtures("anew")
 def test_a_scheduler_loads_neither_solver_nor_store_for_what_workers_do() -> None:
     with connect(workers=1) as client:

@@ -28,9 +28,8 @@ def study_of(values: int, metrics: list[str] | None = None) -> Study:
     return parse_study(document if metrics is None else {**document, "metrics": metrics})
 
 
-def test_block_is_solved_stored_and_counted(tmp_path: Path) -> None:
+def test_block_is_solved_stored_and_counted(store: Store) -> None:
     study = study_of(100)
-    store = Store.open(tmp_path)
     plan = plan_with_chunk(study, CHUNK, seconds_per_point)
     record, _ = store.submit(study, plan, provenance())
     path = store.cube_path(record.id)
@@ -46,10 +45,9 @@ def test_block_is_solved_stored_and_counted(tmp_path: Path) -> None:
         for name, values in solve_block(study, block).items():
             if name != "run_time":
                 np.testing.assert_array_equal(cube[name].values[block.slices], values, err_msg=name)
-    store.close()
 
 
-def test_message_of_a_task_does_not_grow_with_the_study(tmp_path: Path) -> None:
+def test_message_of_a_task_does_not_grow_with_the_study() -> None:
     sizes = []
     for values in (100, 10_000):
         study = study_of(values)
@@ -58,9 +56,8 @@ def test_message_of_a_task_does_not_grow_with_the_study(tmp_path: Path) -> None:
     assert sizes[0] == sizes[1]
 
 
-def test_other_code_and_other_studies_are_refused(tmp_path: Path) -> None:
+def test_other_code_and_other_studies_are_refused(store: Store, tmp_path: Path) -> None:
     study, other = study_of(100), study_of(101)
-    store = Store.open(tmp_path)
     plan = plan_with_chunk(study, CHUNK, seconds_per_point)
     record, _ = store.submit(study, plan, provenance())
     path = store.cube_path(record.id)
@@ -70,7 +67,6 @@ def test_other_code_and_other_studies_are_refused(tmp_path: Path) -> None:
         run_block(path, other.digest, plan.block(0), code_hash(), "g")
     with pytest.raises(FileNotFoundError):
         run_block(str(tmp_path / "none"), study.digest, plan.block(0), code_hash(), "g")
-    store.close()
 
 
 def test_failed_block_has_its_status_and_nothing_else() -> None:

@@ -2,7 +2,6 @@
 
 import json
 import subprocess
-import threading
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -10,43 +9,28 @@ from typing import Any
 import pytest
 import typer
 from tests.service.cli.commands import run
-from tests.worker.dispatch.test_workers_judged import BLOCKS, friction_study, never, submit
+from tests.worker.run_here import BLOCKS, friction_study, of_one_piece, run_here, submit
 
 from damperlab.service.cli.options import read_time
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
-from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.run.runner import run_study
-from damperlab.worker.worker_process.examination import bits_of
-
-
-def go_on(store: Store, study_id: str, **more: Any) -> Any:
-    return run_study(store, study_id, never, lambda now: None, threading.Event(), here_seconds=60.0, **more)
 
 
 @pytest.mark.parametrize("cores", [1, 2])
 def test_study_stops_when_its_budget_is_spent_and_goes_on_to_the_same_bits(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cores: int
+    store: Store, monkeypatch: pytest.MonkeyPatch, cores: int
 ) -> None:
     """A block under way is ended: of each core one."""
     monkeypatch.setattr("damperlab.worker.run.in_this_process.core_count", lambda: cores)
-    store = Store.open(tmp_path / "data")
-    try:
-        record = submit(store)
-        # any block takes longer
-        stopped = go_on(store, record.id, budget_seconds=1e-9)
-        assert (stopped.state, stopped.blocks_done, stopped.points_failed) == ("cancelled", cores, 0)
-        assert f"is spent; {cores} of {BLOCKS} blocks are kept" in (stopped.message or "")
-        # of each run its own
-        assert go_on(store, record.id, budget_seconds=1e-9).blocks_done == 2 * cores
-        ended = go_on(store, record.id, budget_seconds=3600.0)
-        assert (ended.state, ended.blocks_done, ended.message) == ("done", BLOCKS, None)
-        study = friction_study()
-        whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
-        assert bits_of(whole) == bits_of({name: store.cube(record.id)[name].values for name in whole})
-    finally:
-        store.close()
+    record = submit(store)
+    # any block takes longer
+    stopped = run_here(store, record.id, budget_seconds=1e-9)
+    assert (stopped.state, stopped.blocks_done, stopped.points_failed) == ("cancelled", cores, 0)
+    assert f"is spent; {cores} of {BLOCKS} blocks are kept" in (stopped.message or "")
+    # of each run its own
+    assert run_here(store, record.id, budget_seconds=1e-9).blocks_done == 2 * cores
+    ended = run_here(store, record.id, budget_seconds=3600.0)
+    assert (ended.state, ended.blocks_done, ended.message) == ("done", BLOCKS, None)
+    assert of_one_piece(store, record.id, friction_study())
 
 
 def test_the_command_says_what_became_of_the_budget_and_how_to_go_on(tmp_path: Path) -> None:
@@ -72,6 +56,7 @@ def _run_for(seconds: float, study: Path, *data: Any) -> tuple[datetime, subproc
     return ends, ended
 
 
+@pytest.mark.night
 def test_the_command_stops_at_its_time_and_says_so(tmp_path: Path) -> None:
     axes = {
         "friction_ratio": {"start": 0.05, "stop": 0.75, "num": 1000},

@@ -2,14 +2,13 @@
 
 import shutil
 import subprocess
-import threading
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, nullcontext, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 import pytest
-from distributed import Client
+from tests.worker.run_here import run_here
 
 import damperlab.studies.store.cubes
 from damperlab.studies.definition import parse_study
@@ -22,7 +21,6 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
-from damperlab.worker.run.runner import run_study
 
 STUDY = parse_study(
     {
@@ -57,17 +55,21 @@ def fill(disk: Path, leave: int) -> Path:
     return ballast
 
 
+def run(store: Store, study_id: str, watch: Callable[[Progress], None], outage_as: str = "failed") -> Record:
+    """Run a study in this process, which tells after each block how far it is."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("damperlab.worker.run.account.REPORT_SECONDS", 0.0)
+        return run_here(store, study_id, watch, outage_as=outage_as)
+
+
 @pytest.mark.parametrize("reserve", [16 * 2**20, 0])
 def test_a_full_disk_stops_a_study_that_goes_on_when_there_is_room(
-    disk: Path, client: Client, monkeypatch: pytest.MonkeyPatch, reserve: int
+    disk: Path, monkeypatch: pytest.MonkeyPatch, reserve: int
 ) -> None:
     monkeypatch.setattr(damperlab.studies.store.cubes, "RESERVE_BYTES", reserve)
     store = Store.open(disk / "data")
     plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 1), seconds_per_point)
     study_id = store.submit(STUDY, plan, provenance())[0].id
-
-    def run(watch: object) -> Record:
-        return run_study(store, study_id, lambda: nullcontext(client), watch, threading.Event())  # type: ignore[arg-type]
 
     def fill_up(progress: Progress) -> None:
         if not ballast:
@@ -76,7 +78,7 @@ def test_a_full_disk_stops_a_study_that_goes_on_when_there_is_room(
 
     ballast: list[Path] = []
     if reserve:
-        record = run(fill_up)
+        record = run(store, study_id, fill_up)
         assert (record.state, record.blocks_done < record.blocks_total) == ("failed", True)
         assert record.message is not None
         assert "is full" in record.message
@@ -84,12 +86,12 @@ def test_a_full_disk_stops_a_study_that_goes_on_when_there_is_room(
     else:
         # whatever is told, and to whomever: nothing that was acknowledged may be lost
         with suppress(StoreFault):
-            run(fill_up)
+            run(store, study_id, fill_up)
     kept = store.cube(study_id).load()
     done = store.find(study_id).blocks_done
     assert (kept["status"] == 0).sum() == done < plan.count
     ballast[0].unlink()
-    record = run(lambda progress: None)
+    record = run(store, study_id, lambda progress: None)
     assert (record.state, record.message, record.blocks_done) == ("done", None, plan.count)
     assert list(verify(store, record)) == []
     whole = store.cube(study_id).load()
@@ -120,31 +122,19 @@ def test_a_disk_that_takes_no_more_files_is_full_wherever_it_is_mounted(disk: Pa
         store.close()
 
 
-def test_a_study_waits_while_the_disk_of_the_cubes_is_not_mounted(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_study_waits_while_the_disk_of_the_cubes_is_not_mounted(tmp_path: Path) -> None:
     """The disk goes while a study is computed: nothing is written below its mount point, and what was done goes on."""
     store = Store.open(tmp_path / "data")
     plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 1), seconds_per_point)
     study_id = store.submit(STUDY, plan, provenance())[0].id
     cubes, disk = tmp_path / "data" / "cubes", tmp_path / "disk"
 
-    # told after each block, which this process computes one after the other
-    monkeypatch.setattr("damperlab.worker.run.account.REPORT_SECONDS", 0.0)
-
-    def never() -> AbstractContextManager[Client]:
-        raise AssertionError("sixteen points were sent to a cluster")
-
-    def run(watch: Callable[[Progress], None]) -> Record:
-        stop = threading.Event()
-        return run_study(store, study_id, never, watch, stop, outage_as="queued", here_seconds=60.0)
-
     def unmount(progress: Progress) -> None:
         if progress.blocks_done and not disk.exists():
             cubes.rename(disk)
             cubes.mkdir()
 
-    record = run(unmount)
+    record = run(store, study_id, unmount, outage_as="queued")
     assert record.state == "queued"
     assert "mounted" in (record.message or "")
     assert 1 <= record.blocks_done < plan.count
@@ -154,6 +144,6 @@ def test_a_study_waits_while_the_disk_of_the_cubes_is_not_mounted(
     assert list(cubes.iterdir()) == []
     cubes.rmdir()
     disk.rename(cubes)
-    assert run(lambda progress: None).state == "done"
+    assert run(store, study_id, lambda progress: None).state == "done"
     assert list(verify(store, store.find(study_id))) == []
     store.close()

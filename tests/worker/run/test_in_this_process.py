@@ -1,64 +1,26 @@
-"""Small studies computed in the process that runs them: the same values as on a cluster, and none is started."""
+"""Small studies computed in the process that runs them: the same values as by the solver alone, and no cluster is started."""
 
 import subprocess
 import sys
 import threading
-from contextlib import AbstractContextManager, closing
+from contextlib import closing
 from itertools import count
 from pathlib import Path
 
-import numpy as np
 import pytest
-from distributed import Client
+from tests.worker.run_here import AMPLE_SECONDS, BLOCKS, friction_study, of_one_piece, run_here, submit
 
-from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import RETRIES, Failure, Outage
-from damperlab.worker.provenance import provenance
 from damperlab.worker.run.in_this_process import InThisProcess
-from damperlab.worker.run.progress import Progress
-from damperlab.worker.run.runner import run_study
-
-SMALL = {
-    "name": "small",
-    "damping_ratio": 0.05,
-    "axes": {"friction_ratio": [0.0, 0.2], "frequency_ratio": {"start": 0.7, "stop": 1.3, "num": 4}},
-    "particle": False,
-    "steady": {"max_cycles": 200},
-}
-AMPLE_SECONDS = 60.0
 
 
-def ignore(progress: Progress) -> None:
-    pass
-
-
-def never() -> AbstractContextManager[Client]:
-    raise AssertionError("a cluster was asked for")
-
-
-def computed(folder: Path, study: Study, here: bool) -> dict[str, bytes]:
-    store = Store.open(folder)
-    plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 2), seconds_per_point)
-    record, _ = store.submit(study, plan, provenance())
-    seconds = AMPLE_SECONDS if here else 0.0
-    factory = never if here else lambda: connect(workers=1)
-    record = run_study(store, record.id, factory, ignore, threading.Event(), here_seconds=seconds)
-    assert (record.state, record.points_failed, record.blocks_done) == ("done", 0, 4)
-    cube = store.cube(record.id).drop_vars("run_time")
-    store.close()
-    return {str(name): np.asarray(array).tobytes() for name, array in cube.variables.items()}
-
-
-def test_values_are_those_of_a_cluster_bit_for_bit(tmp_path: Path) -> None:
-    study = parse_study(SMALL)
-    assert isinstance(study, Study)
-    assert computed(tmp_path / "here", study, True) == computed(tmp_path / "cluster", study, False)
+def test_values_are_those_of_the_solver_bit_for_bit(store: Store) -> None:
+    record = run_here(store, submit(store).id)
+    assert (record.state, record.points_failed, record.blocks_done) == ("done", 0, BLOCKS)
+    assert of_one_piece(store, record.id, friction_study())
 
 
 def test_a_closed_form_study_is_run_without_loading_the_library_of_the_cluster(tmp_path: Path) -> None:
@@ -76,25 +38,6 @@ finally:
     ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert ended.returncode == 0, ended.stderr
     assert ended.stderr.splitlines()[-1] == "[]"
-
-
-def test_it_stops_between_two_blocks(tmp_path: Path) -> None:
-    store = Store.open(tmp_path)
-    study = parse_study(SMALL)
-    record, _ = store.submit(
-        study, plan_with_chunk(study, (1, 1, 1, 1, 1, 2), seconds_per_point), provenance()
-    )
-    stop = threading.Event()
-
-    def stop_after_the_first(progress: Progress) -> None:
-        if progress.blocks_done:
-            stop.set()
-
-    record = run_study(store, record.id, never, stop_after_the_first, stop, here_seconds=AMPLE_SECONDS)
-    assert record.state in ("cancelled", "done")
-    record = run_study(store, record.id, never, ignore, threading.Event(), here_seconds=AMPLE_SECONDS)
-    assert (record.state, record.blocks_done) == ("done", 4)
-    store.close()
 
 
 def test_a_block_is_tried_again_and_given_up_as_on_a_cluster() -> None:

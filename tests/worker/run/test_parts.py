@@ -2,7 +2,6 @@
 
 import math
 import threading
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,24 +9,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from tests.worker.run_here import of_one_piece
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, Plan, plan_with_chunk
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
-from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.forecast import Forecast
 from damperlab.worker.dispatch.piece import Piece, cut
-from damperlab.worker.outcomes import RETRIES, Failure
 from damperlab.worker.provenance import code_hash, computing, provenance
 from damperlab.worker.run.gathering import Gathering
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
-from damperlab.worker.worker_process.examination import bits_of
 from damperlab.worker.worker_process.part import run_part
 
 
@@ -89,45 +85,6 @@ def test_pieces_get_shorter_towards_the_end_and_hold_all_blocks() -> None:
     assert all(piece.part is None for piece in pieces(Backlog(range(40), Forecast(plan)), 10_000))
 
 
-def crew_of(workers: int, plan: Plan) -> Crew:
-    crew = Crew(Backlog(range(plan.count), Forecast(plan)))
-    names = {f"w{number}": 1 for number in range(workers)}
-    crew.see(names, names)
-    for name in names:
-        crew.admit(name)
-    return crew
-
-
-def fill(crew: Crew, sent: list[str]) -> None:
-    for address, attempt in crew.assignments():
-        sent.append(f"{len(sent)}")
-        crew.sent(sent[-1], address, attempt)
-
-
-def test_block_whose_part_fails_everywhere_is_given_up_once() -> None:
-    plan = plan_with_chunk(study_of(2, 64), (1, 1, 1, 1, 1, 64), second_each)
-    crew = crew_of(4, plan)
-    sent: list[str] = []
-    failures: list[Failure] = []
-    tried: dict[str, int] = {}
-    fill(crew, sent)
-    while crew.in_flight:
-        key = next(key for key in sent if crew.at(key) is not None)
-        address = crew.at(key)
-        assert address is not None
-        piece = crew.members[address].held[key].piece
-        if piece.index == 0:
-            tried[str(piece.part)] = tried.get(str(piece.part), 0) + 1
-            failure = crew.failed(key, ZeroDivisionError("there"), 0.0)
-            failures += [failure] if failure is not None else []
-        else:
-            crew.ended(key, 64.0 * piece.share)
-        fill(crew, sent)
-    assert failures == [Failure(0, "ZeroDivisionError: there")]
-    assert max(tried.values()) == 1 + RETRIES
-    assert crew.waiting == 0
-
-
 def submitted(store: Store, study: Study, chunk: tuple[int, ...]) -> tuple[str, Plan]:
     plan = plan_with_chunk(study, chunk, seconds_per_point)
     record, _ = store.submit(study, plan, provenance())
@@ -135,33 +92,28 @@ def submitted(store: Store, study: Study, chunk: tuple[int, ...]) -> tuple[str, 
 
 
 @pytest.mark.parametrize("start", ["rest", {"kind": "continuation", "direction": "down"}])
-def test_block_from_parts_is_the_block_in_one(tmp_path: Path, start: Any) -> None:
+def test_block_from_parts_is_the_block_in_one(store: Store, start: Any) -> None:
     study = study_of(6, 10, start=start)
-    store = Store.open(tmp_path / "data")
-    try:
-        study_id, plan = submitted(store, study, (1, 1, 1, 1, 3, 10))
-        cube_path, digest = store.cube_path(study_id), store.find(study_id).digest
-        gathering = Gathering(plan, cube_path)
-        for index in range(plan.count):
-            parts = cut(Piece(index), plan.block(index), 7, study.whole_rows)
-            assert len(parts) >= 3
-            came = []
-            for piece in np.random.default_rng(index).permutation(np.array(parts, object)):
-                identity = computing()["identity"]
-                outcome = gathering.take(run_part(cube_path, digest, piece.part, code_hash(), identity))
-                came.append(outcome)
-            assert came[:-1] == [None] * (len(parts) - 1)
-            assert isinstance(came[-1], BlockOutcome)
-            assert store.mark(study_id, came[-1])
-        assert store.find(study_id).points_done == 60
-        stored = store.cube(study_id)
-        whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
-        assert bits_of(whole) == bits_of({name: stored[name].values for name in whole})
-    finally:
-        store.close()
+    study_id, plan = submitted(store, study, (1, 1, 1, 1, 3, 10))
+    cube_path, digest = store.cube_path(study_id), store.find(study_id).digest
+    gathering = Gathering(plan, cube_path)
+    for index in range(plan.count):
+        parts = cut(Piece(index), plan.block(index), 7, study.whole_rows)
+        assert len(parts) >= 3
+        came = []
+        for piece in np.random.default_rng(index).permutation(np.array(parts, object)):
+            identity = computing()["identity"]
+            outcome = gathering.take(run_part(cube_path, digest, piece.part, code_hash(), identity))
+            came.append(outcome)
+        assert came[:-1] == [None] * (len(parts) - 1)
+        assert isinstance(came[-1], BlockOutcome)
+        assert store.mark(study_id, came[-1])
+    assert store.find(study_id).points_done == 60
+    assert of_one_piece(store, study_id, study)
 
 
-def test_one_block_keeps_several_workers_busy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.night
+def test_one_block_keeps_several_workers_busy(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """A study of a single block is computed by both workers of a cluster, with the bits of one."""
     monkeypatch.setattr("damperlab.worker.run.account.REPORT_SECONDS", 0.0)
     # several parts of it are each expected to take as long as a part must
@@ -171,16 +123,10 @@ def test_one_block_keeps_several_workers_busy(tmp_path: Path, monkeypatch: pytes
     def watch(progress: Progress) -> None:
         flying.append(progress.blocks_in_flight)
 
-    store = Store.open(tmp_path / "data")
-    try:
-        study_id, plan = submitted(store, study, study.shape)
-        assert (plan.count, plan.seconds > 0.8) == (1, True)
-        ended = run_study(store, study_id, lambda: connect(workers=2), watch, threading.Event())
-        assert (ended.state, ended.points_failed, ended.blocks_done) == ("done", 0, 1)
-        assert max(flying) >= 2
-        assert ended.kernel_seconds > 0.0
-        stored = store.cube(study_id)
-        whole = solve_block(study, plan.block(0))
-        assert bits_of(whole) == bits_of({name: stored[name].values for name in whole})
-    finally:
-        store.close()
+    study_id, plan = submitted(store, study, study.shape)
+    assert (plan.count, plan.seconds > 0.8) == (1, True)
+    ended = run_study(store, study_id, lambda: connect(workers=2), watch, threading.Event())
+    assert (ended.state, ended.points_failed, ended.blocks_done) == ("done", 0, 1)
+    assert max(flying) >= 2
+    assert ended.kernel_seconds > 0.0
+    assert of_one_piece(store, study_id, study)

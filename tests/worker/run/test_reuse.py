@@ -1,14 +1,12 @@
 """Points of earlier studies: taken bit for bit where solver and settings are the same, and never otherwise."""
 
-import threading
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-from distributed import Client
+from tests.worker.run_here import run_here
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -18,7 +16,6 @@ from damperlab.studies.store.reuse.reuse import Overlaps
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
-from damperlab.worker.run.runner import run_study
 from damperlab.worker.worker_process.tasks import failed_values
 
 
@@ -41,11 +38,8 @@ def submit(store: Store, study: Study, chunk: int, reuse: bool = True, **provena
     return store.submit(study, plan, {**provenance(), **provenances}, reuse=reuse)[0]
 
 
-def run(store: Store, client: Client, study: Study, chunk: int = 4, **options: Any) -> Record:
-    record = submit(store, study, chunk, **options)
-    record = run_study(store, record.id, lambda: nullcontext(client), lambda now: None, threading.Event())
-    assert (record.state, record.points_failed) == ("done", 0)
-    return record
+def run(store: Store, study: Study, chunk: int = 4, **options: Any) -> Record:
+    return run_here(store, submit(store, study, chunk, **options).id)
 
 
 def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
@@ -54,23 +48,22 @@ def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
             assert one[name].values.tobytes() == other[name].values.tobytes(), name
 
 
-def test_refined_and_longer_axes_take_their_points_and_change_no_bit(
-    store: Store, client: Client, tmp_path: Path
-) -> None:
-    first = run(store, client, FIRST)
+def test_refined_and_longer_axes_take_their_points_and_change_no_bit(store: Store, tmp_path: Path) -> None:
+    first = run(store, FIRST)
     assert first.points_reused == 0
-    refined = run(store, client, REFINED, chunk=5)
+    refined = run(store, REFINED, chunk=5)
+    assert (refined.state, refined.points_failed) == ("done", 0)
     assert refined.points_reused == 3 * 7
     assert refined.document()["points_reused"] == 21
     # of the band from 0.75 to 1.25 on the twofold coarser grid, and of what the refined one has beside it
     shared = np.intersect1d(
         LONGER.coordinates["frequency_ratio"], REFINED.coordinates["frequency_ratio"]
     ).size
-    longer = run(store, client, LONGER, chunk=6)
+    longer = run(store, LONGER, chunk=6)
     assert longer.points_reused == 3 * shared > 0
     other = Store.open(tmp_path / "alone")
     for record, study in ((refined, REFINED), (longer, LONGER)):
-        alone = run(other, client, study, chunk=5, reuse=False)
+        alone = run(other, study, chunk=5, reuse=False)
         assert alone.points_reused == 0
         assert_same_bits(store.cube(record.id).load(), other.cube(alone.id).load())
     other.close()
@@ -112,30 +105,30 @@ def mark_made_up(store: Store, record: Record, study: Study, index: int) -> None
     store.mark(record.id, BlockOutcome(index, block.points, block.points, 0.1, 0.0, "lost", "g", found))
 
 
-def test_points_of_failed_and_of_damaged_blocks_are_computed(store: Store, client: Client) -> None:
+def test_points_of_failed_and_of_damaged_blocks_are_computed(store: Store) -> None:
     first = submit(store, FIRST, 4)
     mark_made_up(store, first, FIRST, 0)
-    run_study(store, first.id, lambda: nullcontext(client), lambda now: None, threading.Event())
+    run_here(store, first.id)
     # block 0 failed as a whole; of the three others one is lost
     next(Path(store.cube_path(first.id), "blocks").glob("3~*")).unlink()
-    refined = run(store, client, REFINED, chunk=13)
+    refined = run(store, REFINED, chunk=13)
     frequencies = 7 - 4
     # the one block of friction that meets the lost one takes nothing from this study at all
     assert refined.points_reused == 2 * frequencies
     assert (store.cube(refined.id)["status"] != 5).all()
 
 
-def test_known_points_are_found_however_many_studies_came_since(store: Store, client: Client) -> None:
+def test_known_points_are_found_however_many_studies_came_since(store: Store) -> None:
     fine = {"start": 0.5, "stop": 1.5, "num": 101}
-    first = run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": fine}), chunk=20)
+    first = run(store, study_of(axes={"friction_ratio": 0, "frequency_ratio": fine}), chunk=20)
     for place in range(12):
         unrelated = study_of(axes={"friction_ratio": 0, "frequency_ratio": [2.0 + place, 2.5 + place]})
-        assert run(store, client, unrelated, chunk=2).points_reused == 0
+        assert run(store, unrelated, chunk=2).points_reused == 0
     wider = {"start": 0.3, "stop": 1.7, "num": 141}
-    longer = run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": wider}), chunk=20)
+    longer = run(store, study_of(axes={"friction_ratio": 0, "frequency_ratio": wider}), chunk=20)
     assert longer.points_reused == 101
     tenfold = {"start": 0.5, "stop": 1.5, "num": 1001}
-    refined = run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": tenfold}), chunk=200)
+    refined = run(store, study_of(axes={"friction_ratio": 0, "frequency_ratio": tenfold}), chunk=200)
     assert refined.points_reused == 101
     for record in (longer, refined):
         assert np.isin(
@@ -144,8 +137,8 @@ def test_known_points_are_found_however_many_studies_came_since(store: Store, cl
 
 
 @pytest.mark.night
-def test_points_are_gathered_from_studies_that_hold_one_each(store: Store, client: Client) -> None:
+def test_points_are_gathered_from_studies_that_hold_one_each(store: Store) -> None:
     grid = study_of(13, axes={"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 11}})
     for value in grid.coordinates["frequency_ratio"][1:10].tolist():
-        run(store, client, study_of(axes={"friction_ratio": 0, "frequency_ratio": value}), chunk=1)
-    assert run(store, client, grid, chunk=4).points_reused == 9
+        run(store, study_of(axes={"friction_ratio": 0, "frequency_ratio": value}), chunk=1)
+    assert run(store, grid, chunk=4).points_reused == 9

@@ -7,49 +7,30 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from functools import partial
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
 import pytest
 import xarray as xr
 from distributed import Client
+from tests.worker.run_here import BLOCKS, friction_study, ignore, never, of_one_piece, submit
 
-from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.definition import Study
+from damperlab.studies.plan import Block
 from damperlab.studies.store.faults import StudyBusy, StudyNotFound
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
-from damperlab.worker.run.lease import hold
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 
 ROOT = Path(__file__).parents[3]
-CHUNK = (1, 1, 1, 1, 1, 4)
-BLOCKS = 12
-
-
-def friction_study() -> Study:
-    return parse_study(
-        {
-            "name": "friction",
-            "damping_ratio": 0.05,
-            "axes": {
-                "friction_ratio": [0.0, 0.2, 0.4, 0.6],
-                "frequency_ratio": {"start": 0.7, "stop": 1.3, "num": 12},
-            },
-            "particle": False,
-            "steady": {"max_cycles": 200},
-        }
-    )
 
 
 @pytest.fixture(scope="module")
@@ -60,66 +41,37 @@ def client() -> Iterator[Client]:
 
 @pytest.fixture
 def submitted(store: Store) -> Record:
-    study = friction_study()
-    record, _ = store.submit(study, plan_with_chunk(study, CHUNK, seconds_per_point), provenance())
-    assert record.blocks_total == BLOCKS
-    return record
-
-
-def ignore(progress: Progress) -> None:
-    pass
-
-
-def never() -> AbstractContextManager[Client]:
-    raise AssertionError("nothing is pending, yet a client was asked for")
+    return submit(store)
 
 
 @contextmanager
-def slow(client: Client, seconds: float) -> Iterator[None]:
-    """Make every block of the workers that are alive take longer, so that a test can act while it runs."""
+def meanwhile(client: Client, happens: Callable[[Block], None]) -> Iterator[None]:
+    """Let something happen at the workers that are alive before each block is solved."""
 
-    def slow_down() -> None:
+    def alter() -> None:
         import damperlab.worker.worker_process.tasks
 
-        def late(study: object, block: object, known: object = None) -> object:
-            time.sleep(seconds)
-            return solve_block(study, block, known)  # type: ignore[arg-type]
+        def other(study: Study, block: Block, *known: Any) -> Any:
+            happens(block)
+            return solve_block(study, block, *known)
 
-        damperlab.worker.worker_process.tasks.solve_block = late
+        damperlab.worker.worker_process.tasks.solve_block = other
 
-    client.run(slow_down)
+    def heal() -> None:
+        import damperlab.worker.worker_process.tasks
+
+        damperlab.worker.worker_process.tasks.solve_block = solve_block
+
+    client.run(alter)
     try:
         yield
     finally:
         client.run(heal)
 
 
-def heal() -> None:
-    import damperlab.worker.block
-    import damperlab.worker.worker_process.tasks
-
-    damperlab.worker.worker_process.tasks.solve_block = damperlab.worker.block.solve_block
-
-
-@contextmanager
-def broken(client: Client, start: int | None) -> Iterator[None]:
-    """Make the workers fail on blocks that begin at a friction index, or on all."""
-
-    def damage() -> None:
-        import damperlab.worker.worker_process.tasks
-
-        def fail(study: object, block: object, known: object = None) -> object:
-            if start is None or block.start[4] == start:  # type: ignore[attr-defined]
-                raise ZeroDivisionError("broken on purpose")
-            return solve_block(study, block, known)  # type: ignore[arg-type]
-
-        damperlab.worker.worker_process.tasks.solve_block = fail
-
-    client.run(damage)
-    try:
-        yield
-    finally:
-        client.run(heal)
+def slowly(block: Block) -> None:
+    """So that a test can act while it runs."""
+    time.sleep(0.2)
 
 
 def stop_after(blocks: int, stop: threading.Event):  # type: ignore[no-untyped-def]
@@ -130,37 +82,17 @@ def stop_after(blocks: int, stop: threading.Event):  # type: ignore[no-untyped-d
     return watch
 
 
-def answers(cube: xr.Dataset) -> xr.Dataset:
-    return cube.drop_vars("run_time").load()
-
-
-def test_cube_holds_what_the_solver_says_whatever_the_workers(client: Client, tmp_path: Path) -> None:
-    study = friction_study()
-    cubes = []
-    for workers, chunk in ((1, CHUNK), (2, (1, 1, 1, 1, 2, 5)), (3, (1, 1, 1, 1, 3, 1))):
-        store = Store.open(tmp_path / f"{workers}")
-        plan = plan_with_chunk(study, chunk, seconds_per_point)
-        record, _ = store.submit(study, plan, provenance())
-        lend = partial(connect, workers=workers) if workers != 2 else partial(nullcontext, client)
-        record = run_study(store, record.id, lend, ignore, threading.Event())
-        assert (record.state, record.points_done, record.points_failed) == ("done", study.points, 0)
-        assert record.owner is None
-        assert 0.0 < record.kernel_seconds <= record.seconds
-        cubes.append(answers(store.cube(record.id)))
-        store.close()
-    for cube in cubes[1:]:
-        xr.testing.assert_identical(cubes[0].drop_attrs(), cube.drop_attrs())
-    whole = plan_with_chunk(study, study.shape, seconds_per_point).block(0)
-    for name, values in solve_block(study, whole).items():
-        if name != "run_time":
-            np.testing.assert_array_equal(cubes[0][name].values, values, err_msg=name)
-
-
-def test_progress_starts_rises_and_ends_with_the_whole(
+def test_cube_holds_what_the_solver_says_and_progress_rises_from_nothing_to_the_whole(
     client: Client, store: Store, submitted: Record
 ) -> None:
     seen: list[Progress] = []
-    run_study(store, submitted.id, lambda: nullcontext(client), seen.append, threading.Event())
+    record = run_study(store, submitted.id, lambda: nullcontext(client), seen.append, threading.Event())
+    assert (record.state, record.points_done, record.points_failed) == ("done", submitted.points_total, 0)
+    assert record.owner is None
+    assert 0.0 < record.kernel_seconds <= record.seconds
+    assert of_one_piece(store, record.id, friction_study())
+    # nothing is pending: no cluster is asked for
+    assert run_study(store, submitted.id, never, ignore, threading.Event()).state == "done"
     assert seen[0].points_done == 0
     assert seen[0].seconds_left is None
     done = [progress.points_done for progress in seen]
@@ -174,7 +106,7 @@ def test_stopped_study_keeps_its_blocks_and_resume_computes_only_the_rest(
     client: Client, store: Store, submitted: Record
 ) -> None:
     stop = threading.Event()
-    with slow(client, 0.4):
+    with meanwhile(client, slowly):
         record = run_study(store, submitted.id, lambda: nullcontext(client), stop_after(2, stop), stop)
     assert record.state == "cancelled"
     assert 2 <= record.blocks_done < BLOCKS
@@ -189,13 +121,6 @@ def test_stopped_study_keeps_its_blocks_and_resume_computes_only_the_rest(
     xr.testing.assert_equal(before["run_time"].where(kept), after["run_time"].where(kept))
 
 
-def test_no_client_is_started_where_nothing_is_pending(
-    client: Client, store: Store, submitted: Record
-) -> None:
-    run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
-    assert run_study(store, submitted.id, never, ignore, threading.Event()).state == "done"
-
-
 def test_no_client_is_started_for_a_study_that_is_stopped_already(store: Store, submitted: Record) -> None:
     stop = threading.Event()
     stop.set()
@@ -206,7 +131,11 @@ def test_no_client_is_started_for_a_study_that_is_stopped_already(store: Store, 
 def test_failing_blocks_become_failed_points_and_the_rest_goes_on(
     client: Client, store: Store, submitted: Record
 ) -> None:
-    with broken(client, start=2):
+    def fail(block: Block) -> None:
+        if block.start[4] == 2:
+            raise ZeroDivisionError("broken on purpose")
+
+    with meanwhile(client, fail):
         record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
     assert (record.state, record.blocks_done, record.points_failed) == ("done", BLOCKS, 12)
     assert record.message is not None
@@ -223,7 +152,10 @@ def test_failing_blocks_become_failed_points_and_the_rest_goes_on(
 
 
 def test_study_of_which_every_block_fails_is_failed(client: Client, store: Store, submitted: Record) -> None:
-    with broken(client, start=None):
+    def fail(block: Block) -> None:
+        raise ZeroDivisionError("broken on purpose")
+
+    with meanwhile(client, fail):
         record = run_study(store, submitted.id, lambda: nullcontext(client), ignore, threading.Event())
     assert (record.state, record.points_failed) == ("failed", submitted.points_total)
     assert run_study(store, submitted.id, never, ignore, threading.Event()).state == "failed"
@@ -236,7 +168,7 @@ def test_killed_workers_cost_time_and_no_points(client: Client, store: Store, su
             os.kill(killed[0], signal.SIGKILL)
 
     killed: list[int] = []
-    with slow(client, 0.3):
+    with meanwhile(client, slowly):
         record = run_study(store, submitted.id, lambda: nullcontext(client), kill_one, threading.Event())
     assert killed
     assert not psutil.pid_exists(killed[0])
@@ -261,7 +193,7 @@ def test_cancel_by_another_process_is_noticed(
             other.set_state(submitted.id, "cancelled", only_from=("running",))
 
     other = Store.open(store.data_dir)
-    with slow(client, 0.5):
+    with meanwhile(client, slowly):
         record = run_study(store, submitted.id, lambda: nullcontext(client), cancel, threading.Event())
     other.close()
     assert record.state == "cancelled"
@@ -280,14 +212,8 @@ def test_study_that_is_deleted_while_it_runs_is_left(
             deleted.append(True)
 
     deleted: list[bool] = []
-    with slow(client, 0.5), pytest.raises(StudyNotFound):
+    with meanwhile(client, slowly), pytest.raises(StudyNotFound):
         run_study(store, submitted.id, lambda: nullcontext(client), delete, threading.Event())
-
-
-def test_study_that_another_runs_is_busy(client: Client, store: Store, submitted: Record) -> None:
-    with hold(store, submitted.id), pytest.raises(StudyBusy, match="is run by another process"):
-        run_study(store, submitted.id, never, ignore, threading.Event())
-    assert store.find(submitted.id).state == "queued"
 
 
 _CLAIM = """

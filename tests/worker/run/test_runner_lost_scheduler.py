@@ -7,7 +7,7 @@ from pathlib import Path
 import dask
 import psutil
 import pytest
-from tests.worker.dask_processes import dask_process, member, scheduler_process
+from tests.worker.dask_processes import member, scheduler_process
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -19,10 +19,10 @@ from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 
-pytestmark = pytest.mark.usefixtures("anew")
+pytestmark = [pytest.mark.night, pytest.mark.usefixtures("anew")]
 
 
-def submitted(store: Store) -> Record:
+def submitted(store: Store, chunk: int = 4) -> Record:
     study = parse_study(
         {
             "name": "linear",
@@ -32,12 +32,11 @@ def submitted(store: Store) -> Record:
         }
     )
     record, _ = store.submit(
-        study, plan_with_chunk(study, (1, 1, 1, 1, 1, 4), seconds_per_point), provenance()
+        study, plan_with_chunk(study, (1, 1, 1, 1, 1, chunk), seconds_per_point), provenance()
     )
     return record
 
 
-@pytest.mark.night
 def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
     store = Store.open(tmp_path)
     record = submitted(store)
@@ -76,7 +75,6 @@ def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
     store.close()
 
 
-@pytest.mark.night
 def test_embedded_scheduler_that_dies_is_replaced_and_leaves_no_process(tmp_path: Path) -> None:
     """As where the system kills it for want of memory."""
     store = Store.open(tmp_path)
@@ -99,38 +97,4 @@ def test_embedded_scheduler_that_dies_is_replaced_and_leaves_no_process(tmp_path
     assert (ended.state, ended.points_failed, ended.message) == ("done", 0, None)
     assert len(killed) == 2
     assert not any(psutil.pid_exists(pid) for pid in killed)
-    store.close()
-
-
-def test_lost_scheduler_leaves_a_study_that_another_cluster_finishes(tmp_path: Path) -> None:
-    store = Store.open(tmp_path)
-    record = submitted(store)
-    with (
-        scheduler_process() as (address, process),
-        dask_process("worker", address, "--nthreads", "1", "--no-dashboard"),
-    ):
-
-        def kill(progress: Progress) -> None:
-            if progress.blocks_done:
-                process.kill()
-
-        record = run_study(store, record.id, lambda: connect(scheduler=address), kill, threading.Event())
-    assert record.state == "failed"
-    assert record.message is not None
-    assert "connection to the Dask scheduler was lost" in record.message
-    assert 0 < record.blocks_done < record.blocks_total
-
-    kept = record.blocks_done
-    seen: list[Progress] = []
-    stop = threading.Event()
-
-    def few_more(progress: Progress) -> None:
-        seen.append(progress)
-        if progress.blocks_done > kept:
-            stop.set()
-
-    record = run_study(store, record.id, lambda: connect(workers=1), few_more, stop)
-    assert seen[0].blocks_done == kept
-    assert record.state == "cancelled"
-    assert record.blocks_done > kept
     store.close()

@@ -13,15 +13,15 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from tests.worker.run_here import of_one_piece
 
 import damperlab.studies.store.life_cycle.claims
 import damperlab.worker.run.lease
 from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import Block, plan_with_chunk
+from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
-from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
@@ -136,7 +136,5 @@ def test_a_runner_that_wakes_up_after_its_claim_was_taken_spoils_nothing(
     cube = store.cube(study_id).load()
     done = ~np.isnan(before)
     np.testing.assert_array_equal(before[done], cube["run_time"].values[done])
-    for name, values in solve_block(STUDY, Block(0, (0,) * 6, STUDY.shape)).items():
-        if name != "run_time":
-            np.testing.assert_array_equal(cube[name].values, values, err_msg=name)
+    assert of_one_piece(store, study_id, STUDY)
     store.close()

@@ -1,23 +1,19 @@
 """A study is cancelled by who asks for it and by nobody else, also between a runner's claim and its beginning."""
 
-import threading
 import time
 from collections.abc import Callable
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 import pytest
-from distributed import Client
+from tests.worker.run_here import run_here
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 from damperlab.worker.run.lease import hold
-from damperlab.worker.run.runner import run_study
 
 STUDY = parse_study(
     {
@@ -27,7 +23,6 @@ STUDY = parse_study(
     }
 )
 RENEW_SECONDS = 0.05
-AMPLE_SECONDS = 60.0
 
 
 class Late(Store):
@@ -52,27 +47,11 @@ def submit(store: Store) -> str:
     return store.submit(STUDY, plan, provenance())[0].id
 
 
-def no_cluster() -> AbstractContextManager[Client]:
-    raise AssertionError("three points of a closed form were sent to a cluster")
-
-
-def run(store: Store, study_id: str, **more: Any) -> Record:
-    return run_study(
-        store,
-        study_id,
-        no_cluster,
-        lambda progress: None,
-        threading.Event(),
-        here_seconds=AMPLE_SECONDS,
-        **more,
-    )
-
-
 def test_a_study_whose_runner_waits_for_its_turn_at_writing_is_not_cancelled(late: Late) -> None:
     study_id = submit(late)
     # as when many submissions are before it: its claim is renewed several times meanwhile
     late.after_claim = lambda: time.sleep(20 * RENEW_SECONDS)
-    record = run(late, study_id)
+    record = run_here(late, study_id)
     assert (record.state, record.blocks_done) == ("done", record.blocks_total)
     assert [what for _, what in late.events(study_id)][1:3] == ["queued to running", "running to done"]
 
@@ -92,7 +71,7 @@ def test_a_claim_is_not_withdrawn_before_the_study_runs_and_is_afterwards(late: 
 def test_a_study_that_is_cancelled_as_its_runner_begins_stays_cancelled(late: Late) -> None:
     study_id = submit(late)
     late.after_claim = lambda: late.set_state(study_id, "cancelled", only_from=("queued", "running"))
-    record = run(late, study_id, only_from=("queued", "running"))
+    record = run_here(late, study_id, only_from=("queued", "running"))
     assert (record.state, record.blocks_done, record.owner) == ("cancelled", 0, None)
     late.after_claim = lambda: None
-    assert run(late, study_id).state == "done"
+    assert run_here(late, study_id).state == "done"

@@ -12,14 +12,13 @@ from pathlib import Path
 
 import pytest
 from tests.worker.dask_processes import ROOT, scheduler_process
+from tests.worker.run_here import of_one_piece
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
-from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
-from damperlab.worker.worker_process.examination import bits_of
 
 pytestmark = pytest.mark.night
 
@@ -108,7 +107,5 @@ def test_service_and_workers_are_replaced_while_a_study_runs(tmp_path: Path) -> 
         assert told_to_end(newer) == 0
     ended = store.find(record.id)
     assert (ended.state, ended.points_failed, ended.blocks_done) == ("done", 0, BLOCKS)
-    whole = solve_block(study, plan_with_chunk(study, study.shape, seconds_per_point).block(0))
-    stored = store.cube(record.id)
-    assert bits_of(whole) == bits_of({name: stored[name].values for name in whole})
+    assert of_one_piece(store, record.id, study)
     store.close()

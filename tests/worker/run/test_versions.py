@@ -1,28 +1,26 @@
 """Results of another solver beside today's: both kept, compared, and the older one replaced when told."""
 
 import json
-import subprocess
-import sys
-import threading
-from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
-from distributed import Client
 from tests.other_solver import SCALE, OtherSolver
+from tests.service.cli.commands import run
+from tests.worker.run_here import run_here
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import NothingToDo, StudyNotFound
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.reuse.differences import differences_of
+from damperlab.studies.store.solver import solver
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import computing, provenance
-from damperlab.worker.run.runner import run_study
 from damperlab.worker.worker_process.tasks import failed_values
 
 STUDY = parse_study(
@@ -35,6 +33,9 @@ STUDY = parse_study(
 )
 
 
+FINER = {"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.6, "num": 23}}
+
+
 @pytest.fixture(scope="module")
 def other(tmp_path_factory: pytest.TempPathFactory) -> OtherSolver:
     return OtherSolver(tmp_path_factory.mktemp("other"))
@@ -45,27 +46,47 @@ def submit(store: Store, study: Study = STUDY, chunk: int = 4) -> tuple[Record, 
     return store.submit(study, plan, provenance())
 
 
-def run(store: Store, client: Client, record: Record) -> Record:
-    return run_study(store, record.id, lambda: nullcontext(client), lambda now: None, threading.Event())
+def identities(store: Store, record: Record) -> set[str]:
+    """By whom the blocks of a study were computed."""
+    with store.catalogue.reading() as connection:
+        number = store.number(connection, record.id)
+        query = done_blocks.select().where(done_blocks.c.study == number)
+        return {row.identity for row in connection.execute(query)}
 
 
 @pytest.fixture
 def old(store: Store, other: OtherSolver) -> Record:
-    """Computed wholly by the other solver."""
+    """Submitted to this solver, and computed wholly by the other one."""
     record, _ = submit(store)
     other.run("resume", record.id, "--data-dir", str(store.data_dir))
     return store.find(record.id)
 
 
-def test_a_study_asked_for_again_is_the_old_one_until_it_is_recomputed(
-    store: Store, client: Client, old: Record
+def test_a_study_asked_for_again_is_the_old_one_until_it_is_recomputed_and_the_two_are_compared(
+    store: Store, old: Record
 ) -> None:
+    assert old.document()["outdated"]
+    assert old.provenance["identity"] != computing()["identity"]
+    # the solver is its sources and not its place: nothing else differs
+    assert old.provenance["solver"] != solver()
+    for name in ("target", "libc", "numpy", "numba", "llvmlite", "kernels"):
+        assert old.provenance[name] == computing()[name]
+    assert json.loads(store.cube(old.id).attrs["provenance"])["identity"] == old.provenance["identity"]
+    assert identities(store, old) == {old.provenance["identity"]}
+    # its points go into no study of today's solver
+    finer = run_here(store, submit(store, parse_study({**STUDY.document(), "axes": FINER}))[0].id)
+    assert (finer.state, finer.points_reused, finer.outdated) == ("done", 0, False)
+    store.delete(finer.id)
+    # and none of its blocks is taken back to be tried again
+    with pytest.raises(NothingToDo, match=f"damperlab recompute {old.id}"):
+        store.retry(old.id)
+    assert store.find(old.id).blocks_done == 3
     again, created = submit(store)
     assert (again.id, created, again.outdated) == (old.id, False, True)
     newer, created = store.recompute(old.id, provenance())
     assert (newer.id, newer.version, newer.digest, created) == (f"{old.id}-2", 2, old.digest, True)
     assert store.recompute(old.id, provenance()) == (newer, False)
-    newer = run(store, client, newer)
+    newer = run_here(store, newer.id)
     assert (newer.state, newer.outdated, newer.points_reused) == ("done", False, 0)
     assert submit(store)[0].id == newer.id
     assert [each.id for each in store.versions(old.id)] == [old.id, newer.id]
@@ -75,9 +96,7 @@ def test_a_study_asked_for_again_is_the_old_one_until_it_is_recomputed(
     with pytest.raises(NothingToDo, match="same bits"):
         store.recompute(newer.id, provenance())
 
-
-def test_differences_are_counted_and_the_largest_is_placed(store: Store, client: Client, old: Record) -> None:
-    newer = run(store, client, store.recompute(old.id, provenance())[0])
+    # differences are counted, and the largest is placed
     found = differences_of(store, newer)
     assert (found.older, found.newer) == (old.id, newer.id)
     assert (found.points, found.compared, found.differing) == (12, 12, 12)
@@ -86,7 +105,7 @@ def test_differences_are_counted_and_the_largest_is_placed(store: Store, client:
     assert "run_time" not in by_name
     assert {name for name, each in by_name.items() if each.points} == {"amplitude_ratio"}
     amplitude = by_name["amplitude_ratio"]
-    one, two = (store.cube(each.id)["amplitude_ratio"].values.ravel() for each in (old, newer))
+    one, two = theirs.ravel(), ours.ravel()
     relative = np.abs(one - two) / np.maximum(one, two)
     assert amplitude.largest_relative == relative.max()
     assert amplitude.at is not None
@@ -99,11 +118,28 @@ def test_differences_are_counted_and_the_largest_is_placed(store: Store, client:
         differences_of(store, old)
 
 
+def test_no_solver_finishes_what_another_began(store: Store, other: OtherSolver) -> None:
+    done = run_here(store, submit(store)[0].id)
+    taken = store.forget(done.id, [1], "to be computed again")
+    assert taken.blocks_done == done.blocks_total - 1
+    refused = other.run("resume", done.id, "--data-dir", str(store.data_dir), allowed=(1,))
+    assert f"damperlab recompute {done.id}" in json.dumps(refused)
+    assert store.find(done.id).blocks_done == done.blocks_total - 1
+    again = run_here(store, done.id)
+    assert again.state == "done"
+    assert identities(store, again) == {computing()["identity"]}
+
+
+def test_the_catalogue_takes_no_block_of_another_solver(store: Store) -> None:
+    record, _ = submit(store)
+    with pytest.raises(ValueError, match="0000000000000000"):
+        store.mark(record.id, BlockOutcome(0, 4, 0, 0.1, 0.1, generation="g", identity="0" * 16))
+    assert store.find(record.id).blocks_done == 0
+
+
 @pytest.mark.night
-def test_both_are_kept_until_the_older_one_is_replaced(
-    store: Store, client: Client, old: Record, other: OtherSolver
-) -> None:
-    newer = run(store, client, store.recompute(old.id, provenance())[0])
+def test_both_are_kept_until_the_older_one_is_replaced(store: Store, old: Record, other: OtherSolver) -> None:
+    newer = run_here(store, store.recompute(old.id, provenance())[0].id)
     path = Path(store.cube_path(old.id))
     assert path.exists()
     # seen from the other solver it is the newer one that is outdated
@@ -128,26 +164,19 @@ def test_both_are_kept_until_the_older_one_is_replaced(
 
 
 @pytest.mark.night
-def test_the_older_one_stays_while_blocks_of_the_newer_one_have_no_answer(
-    store: Store, client: Client, old: Record
-) -> None:
+def test_the_older_one_stays_while_blocks_of_the_newer_one_have_no_answer(store: Store, old: Record) -> None:
     newer, _ = store.recompute(old.id, provenance())
     block = plan_with_chunk(STUDY, newer.chunk, seconds_per_point).block(1)
     checksum = write_region(store.cube_path(newer.id), block, failed_values(STUDY, block), "g")
     store.mark(newer.id, BlockOutcome(1, 4, 4, 0.1, 0.0, "its worker died", "g", checksum))
-    assert run(store, client, newer).state == "done"
-    command = [sys.executable, "-m", "damperlab.service.cli.main", "recompute", old.id, "--replace", "--json"]
-    done = subprocess.run(
-        [*command, "--data-dir", str(store.data_dir)], check=False, capture_output=True, text=True
-    )
-    assert (done.returncode, json.loads(done.stdout)["replaced"]) == (1, False)
+    assert run_here(store, newer.id).state == "done"
+    command = "recompute", old.id, "--replace", "--json", "--data-dir", store.data_dir
+    done = run(*command, status=1)
+    assert json.loads(done.stdout)["replaced"] is False
     assert f"damperlab retry {newer.id}" in " ".join(done.stderr.split())
     assert store.find(old.id).points_done == 12
-    run(store, client, store.retry(newer.id))
-    again = subprocess.run(
-        [*command, "--data-dir", str(store.data_dir)], check=True, capture_output=True, text=True
-    )
-    assert json.loads(again.stdout)["replaced"] is True
+    run_here(store, store.retry(newer.id).id)
+    assert json.loads(run(*command).stdout)["replaced"] is True
     assert [each.id for each in store.versions(newer.id)] == [newer.id]
 
 
@@ -168,18 +197,18 @@ def test_versions_of_a_study_with_uploaded_files_keep_them(tmp_path: Path) -> No
     store.close()
 
 
-def test_blocks_that_were_given_up_are_tried_again_and_nothing_else(store: Store, client: Client) -> None:
+def test_blocks_that_were_given_up_are_tried_again_and_nothing_else(store: Store) -> None:
     record, _ = submit(store)
     block = plan_with_chunk(STUDY, record.chunk, seconds_per_point).block(1)
     values = failed_values(STUDY, block)
     checksum = write_region(store.cube_path(record.id), block, values, "g")
     store.mark(record.id, BlockOutcome(1, 4, 4, 0.1, 0.0, "its worker died", "g", checksum))
-    done = run(store, client, record)
+    done = run_here(store, record.id)
     assert (done.state, done.points_failed) == ("done", 4)
     kept = store.snapshot(record.id)[1]
     queued = store.retry(record.id)
     assert (queued.state, queued.blocks_done, queued.points_failed, queued.message) == ("queued", 2, 0, None)
-    again = run(store, client, queued)
+    again = run_here(store, queued.id)
     assert (again.state, again.points_failed, again.message) == ("done", 0, None)
     assert (store.cube(record.id)["status"] == Status.CONVERGED).all()
     assert {index: mark for index, mark in store.snapshot(record.id)[1].items() if index != 1} == {
@@ -189,7 +218,7 @@ def test_blocks_that_were_given_up_are_tried_again_and_nothing_else(store: Store
         store.retry(record.id)
 
 
-def test_points_that_fail_by_their_numbers_are_not_tried_again(store: Store, client: Client) -> None:
+def test_points_that_fail_by_their_numbers_are_not_tried_again(store: Store) -> None:
     # undamped at resonance: no bounded response, whoever computes it
     study = parse_study(
         {
@@ -198,33 +227,7 @@ def test_points_that_fail_by_their_numbers_are_not_tried_again(store: Store, cli
             "axes": {"friction_ratio": 0, "frequency_ratio": [0.5, 1.0]},
         }
     )
-    record = run(store, client, submit(store, study, 2)[0])
+    record = run_here(store, submit(store, study, 2)[0].id)
     assert record.points_failed == 1
     with pytest.raises(NothingToDo, match="failed numerically"):
         store.retry(record.id)
-
-
-def test_nothing_of_another_solver_is_taken_back_to_be_tried_again(store: Store, old: Record) -> None:
-    with pytest.raises(NothingToDo, match=f"damperlab recompute {old.id}"):
-        store.retry(old.id)
-    assert store.find(old.id).blocks_done == 3
-
-
-def test_a_study_of_many_blocks_is_gone_at_once_and_its_files_later(store: Store) -> None:
-    record, _ = submit(store, chunk=1)
-    path = Path(store.cube_path(record.id))
-    opened = store.cube(record.id)
-    store.delete(record.id)
-    with pytest.raises(StudyNotFound, match="deleted"):
-        store.cube(record.id)
-    # files go when somebody removes them; who has opened the cube before reads on until then
-    assert path.exists()
-    assert opened["status"].values.size == 12
-    other = Store.open(store.data_dir)
-    other.bury(stop=lambda: True)
-    assert path.exists()
-    other.bury()
-    other.close()
-    assert not path.exists()
-    assert submit(store)[1]
-    assert json.loads(store.cube(record.id).attrs["provenance"])["identity"] == computing()["identity"]

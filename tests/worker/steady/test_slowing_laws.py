@@ -53,14 +53,20 @@ def particle_of(
 
 
 @pytest.mark.parametrize(
-    "kind",
-    ["instantaneous", *(pytest.param(kind, marks=pytest.mark.night) for kind in ("given time", "compliant"))],
+    ("kind", "points"),
+    [
+        ("instantaneous", 4),
+        *(
+            pytest.param(kind, 25, marks=pytest.mark.night)
+            for kind in ("instantaneous", "given time", "compliant")
+        ),
+    ],
 )
-def test_a_mass_ends_as_near_to_its_limit_as_is_said(kind: str) -> None:
+def test_a_mass_ends_as_near_to_its_limit_as_is_said(kind: str, points: int) -> None:
     """By a march from the same start, four times as long as any run; what still creeps then goes on to the edge."""
     random = np.random.default_rng(5)
     told = 0
-    for _ in range(25):
+    for _ in range(points):
         damping, r = random.uniform(0.002, 0.3), Forced(np.exp(random.uniform(np.log(0.3), np.log(3.0))))
         friction = float(random.choice([1.0, 1.002, 1.02, 1.2, 1.5, 3.0]))
         particle = particle_of(
@@ -83,7 +89,7 @@ def test_a_mass_ends_as_near_to_its_limit_as_is_said(kind: str) -> None:
             # by a mean that was known: four of its standard errors
             most = 4.0 * response.amplitude_error + 1e-12
             assert abs(ends - response.amplitude_ratio) <= most, (coordinates, start)
-    assert told >= 70, "of 75"
+    assert told >= 0.9 * 3 * points
 
 
 def test_all_starts_lead_to_one_response() -> None:

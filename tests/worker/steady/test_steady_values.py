@@ -6,10 +6,7 @@ from tests.oracles.forced_friction import non_stop, one_stop
 from tests.oracles.impact_pair import two_impacts_per_cycle
 from tests.oracles.transmissibility import absolute_amplitude, relative_amplitude
 
-from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import Block
 from damperlab.studies.variables import ResponseClass, Status
-from damperlab.worker.block import solve_block
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
 from damperlab.worker.solver.particle import Particle
@@ -129,29 +126,6 @@ def test_an_unstable_two_impact_motion_is_not_reported() -> None:
     assert abs(unstable.multipliers[0]) > 1.0
     found = simulate(Design(0.0038, 1.0, 0.0, Particle(6.0, 0.47, 0.1))).metrics
     assert abs(found["amplitude_ratio"] - unstable.amplitude_ratio) > 10.0 * found["amplitude_error"]
-
-
-def test_a_point_has_the_same_bits_in_every_block() -> None:
-    study = parse_study(
-        {
-            "name": "bits",
-            "damping_ratio": 0.0038,
-            "axes": {
-                "clearance_ratio": [2.0, 10.0],
-                "friction_ratio": [0.0, 0.4, 0.8],
-                "restitution": 0.47,
-                "mass_ratio": 0.1,
-                "frequency_ratio": [0.9, 1.0],
-            },
-            "steady": {"max_cycles": 100},
-        }
-    )
-    whole = solve_block(study, Block(0, (0,) * 6, study.shape))
-    for place in np.ndindex(study.shape):
-        alone = solve_block(study, Block(1, place, (1,) * 6))
-        for name, values in whole.items():
-            if name != "run_time":
-                assert alone[name].tobytes() == values[place].tobytes(), (name, place)
 
 
 @pytest.mark.parametrize(

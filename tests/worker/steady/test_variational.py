@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.linalg import expm
-from tests.worker.designs_drawn import Point, drawn_points
+from tests.worker.designs_drawn import Point, drawn_points, with_contact
 
-from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.events import (
     ARRIVED,
     BUDGET,
@@ -29,7 +28,7 @@ from damperlab.worker.solver.events import (
 )
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.integrate import half_cycle
-from damperlab.worker.solver.particle import Particle, Wall
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene, make_scene
 from damperlab.worker.solver.state import State
 from damperlab.worker.solver.transition_log import (
@@ -54,17 +53,6 @@ STEP = 1e-5
 EPSILON = 2.0**-52
 
 Matrix = NDArray[np.float64]
-
-
-def with_contact(point: Point, model: str, contact_time: float) -> Point:
-    """The same point with a contact that takes time, where the model says so."""
-    one = point.particle
-    if model == "dwell":
-        return point._replace(particle=one._replace(contact_time=contact_time))
-    if model == "compliant":
-        wall = Wall(*wall_constants(one.restitution, contact_time, one.mass_ratio))
-        return point._replace(particle=one._replace(wall=wall))
-    return point
 
 
 def events(log: Transitions) -> list[tuple[int, bool, bool, bool, bool]]:

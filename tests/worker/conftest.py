@@ -1,4 +1,4 @@
-"""A store and a cluster of one worker for the tests of runs."""
+"""A store, and a cluster of one worker."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,0 +1,122 @@
+"""Which block goes to whom, and what becomes of it where workers leave, are lost or cannot compute it."""
+
+import numpy as np
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import plan_with_chunk
+from damperlab.worker.dispatch.backlog import Backlog
+from damperlab.worker.dispatch.crew import Crew
+from damperlab.worker.dispatch.forecast import Forecast
+from damperlab.worker.outcomes import RETRIES, Failure
+
+
+def crew_of(workers: int, backlog: Backlog) -> Crew:
+    crew = Crew(backlog)
+    names = {f"w{number}": 1 for number in range(workers)}
+    crew.see(names, names)
+    for name in names:
+        crew.admit(name)
+    return crew
+
+
+def held_by(crew: Crew) -> dict[str, list[int]]:
+    return {name: [one.index for one in member.held.values()] for name, member in crew.members.items()}
+
+
+def fill(crew: Crew) -> dict[str, list[int]]:
+    for number, (address, attempt) in enumerate(crew.assignments(), len(crew._where)):
+        crew.sent(f"{address}-{attempt.index}-{attempt.tries}-{number}", address, attempt)
+    return held_by(crew)
+
+
+def test_block_whose_part_fails_everywhere_is_given_up_once() -> None:
+    axes = {"friction_ratio": [0.1, 0.7], "frequency_ratio": {"start": 0.7, "stop": 1.3, "num": 64}}
+    study = parse_study({"damping_ratio": 0.05, "axes": axes, "particle": False})
+    plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 64), lambda _, at: np.ones(len(at["frequency_ratio"])))
+    crew = crew_of(4, Backlog(range(plan.count), Forecast(plan)))
+    failures: list[Failure] = []
+    tried: dict[str, int] = {}
+    fill(crew)
+    while crew.in_flight:
+        member = next(member for member in crew.members.values() if member.held)
+        key, attempt = next(iter(member.held.items()))
+        if attempt.index == 0:
+            part = str(attempt.piece.part)
+            tried[part] = tried.get(part, 0) + 1
+            failure = crew.failed(key, ZeroDivisionError("there"), 0.0)
+            failures += [failure] if failure is not None else []
+        else:
+            crew.ended(key, 64.0 * attempt.piece.share)
+        fill(crew)
+    assert failures == [Failure(0, "ZeroDivisionError: there")]
+    assert max(tried.values()) == 1 + RETRIES
+    assert crew.waiting == 0
+
+
+def test_what_a_lost_worker_ran_is_suspect_and_what_waited_there_is_not() -> None:
+    crew = crew_of(3, Backlog(range(20)))
+    held = fill(crew)
+    assert [len(blocks) for blocks in held.values()] == [2, 2, 2]
+    ran, waited = held["w0"]
+    crew.see({"w1": 1, "w2": 1}, ("w1", "w2"))
+    for key in [next(iter(member.held)) for member in crew.members.values()]:
+        crew.ended(key)
+    fill(crew)
+    again = {
+        one.index: one
+        for member in crew.members.values()
+        for one in member.held.values()
+        if one.index in (ran, waited)
+    }
+    assert (again[ran].apart, again[waited].apart) == (True, False)
+    # at two workers, side by side
+    assert sum(bool(again.keys() & blocks) for blocks in map(set, held_by(crew).values())) == 2
+
+
+def test_worker_that_is_tried_again_is_told_with_the_reason_for_which_it_was_left_out() -> None:
+    crew = crew_of(1, Backlog(range(4)))
+    crew.leave_out("w0", "its store says 503")
+    assert "w0 is left out: its store says 503" in crew.words()
+    crew.admit("w0")
+    assert not crew.able
+    assert "w0 was left out and is tried again: its store says 503" in crew.words()
+    fill(crew)
+    crew.ended(next(iter(crew.members["w0"].held)))
+    assert crew.able
+    assert crew.members["w0"].reason == ""
+
+
+def test_worker_that_is_told_to_leave_ends_what_it_runs_and_gets_nothing_more() -> None:
+    crew = crew_of(2, Backlog(range(20)))
+    ran, waited = fill(crew)["w0"]
+    names = {"w0": 1, "w1": 1}
+    assert len(crew.see(names, ("w1",))) == 1
+    assert [one.index for one in crew.members["w0"].held.values()] == [ran]
+    fill(crew)
+    assert len(crew.members["w0"].held) == 1
+    crew.see({"w1": 1}, ("w1",))
+    for key in list(crew.members["w1"].held):
+        crew.ended(key)
+    fill(crew)
+    again = {one.index: one for one in crew.members["w1"].held.values()}
+    assert again.keys() == {ran, waited}
+    assert not any(one.apart for one in again.values())
+
+
+def test_what_happens_to_a_block_is_told_with_its_number_and_its_worker() -> None:
+    crew = crew_of(2, Backlog(range(1)))
+    fill(crew)
+    (first,) = (name for name, blocks in held_by(crew).items() if blocks)
+    crew.failed(next(iter(crew.members[first].held)), ValueError("no"), 0.0)
+    fill(crew)
+    (second,) = (name for name, blocks in held_by(crew).items() if blocks)
+    assert first != second
+    crew.vanish(second)
+    assert crew.incidents == [
+        f"block 0 was not computed by worker {first}: ValueError: no",
+        f"block 0 was computed by worker {second}, which is gone",
+    ]
+    for _ in range(2):
+        fill(crew)
+        crew.failed(next(iter(crew.members[first].held)), ValueError("again"), 0.0)
+    assert crew.incidents[-1] == "block 0 is given up: ValueError: again"

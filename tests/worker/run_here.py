@@ -1,0 +1,73 @@
+"""A study in twelve blocks, and studies that are run in the process of a test, where no cluster may be asked for."""
+
+import threading
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from typing import Any
+
+from distributed import Client
+
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.plan import Block, plan_with_chunk
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+from damperlab.worker.block import solve_block
+from damperlab.worker.dispatch.cost_model import seconds_per_point
+from damperlab.worker.provenance import provenance
+from damperlab.worker.run.progress import Progress
+from damperlab.worker.run.runner import run_study
+from damperlab.worker.worker_process.examination import bits_of
+
+CHUNK = (1, 1, 1, 1, 1, 4)
+BLOCKS = 12
+
+AMPLE_SECONDS = 60.0
+"""What any study of a test is expected to take at most."""
+
+
+def friction_study() -> Study:
+    return parse_study(
+        {
+            "name": "friction",
+            "damping_ratio": 0.05,
+            "axes": {
+                "friction_ratio": [0.0, 0.2, 0.4, 0.6],
+                "frequency_ratio": {"start": 0.7, "stop": 1.3, "num": 12},
+            },
+            "particle": False,
+            "steady": {"max_cycles": 200},
+        }
+    )
+
+
+def submit(store: Store, study: Study | None = None, chunk: tuple[int, ...] = CHUNK) -> Record:
+    study = study or friction_study()
+    return store.submit(study, plan_with_chunk(study, chunk, seconds_per_point), provenance())[0]
+
+
+def of_one_piece(store: Store, study_id: str, study: Study) -> bool:
+    """Whether a cube has the bits of one block that holds everything and is solved undisturbed, run times aside."""
+    whole = solve_block(study, Block(0, (0,) * len(study.shape), study.shape))
+    cube = store.cube(study_id)
+    return bits_of(whole) == bits_of({name: cube[name].values for name in whole})
+
+
+def never() -> AbstractContextManager[Client]:
+    raise AssertionError("a cluster was asked for")
+
+
+def ignore(progress: Progress) -> None:
+    pass
+
+
+def run_here(
+    store: Store,
+    study_id: str,
+    tell: Callable[[Progress], None] = ignore,
+    stop: threading.Event | None = None,
+    **more: Any,
+) -> Record:
+    """Run a study in this process to its end, or until it is stopped."""
+    return run_study(
+        store, study_id, never, tell, stop or threading.Event(), here_seconds=AMPLE_SECONDS, **more
+    )

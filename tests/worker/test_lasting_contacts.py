@@ -1,0 +1,235 @@
+"""Contacts that take time, `dwell` and `compliant`: against marches of others, in their limit, by their balances."""
+
+from dataclasses import replace
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.oracles import compliant_wall, dwelling
+
+from damperlab.studies.definition import parse_study
+from damperlab.studies.plan import Block
+from damperlab.studies.presets import CONTACT_TIMES
+from damperlab.studies.variables import Status
+from damperlab.worker.block import solve_block
+from damperlab.worker.physics.compliant_wall import contact_time_of_stiffness, wall_constants
+from damperlab.worker.point import Design
+from damperlab.worker.simulate import simulate
+from damperlab.worker.solver.particle import Particle, Wall
+
+MODELS = ("dwell", "compliant")
+
+
+def night(*values: Any) -> Any:
+    """Values of a parametrized test whose kernel the commit tier does without."""
+    return pytest.param(*values, marks=pytest.mark.night)
+
+
+def lasting(model: str, clearance: float, restitution: float, mass: float, contact_time: float) -> Particle:
+    if model == "dwell":
+        return Particle(clearance, restitution, mass, contact_time)
+    return Particle(
+        clearance, restitution, mass, None, Wall(*wall_constants(restitution, contact_time, mass))
+    )
+
+
+# of the second the contact is longer than a half cycle; of the last the mass turns and stops while the particle is held
+DWELLS = [
+    dwelling.Scene(0.02, 1.0, 0.0, 5.0, 0.47, 0.1, 0.3),
+    dwelling.Scene(0.02, 0.8, 0.0, 1.5, 0.8, 0.4, 7.0),
+    dwelling.Scene(0.05, 1.0, 0.4, 2.0, 0.6, 0.2, 0.5),
+    dwelling.Scene(0.05, 0.6, 0.25, 0.4, 0.7, 0.2, 1.1),
+]
+
+
+@pytest.mark.parametrize("forced", [False, night(True)])
+@pytest.mark.parametrize("scene", [one if one.friction_ratio else night(one) for one in DWELLS], ids=str)
+def test_a_contact_of_given_time_agrees_with_a_general_integrator(
+    scene: dwelling.Scene, forced: bool
+) -> None:
+    """Its tolerance is 1e-12 a step of hundreds; every impact amplifies by at most a few."""
+    expected, impacts = dwelling.end_state(replace(scene, forced=forced), 6)
+    particle = Particle(scene.clearance_ratio, scene.restitution, scene.mass_ratio, scene.contact_time)
+    design = Design(scene.damping_ratio, scene.frequency_ratio, scene.friction_ratio, particle, forced=forced)
+    found = simulate(design, 6)
+    assert impacts >= 3
+    assert found.events["impacts"] == impacts
+    assert list(found.state.values()) == pytest.approx(expected, rel=0.0, abs=1e-8)
+    assert found.metrics["energy_residual"] <= 1e-12
+
+
+# ζ, r, γ_F, d/Z, e, β, K/k, cycles: impacts alone; with friction; chatter, rest on the wall and stick; turns and stops in
+# contact; without loss; overdamped; so much that its rates are far apart, both fast
+SHAKEN = [
+    (0.0038, 1.0, 0.0, 2.0, 0.47, 0.1, 1.0, 4),
+    (0.0038, 1.0, 0.0, 2.0, 0.47, 0.1, 1e2, 4),
+    (0.0038, 1.0, 0.0, 2.0, 0.47, 0.1, 1e8, 4),
+    (0.0038, 1.0, 0.4, 2.0, 0.47, 0.1, 10.0, 4),
+    (0.0038, 1.0, 0.4, 2.0, 0.47, 0.1, 1e6, 4),
+    (0.0038, 0.9, 0.8, 0.3, 0.1, 0.1, 1e1, 2),
+    (0.0038, 0.9, 0.8, 0.3, 0.1, 0.1, 1e3, 2),
+    (0.05, 0.6, 0.25, 0.4, 0.7, 0.2, 1e2, 3),
+    (0.05, 0.6, 0.25, 0.4, 0.7, 0.2, 1e4, 3),
+    (0.02, 1.0, 0.0, 2.0, 1.0, 0.1, 1e4, 3),
+    (0.02, 1.0, 0.3, 0.5, 1e-3, 0.3, 1e1, 3),
+    (0.05, 2.5, 0.3, 0.2, 0.05, 2.0, 30.0, 4),
+    (0.02, 1.0, 0.0, 1.0, 1e-2, 0.1, 2e3, 2),
+    (0.02, 0.9, 0.4, 0.5, 1e-2, 0.1, 1e4, 2),
+    (0.02, 1.0, 0.3, 0.5, 1e-3, 0.3, 1e3, 2),
+]
+FORCED = [
+    (0.0038, 1.0, 0.0, 2.0, 0.47, 0.1, 1e2, 4),
+    (0.0038, 1.0, 0.0, 2.0, 0.47, 0.1, 1e8, 4),
+    (0.0038, 1.0, 0.4, 2.0, 0.47, 0.1, 10.0, 4),
+    (0.0038, 0.9, 0.8, 0.3, 0.1, 0.1, 1e3, 3),
+    (0.05, 0.6, 0.25, 0.4, 0.7, 0.2, 1e2, 3),
+    (0.02, 1.0, 0.3, 0.5, 1e-3, 0.3, 1e3, 2),
+    (0.02, 0.5, 0.0, 0.05, 0.1, 0.3, 1e3, 1),
+]
+
+
+@pytest.mark.parametrize(
+    ("scene", "forced"),
+    [
+        *((one, False) if one[2] > 0.0 else night(one, False) for one in SHAKEN),
+        *(night(one, True) for one in FORCED),
+    ],
+    ids=str,
+)
+def test_compliant_walls_agree_with_a_plain_march(scene: tuple[float, ...], forced: bool) -> None:
+    """Both round at 1e-16 of a state of ten, thousands of times, and impacts amplify."""
+    zeta, r, gamma, clearance, restitution, mass, stiffness, cycles = scene
+    contact_time = contact_time_of_stiffness(restitution, stiffness, mass)
+    particle = lasting("compliant", clearance, restitution, mass, contact_time)
+    assert particle.wall is not None
+    plain = compliant_wall.Scene(zeta, r, gamma, clearance, mass, *particle.wall, forced=forced)
+    expected, march = compliant_wall.end_state(plain, int(cycles))
+    found = simulate(Design(zeta, r, gamma, particle, forced=forced), int(cycles))
+    assert march.impacts >= 3
+    assert (found.events["impacts"], found.events["turns"]) == (march.impacts, march.turns)
+    assert list(found.state.values()) == pytest.approx(expected, rel=0.0, abs=1e-9)
+    assert found.metrics["energy_residual"] <= 1e-12
+    if forced:
+        same = pytest.approx(found.metrics["amplitude_ratio"], rel=1e-12)
+        assert found.metrics["relative_amplitude_ratio"] == same
+
+
+@pytest.mark.parametrize(
+    ("model", "longest", "place", "cycles"),
+    [
+        night("dwell", 1e-4, (1.0, 0.0, 5.0, 0.47), 6),
+        ("dwell", 1e-4, (1.0, 0.4, 5.0, 0.47), 6),
+        night("compliant", 1e-5, (1.0, 0.0, 2.0, 0.47), 10),
+        ("compliant", 1e-5, (1.0, 0.4, 5.0, 0.47), 6),
+        ("compliant", 1e-5, (0.9, 0.8, 0.3, 0.1), 4),
+    ],
+    ids=str,
+)
+def test_short_contacts_tend_to_the_instantaneous_law_with_order_one(
+    model: str, longest: float, place: tuple[float, ...], cycles: int
+) -> None:
+    """The bodies move joined for a time T an impact, at a speed that is wrong by order one: an error of order T."""
+    r, friction, clearance, restitution = place
+
+    def end(particle: Particle) -> list[float]:
+        return [
+            value or 0.0 for value in simulate(Design(0.0038, r, friction, particle), cycles).state.values()
+        ]
+
+    at_once = np.array(end(Particle(clearance, restitution, 0.1)))
+    errors = [
+        float(np.abs(end(lasting(model, clearance, restitution, 0.1, time)) - at_once).max())
+        for time in (longest, longest / 10.0, longest / 100.0)
+    ]
+    assert errors[0] < 1000.0 * longest
+    assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.1)
+    assert errors[1] / errors[2] == pytest.approx(10.0, rel=0.1)
+
+
+@pytest.mark.parametrize("contact_time", [1e-9, *(one.contact_time for one in CONTACT_TIMES.values())])
+@pytest.mark.parametrize(
+    ("clearance", "restitution"),
+    [(10.0, 0.47), (0.3, 0.47), (0.5, 0.01), (2.0, 1.0)],
+    ids=["impacts", "chatter", "plastic", "elastic"],
+)
+@pytest.mark.parametrize("friction", [night(0.0), 0.8])
+@pytest.mark.parametrize("model", MODELS)
+def test_energy_balances(
+    model: str, friction: float, clearance: float, restitution: float, contact_time: float
+) -> None:
+    particle = lasting(model, clearance, restitution, 0.1, contact_time)
+    found = simulate(Design(0.0038, 0.9, friction, particle), 20).metrics
+    assert found["status"] == Status.MAX_CYCLES
+    assert found["energy_residual"] <= 1e-11
+
+
+@pytest.mark.parametrize("stiffness", [10.0, 1e4])
+@pytest.mark.parametrize("friction", [night(0.0), 0.8])
+def test_the_history_in_compliant_walls_is_the_motion(friction: float, stiffness: float) -> None:
+    """Its samples keep momentum in contact, move as their velocities say, and show no force that pulls."""
+    particle = lasting("compliant", 0.3, 0.3, 0.5, contact_time_of_stiffness(0.3, stiffness, 0.5))
+    found = simulate(Design(0.0038, 0.9, friction, particle), 6, history=6)
+    time, u, p, v = (found.history[name] for name in ("time", "u", "p", "v"))
+    same = np.diff(time) <= 1e-12
+    assert same.sum() > 20
+    for name in ("u", "u_rate", "v", "v_rate", "p", "p_rate"):
+        assert np.abs(np.diff(found.history[name])[same]).max() <= 1e-10, name  # nothing jumps
+    assert found.metrics["amplitude_ratio_max"] >= np.abs(u).max() - 1e-12
+    beyond = np.abs(u - p) - 0.3
+    assert beyond.max() > 1e-5
+    assert u[-1] == pytest.approx(found.state["u"], abs=1e-11)
+    assert p[-1] == pytest.approx(found.state["p"], abs=1e-11)
+    assert np.isfinite(v).all()
+
+
+def test_a_held_particle_keeps_its_wall_whatever_the_force() -> None:
+    """A contact longer than the run: after the first impact the particle never leaves the wall, which pulls it too."""
+    short = simulate(Design(0.02, 1.0, 0.0, Particle(0.5, 0.47, 0.1, 1e3)), 12, history=12)
+    assert short.events == {"impacts": 1, "turns": 0, "attachments": 0}
+    u, p, time = (short.history[name] for name in ("u", "p", "time"))
+    struck = int(short.history["impact"].nonzero()[0][0])
+    after = slice(struck + 1, None)
+    assert abs(abs(u[after] - p[after]) - 0.5).max() <= 1e-12
+    assert time[-1] - time[struck] > 10.0 * 2.0 * pi
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.6])
+def test_a_particle_without_mass_is_thrown_back_by_a_mass_that_is_held(restitution: float) -> None:
+    """It moves as one of next to no mass, whose push a held mass does not feel."""
+    found, other = (
+        simulate(Design(0.02, 0.5, 0.3, Particle(0.5, restitution, beta, 0.5)), 6) for beta in (0.0, 1e-13)
+    )
+    assert found.events["impacts"] == other.events["impacts"] > 6
+    assert list(found.state.values()) == pytest.approx(list(other.state.values()), abs=1e-9)
+
+
+@pytest.mark.night
+@pytest.mark.parametrize("model", MODELS)
+def test_a_study_with_a_contact_time_by_name_answers_as_the_point_alone(model: str) -> None:
+    """The presets are the paper's times over 1/ω_n at 2.5 Hz; a particle without mass needs no wall."""
+    axes = {
+        "clearance_ratio": 2.0,
+        "friction_ratio": [0.0, 0.4],
+        "restitution": 0.47,
+        "mass_ratio": [0.0, 0.1],
+        "frequency_ratio": 1.0,
+    }
+    contact = {"model": model, "contact_time": "paper_soft_real"}
+    study = parse_study({"damping_ratio": 0.02, "axes": axes, "contact": contact})
+    assert study.document()["contact"]["contact_time"] == pytest.approx(5.0 * pi * 0.02055, rel=1e-15)
+    found = solve_block(study, Block(0, (0,) * 6, study.shape))
+    assert np.isfinite(found["amplitude_ratio"]).all()
+    for friction in (0.0, 0.4):
+        particle = lasting(model, 2.0, 0.47, 0.1, CONTACT_TIMES["paper_soft_real"].contact_time)
+        alone = simulate(Design(0.02, 1.0, friction, particle)).metrics
+        assert alone["amplitude_ratio"] in found["amplitude_ratio"]
+        assert alone["energy_residual"] in found["energy_residual"]
+    assert found["energy_residual"].max() <= 1e-11
+    assert set(found["status"].flat) <= {Status.CONVERGED, Status.MAX_CYCLES}
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_fixed_steps_refuse_a_contact_that_takes_time(model: str) -> None:
+    with pytest.raises(ValueError, match=r"contact_time|wall"):
+        simulate(Design(0.02, 1.0, 0.4, lasting(model, 2.0, 0.6, 0.2, 0.5)), 2, method="rk4")
