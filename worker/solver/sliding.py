@@ -1,8 +1,9 @@
 """A particle that rubs on its cavity, or falls in it. Where it does neither, every function here is a constant that is dropped.
 
 The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. Or friction carries it
-along, as one body with the mass, while |u''| ≤ κ. A wall that pushes carries it whatever u'' is. Gravity adds −G to p'', and u'' + G stands
-for u''; u is measured from where the mass rests with the particle on its lower wall, so the mass feels βG where it is not carried.
+along, as one body with the mass, while |u''| ≤ κ. A wall that pushes carries it whatever u'' is. Gravity adds −G to p'', and
+u'' + G stands for u''. There u is measured from where the mass rests with the particle on its lower wall; so the mass feels βG
+where it does not carry the particle.
 """
 
 from damperlab.worker.jit import inlined

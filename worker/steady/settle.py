@@ -8,7 +8,7 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.events import ARRIVED
 from damperlab.worker.solver.scene import make_scene, scene_on_addresses
-from damperlab.worker.solver.sliding import rubs
+from damperlab.worker.solver.sliding import down_of, rubs
 from damperlab.worker.steady.orbits.newton import march_with_jacobian
 from damperlab.worker.steady.orbits.orbit import orbit_multiplier
 from damperlab.worker.steady.response.measures import (
@@ -216,7 +216,8 @@ def _shortest_period(state, found, scene, probe, notes):
             begin_probe(probe, scene, shorter)
             there, complete = march_with_jacobian(state, shorter, probe, notes.log, notes.monodromy)
             coordinates(there, scene.particle, end)
-            if complete and _is_near(end, start, known):
+            # half a cycle is no period where gravity acts, which is not mirrored
+            if complete and down_of(there.slide) == down_of(state.slide) and _is_near(end, start, known):
                 return shorter
     return period_halves
 

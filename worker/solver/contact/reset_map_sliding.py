@@ -1,8 +1,8 @@
 """What an event changes where the particle rubs on its cavity: which of the two bodies slip, decided together.
 
-Where both have the same velocity, the force between them is the one at which u'' = p'': the more of it, the smaller is u'' and
-the larger is p''. So the particle is torn loose where the largest friction, βκ, is too little; a wall that pushes has no largest
-force to its side. The friction of the structure is judged with each force that is tried.
+Where both have the same velocity, the force between them is the one at which u'' = p'': the more of it, the smaller is u''
+and the larger is p''. So the particle is torn loose where the largest friction, βκ, is too little; a wall that pushes has no
+largest force to its side. The friction of the structure is judged with each force that is tried.
 """
 
 from damperlab.worker.jit import inlined

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.events import IMPACTS
 from damperlab.worker.solver.particle import Particle, Wall
-from damperlab.worker.solver.sliding import direction_of
+from damperlab.worker.solver.sliding import direction_of, down_of
 from damperlab.worker.solver.state import Dwell, State, slide_on
 
 Array = NDArray[np.float64]
@@ -165,6 +165,7 @@ def are_comparable(one: State, other: State, particle: Particle | None) -> bool:
     """Whether the coordinates of two states mean the same."""
     same = one.riding == other.riding and one.slip == other.slip
     same = same and direction_of(one.slide) == direction_of(other.slide)
+    same = same and down_of(one.slide) == down_of(other.slide)
     if particle is not None:
         same = same and has_contact(one, one.dwell, particle.wall) == has_contact(
             other, other.dwell, particle.wall
