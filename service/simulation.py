@@ -23,7 +23,7 @@ from damperlab.studies.faults import (
 )
 from damperlab.studies.field import fields_of
 from damperlab.studies.guard import guard
-from damperlab.studies.quantity import PARTICLE_FRICTION_RATIO, RATIOS, read_count
+from damperlab.studies.quantity import GRAVITY_RATIO, PARTICLE_FRICTION_RATIO, RATIOS, read_count
 from damperlab.studies.questions import Simulated
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, ResponseClass, Status
 from damperlab.studies.vocabulary import DEFAULTS, EXCITATIONS, OF_PARTICLE, Method
@@ -152,15 +152,13 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         if method == "rk4" and isinstance(contact, DwellContact | CompliantContact):
             allowed = "instant with method rk4"
             faults.append(Fault("contact", contact.model, allowed, "write `method: event`"))
-    kappa = _caught(
-        faults,
-        PARTICLE_FRICTION_RATIO.read,
-        document.get(PARTICLE_FRICTION_RATIO.name, 0.0),
-        PARTICLE_FRICTION_RATIO.name,
-        0.0,
+    drags, falls = (
+        _caught(faults, each.read, document.get(each.name, 0.0), each.name, 0.0)
+        for each in (PARTICLE_FRICTION_RATIO, GRAVITY_RATIO)
     )
-    if kappa > 0.0:
-        faults += _faults_of_rubbing(kappa, has_particle, contact, method)
+    for name, value in ((PARTICLE_FRICTION_RATIO.name, drags), (GRAVITY_RATIO.name, falls)):
+        if value > 0.0:
+            faults += _faults_of_rubbing(name, value, has_particle, contact, method)
     if isinstance(contact, CompliantContact) and has_particle:
         fault = compliant_fault(ratios["restitution"], "restitution")
         faults.extend([fault] if fault else [])
@@ -206,7 +204,8 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
             ratios["mass_ratio"],
             contact_time_of(contact),
             wall_of(contact, ratios["restitution"], ratios["mass_ratio"]),
-            kappa if kappa > 0.0 else None,
+            drags if drags > 0.0 or falls > 0.0 else None,
+            falls if falls > 0.0 else None,
         )
     design = Design(
         ratios["damping_ratio"],
@@ -219,10 +218,10 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
 
 
 def _faults_of_rubbing(
-    kappa: float, has_particle: bool, contact: Contact | None, method: object
+    name: str, value: float, has_particle: bool, contact: Contact | None, method: object
 ) -> Iterator[Fault]:
-    """Name what the friction of a particle cannot be combined with."""
-    name, found = PARTICLE_FRICTION_RATIO.name, describe(kappa)
+    """Name what friction of a particle, or gravity, cannot be combined with."""
+    found = describe(value)
     if not has_particle:
         allowed = "nothing in a scene without a particle"
         yield Fault(

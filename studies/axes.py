@@ -16,6 +16,7 @@ from damperlab.studies.quantity import (
     DAMPING_RATIO,
     FREQUENCY_RATIO,
     FRICTION_RATIO,
+    GRAVITY_RATIO,
     MASS_RATIO,
     PARTICLE_FRICTION_RATIO,
     RESTITUTION,
@@ -310,3 +311,4 @@ ClearanceRatio = Annotated[AxisSpec | None, along(CLEARANCE_RATIO)]
 FrictionRatio = Annotated[AxisSpec | None, along(FRICTION_RATIO, DEFAULTS["friction_ratio"])]
 FrequencyRatio = Annotated[AxisSpec | None, along(FREQUENCY_RATIO)]
 ParticleFrictionRatio = Annotated[AxisSpec | None, along(PARTICLE_FRICTION_RATIO)]
+GravityRatio = Annotated[AxisSpec | None, along(GRAVITY_RATIO)]

@@ -4,16 +4,24 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, over_amplitudes
+from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, is_axis, over_amplitudes
 from damperlab.studies.axes import MAX_AXIS_VALUES
 from damperlab.studies.faults import Fault, counted, describe
-from damperlab.studies.kinds import rubs
+from damperlab.studies.kinds import SOURCES, before_of
 from damperlab.studies.physical import DERIVATIONS, Derivation, derivations, physical_faults
 from damperlab.studies.quantity import RATIOS
-from damperlab.studies.variables import PARTICLE_FRICTION, STANDARD, STEPPED, VARIABLES, available_variables
+from damperlab.studies.variables import (
+    BEFORE,
+    GRAVITY,
+    PARTICLE_FRICTION,
+    STANDARD,
+    STEPPED,
+    VARIABLES,
+    available_variables,
+)
 from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
 
-BESIDE_AXES = ("damping_ratio", PARTICLE_FRICTION)
+BESIDE_AXES = ("damping_ratio", *BEFORE)
 """Dimensions that stand beside the axes of a study."""
 
 MAX_POINTS = 1_000_000_000
@@ -66,7 +74,7 @@ def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
         filled["metrics"] = list(available_variables("ensemble"))
     if "metrics" not in filled and _is_stepped(document):
         filled["metrics"] = list(STEPPED)
-    if rubs(document):
+    if PARTICLE_FRICTION in before_of(document):
         kept = filled.get("metrics", STANDARD)
         if "metrics" not in document and not _is_stepped(document):
             filled["metrics"] = [name for name in VARIABLES if name in kept or VARIABLES[name].rubbing]
@@ -150,36 +158,40 @@ def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """What does not go with the friction of a particle, and what needs it."""
-    metrics = document.get("metrics")
-    if not rubs(document):
-        for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
-            if isinstance(name, str) and name in VARIABLES and VARIABLES[name].rubbing:
-                allowed = f"{name} only with `{PARTICLE_FRICTION}`"
-                told = f"{{field}} is {name}, which needs `{PARTICLE_FRICTION}`."
-                yield Fault(
-                    f"metrics[{index}]", name, allowed, "remove it, or give the particle friction", told
-                )
+    """What does not go with a particle that rubs or falls, and what needs one."""
+    before, metrics = before_of(document), document.get("metrics")
+    for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
+        needs = isinstance(name, str) and name in VARIABLES and VARIABLES[name].rubbing
+        if needs and PARTICLE_FRICTION not in before:
+            allowed = f"{name} only with `{PARTICLE_FRICTION}`"
+            told = f"{{field}} is {name}, which needs `{PARTICLE_FRICTION}`."
+            yield Fault(
+                f"metrics[{index}]", f"{name}", allowed, "remove it, or give the particle friction", told
+            )
+    if not before:
         return
+    what = " and ".join(before)
     contact = document.get("contact")
     model = contact.get("model", "instant") if isinstance(contact, dict) else "instant"
     if model != "instant":
-        told = (
-            "The friction of the particle is computed with instantaneous contact alone, and {field} is "
-            + f"{model}."
-        )
-        yield Fault(
-            "contact.model", f"{model}", "instant with friction of the particle", "leave `contact` out", told
-        )
+        told = f"{{field}} is {model}, and {what} is computed with instantaneous contact alone."
+        yield Fault("contact.model", f"{model}", f"instant with {what}", "leave `contact` out", told)
     if _is_stepped(document):
-        told = "{field} is rk4, which does not compute the friction of the particle."
-        yield Fault("solver.method", "rk4", "event with friction of the particle", "leave `solver` out", told)
+        told = f"{{field}} is rk4, which does not compute {what}."
+        yield Fault("solver.method", "rk4", f"event with {what}", "leave `solver` out", told)
     physical = document.get("physical")
-    if isinstance(physical, dict) and over_amplitudes(physical, particle=True):
-        told = "{field} is an axis, and the friction ratio of the particle would change with it."
+    physical = physical if isinstance(physical, dict) else {}
+    if over_amplitudes(physical, particle=True):
+        told = f"{{field}} is an axis, and {what} would change with it."
         advice = "submit one study for each base amplitude"
-        allowed = "a single number with friction of the particle"
-        yield Fault(f"physical.{AMPLITUDE}", "an axis", allowed, advice, told)
+        yield Fault(f"physical.{AMPLITUDE}", "an axis", f"a single number with {what}", advice, told)
+    tilt = SOURCES[GRAVITY]
+    if is_axis(physical.get(tilt)) and physical.get(SOURCES[PARTICLE_FRICTION]) is not None:
+        told = f"{{field}} is an axis that changes {' and '.join(BEFORE)} together, but an axis may change one ratio only."
+        advice = "submit one study for each tilt"
+        yield Fault(
+            f"physical.{tilt}", "an axis", f"a single number with {SOURCES[PARTICLE_FRICTION]}", advice, told
+        )
 
 
 def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[Fault]:

@@ -24,6 +24,7 @@ from damperlab.studies.axes import (
     DampingRatio,
     FrequencyRatio,
     FrictionRatio,
+    GravityRatio,
     MassRatio,
     ParticleFrictionRatio,
     Restitution,
@@ -64,9 +65,9 @@ from damperlab.studies.static_displacement import (
     without_force,
 )
 from damperlab.studies.variables import (
+    BEFORE,
     DIMENSION_LONG_NAMES,
     DIMENSIONS,
-    PARTICLE_FRICTION,
     STANDARD,
     VARIABLES,
     Variable,
@@ -131,6 +132,7 @@ class Study(Choice):
     ] = ""
     damping_ratio: DampingRatio = None
     particle_friction_ratio: ParticleFrictionRatio = None
+    gravity_ratio: GravityRatio = None
     axes: Axes = Field(default_factory=Axes)
     particle: Annotated[
         bool,
@@ -215,8 +217,8 @@ class Study(Choice):
         given = self.physical.values() if self.physical is not None else {}
         made = {d.ratio: d for d in derivations(given, self.particle)}
         names = tuple(AMPLITUDE_DIMENSIONS) if self.over_amplitudes else DIMENSIONS
-        if self.particle and (self.particle_friction_ratio is not None or PARTICLE_FRICTION in made):
-            names = (PARTICLE_FRICTION, *names)
+        if self.particle:
+            names = (*(name for name in BEFORE if name in made or getattr(self, name) is not None), *names)
         values: dict[str, NDArray[np.float64]] = {}
         for name in names:
             if RATIOS_OF.get(name, name) in OF_PARTICLE and not self.particle:

@@ -14,7 +14,7 @@ from damperlab.studies.ground.variables import DAMPER as SUITE_DAMPER
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
-from damperlab.studies.variables import DIMENSIONS, PARTICLE_FRICTION, VARIABLES, Variable
+from damperlab.studies.variables import BEFORE, DIMENSIONS, GRAVITY, PARTICLE_FRICTION, VARIABLES, Variable
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ AMPLITUDES = Kind(
 KINDS: tuple[Kind, ...] = (HARMONIC, SUITE, AMPLITUDES)
 
 EVERY_DIMENSION: tuple[str, ...] = tuple(
-    dict.fromkeys((*(name for kind in KINDS for name in kind.dimensions), PARTICLE_FRICTION))
+    dict.fromkeys((*(name for kind in KINDS for name in kind.dimensions), *BEFORE))
 )
 EVERY_VARIABLE: tuple[str, ...] = tuple(dict.fromkeys(name for kind in KINDS for name in kind.variables))
 
@@ -154,16 +154,22 @@ def kind_of_definition(definition: Mapping[str, Any]) -> Kind:
     return AMPLITUDES if crossed else HARMONIC
 
 
-def rubs(definition: Mapping[str, Any]) -> bool:
-    """Whether a harmonic study, by its definition, has friction of its particle, be it 0."""
+SOURCES = {PARTICLE_FRICTION: "particle_friction_coefficient", GRAVITY: "tilt_deg"}
+"""What of a physical block makes the dimensions that only some studies have."""
+
+
+def before_of(definition: Mapping[str, Any]) -> tuple[str, ...]:
+    """Name the dimensions that a harmonic study has before the others, by its definition."""
     physical = definition.get("physical")
-    made = isinstance(physical, Mapping) and physical.get("particle_friction_coefficient") is not None
-    return (made or definition.get(PARTICLE_FRICTION) is not None) and definition.get(
-        "particle", True
-    ) is not False
+    given = physical if isinstance(physical, Mapping) else {}
+    if definition.get("particle", True) is False:
+        return ()
+    return tuple(
+        name for name in BEFORE if definition.get(name) is not None or given.get(SOURCES[name]) is not None
+    )
 
 
 def dimensions_of_definition(definition: Mapping[str, Any]) -> tuple[str, ...]:
     """Give the dimensions of a study's cube by its definition."""
     kind = kind_of_definition(definition)
-    return (PARTICLE_FRICTION, *kind.dimensions) if kind is HARMONIC and rubs(definition) else kind.dimensions
+    return (*before_of(definition), *kind.dimensions) if kind is HARMONIC else kind.dimensions

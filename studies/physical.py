@@ -48,6 +48,7 @@ PARTICLE_FRICTION = Quantity(
     1e6,
     "give 0 for a particle that slides freely; steel on steel has 0.1 to 0.5, a ball that rolls 0.001 to 0.02",
 )
+TILT = Quantity("tilt_deg", "tilt α of the cavity [°]: 0 lies, 90 stands", 0.0, 90.0, "give it in degrees")
 STANDARD_GRAVITY = 9.80665
 """g [m/s²]."""
 
@@ -61,6 +62,7 @@ QUANTITIES = (
     CLEARANCE,
     PARTICLE_MASS,
     PARTICLE_FRICTION,
+    TILT,
 )
 """Every quantity of a physical block."""
 
@@ -103,6 +105,7 @@ class Physical(Choice):
     clearance_m: Annotated[AxisSpec | None, along(CLEARANCE)] = None
     particle_mass_kg: Annotated[AxisSpec | None, along(PARTICLE_MASS)] = None
     particle_friction_coefficient: Annotated[AxisSpec | None, along(PARTICLE_FRICTION)] = None
+    tilt_deg: Annotated[AxisSpec | None, along(TILT)] = None
     constant: Annotated[
         Literal["velocity", "acceleration"] | None,
         Reads(
@@ -191,6 +194,18 @@ def _critical(of: Values) -> NDArray[np.float64]:
     return 2.0 * of["mass_kg"] * (2.0 * math.pi * of["natural_frequency_hz"])
 
 
+def _weight(of: Values) -> NDArray[np.float64]:
+    """Give g over Z·ω_n²."""
+    return STANDARD_GRAVITY / ((2.0 * math.pi * of["natural_frequency_hz"]) ** 2 * of["base_amplitude_m"])
+
+
+def _lying(of: Values) -> float | NDArray[np.float64]:
+    """Give the share of its weight with which the particle lies on the floor of its cavity."""
+    if "tilt_deg" not in of:
+        return 1.0
+    return np.where(of["tilt_deg"] == 90.0, 0.0, np.cos(np.radians(of["tilt_deg"])))
+
+
 DERIVATIONS: dict[str, Derivation] = {
     d.ratio: d
     for d in (
@@ -212,8 +227,11 @@ DERIVATIONS: dict[str, Derivation] = {
         ),
         Derivation(
             "particle_friction_ratio", "particle_friction_coefficient", ("natural_frequency_hz", "base_amplitude_m"),
-            lambda of: of["particle_friction_coefficient"] * STANDARD_GRAVITY
-            / ((2.0 * math.pi * of["natural_frequency_hz"]) ** 2 * of["base_amplitude_m"]), of_particle=True,
+            lambda of: of["particle_friction_coefficient"] * _weight(of) * _lying(of), of_particle=True,
+        ),
+        Derivation(
+            "gravity_ratio", "tilt_deg", ("natural_frequency_hz", "base_amplitude_m"),
+            lambda of: _weight(of) * np.sin(np.radians(of["tilt_deg"])), of_particle=True,
         ),
         Derivation(
             "frequency_ratio", "excitation_frequency_hz", ("natural_frequency_hz",),

@@ -126,10 +126,17 @@ PARTICLE_FRICTION_RATIO = Quantity(
     1e12,
     "give 0 for a particle that slides freely",
 )
+GRAVITY_RATIO = Quantity(
+    "gravity_ratio",
+    "gravity along the cavity G = g·sin α/(ω_n²·Z), towards negative u",
+    0.0,
+    1e12,
+    "give 0 for a cavity that lies",
+)
 RATIOS: dict[str, Quantity] = {
     q.name: q
     for q in (DAMPING_RATIO, RESTITUTION, MASS_RATIO, CLEARANCE_RATIO, FRICTION_RATIO, FREQUENCY_RATIO)
 }
 """The six dimensions of a cube as quantities, in the cube's order."""
-QUANTITY_OF = RATIOS | {PARTICLE_FRICTION_RATIO.name: PARTICLE_FRICTION_RATIO}
+QUANTITY_OF = RATIOS | {each.name: each for each in (PARTICLE_FRICTION_RATIO, GRAVITY_RATIO)}
 """Every dimension that a cube may have."""

@@ -4,7 +4,7 @@ from dataclasses import MISSING, dataclass
 
 from damperlab.studies.field import NONE, At, Range, Ranges, asked, asked_at
 from damperlab.studies.kinds import EVERY_DIMENSION, EVERY_VARIABLE
-from damperlab.studies.quantity import PARTICLE_FRICTION_RATIO
+from damperlab.studies.quantity import GRAVITY_RATIO, PARTICLE_FRICTION_RATIO
 from damperlab.studies.unit_names import COORDINATES, RESULTS
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.studies.vocabulary import (
@@ -362,6 +362,12 @@ class Simulated:
         "over Z·ω_n².",
         least=0.0,
         most=PARTICLE_FRICTION_RATIO.highest,
+    )
+    gravity_ratio: float = asked(
+        0.0,
+        "Gravity along the cavity, G = g·sin α/(ω_n²·Z), towards negative u: 0 for one that lies.",
+        least=0.0,
+        most=GRAVITY_RATIO.highest,
     )
     starts: int = asked(
         0,

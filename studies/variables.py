@@ -15,9 +15,10 @@ _DIMENSIONS: dict[str, tuple[str, str, str]] = {
 }
 DIMENSIONS: tuple[str, ...] = tuple(_DIMENSIONS)
 """The dimensions of every cube, in this order, always all present."""
-PARTICLE_FRICTION = "particle_friction_ratio"
-"""The dimension before them, only where a study has it."""
+PARTICLE_FRICTION, GRAVITY = BEFORE = "particle_friction_ratio", "gravity_ratio"
+"""The dimensions before them, each only where a study has it."""
 _DIMENSIONS[PARTICLE_FRICTION] = ("friction ratio of the particle", "κ", " = μ_i·g/(ω_n²·Z)")
+_DIMENSIONS[GRAVITY] = ("gravity ratio", "G", " = g·sin α/(ω_n²·Z)")
 DIMENSION_NAMES: dict[str, str] = {name: words for name, (words, _, _) in _DIMENSIONS.items()}
 SYMBOLS: dict[str, str] = {name: symbol for name, (_, symbol, _) in _DIMENSIONS.items()}
 """The dimensions as the paper writes them."""
@@ -28,7 +29,7 @@ DIMENSION_LONG_NAMES: dict[str, str] = {
 
 def dimensions_of(names: Container[object]) -> tuple[str, ...]:
     """Give the dimensions of a harmonic study, by the names of what it has, in the order of its cube."""
-    return (PARTICLE_FRICTION, *DIMENSIONS) if PARTICLE_FRICTION in names else DIMENSIONS
+    return (*(name for name in BEFORE if name in names), *DIMENSIONS)
 
 
 class Status(IntEnum):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
-from damperlab.studies.variables import PARTICLE_FRICTION, dimensions_of
+from damperlab.studies.variables import BEFORE, dimensions_of
 from damperlab.worker.physics.compliant_wall import wall_constants
 from damperlab.worker.solver.excitation.sine_base import Forced
 from damperlab.worker.solver.particle import Particle, Wall
@@ -83,7 +83,7 @@ def kernel_arguments(
     contact_time = contact_time_of(contact)
     rubs = has_friction(points)
     rattles = has_particle(points, study.particle)
-    drags = points.get(PARTICLE_FRICTION, np.zeros(rubs.size)) > 0.0
+    drags, falls = (points.get(name, np.zeros(rubs.size)) for name in BEFORE)
     for i in chosen:
         yield (
             int(i),
@@ -96,7 +96,8 @@ def kernel_arguments(
                 float(points["mass_ratio"][i]),
                 contact_time,
                 wall_of(contact, float(points["restitution"][i]), float(points["mass_ratio"][i])),
-                float(points[PARTICLE_FRICTION][i]) if drags[i] else None,
+                float(drags[i]) if drags[i] > 0.0 or falls[i] > 0.0 else None,
+                float(falls[i]) if falls[i] > 0.0 else None,
             )
             if rattles[i]
             else None,

@@ -134,7 +134,7 @@ def simulate_ready(
     settings = settings or Settings(4000, 0.02, 1e-9)
     acting = design.particle if design.particle is not None and design.particle.mass_ratio > 0.0 else None
     response, steady = _steady(design, friction, acting, settings)
-    known = asked_of(response, settings, rubs(acting))
+    known = asked_of(response, settings, _has_friction(acting))
     measured = {name: _plain(number) for name, number in known.items()}
     found = measured["status"] <= Status.MAX_CYCLES
     if not is_followed(design, history, followed):
@@ -153,6 +153,10 @@ def asked_of(response: Mapping[str, Any], settings: Settings, rubbing: bool) -> 
         for name, number in response.items()
         if (settings.acceleration or not VARIABLES[name].asked) and (rubbing or not VARIABLES[name].rubbing)
     }
+
+
+def _has_friction(particle: Particle | None) -> bool:
+    return particle is not None and particle.friction is not None and particle.friction > 0.0
 
 
 def is_followed(design: Design, history: int, followed: bool) -> bool:
@@ -309,7 +313,11 @@ def _measures(
         "dissipation_viscous": float(sums[VISCOUS_LOSS] * share),
         "dissipation_friction": float(sums[FRICTION_LOSS] * share),
         "dissipation_impact": float(sums[IMPACT_LOSS] * share),
-        **({"dissipation_particle": float(sums[PARTICLE_LOSS] * share)} if rubs(design.particle) else {}),
+        **(
+            {"dissipation_particle": float(sums[PARTICLE_LOSS] * share)}
+            if _has_friction(design.particle)
+            else {}
+        ),
         "cycles": cycles,
         "status": int(Status.MAX_CYCLES),
     }

@@ -8,7 +8,7 @@ from damperlab.studies.choices import Rk4Solver
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
-from damperlab.studies.variables import PARTICLE_FRICTION
+from damperlab.studies.variables import BEFORE
 from damperlab.studies.vocabulary import CONTACT_MODELS
 from damperlab.worker.kernel_arguments import wants_acceleration, wants_energies
 from damperlab.worker.solver.particle import Particle
@@ -30,7 +30,8 @@ from rest, measured; the response to a record without or with its time history; 
 a motion from rest by fixed steps."""
 
 RUBBING = "rubbing"
-"""In the place of a contact model: instantaneous impacts of a particle that rubs on its cavity."""
+FALLING = "falling"
+"""In the place of a contact model: instantaneous impacts of a particle that rubs on its cavity, or falls in it."""
 
 _STEADY: tuple[Purpose, ...] = ("steady", "peaks", "acceleration")
 
@@ -47,7 +48,7 @@ SECONDS: dict[Purpose, float] = {
     "rk4": 3.0,
 }
 """About what compiling takes where friction and a particle with instantaneous contact act [CPU s]; an estimate says it."""
-CONTACT_FACTOR = {"": 0.6, "instant": 1.0, "dwell": 1.1, "compliant": 2.2, RUBBING: 1.6}
+CONTACT_FACTOR = {"": 0.6, "instant": 1.0, "dwell": 1.1, "compliant": 2.2, RUBBING: 1.6, FALLING: 1.7}
 """The same relative to instantaneous contact."""
 
 
@@ -61,7 +62,7 @@ class Scene(NamedTuple):
     friction : bool
         Whether friction acts.
     contact : str
-        Model of the particle's contact, or `RUBBING`; empty where no particle acts.
+        Model of the particle's contact, `RUBBING` or `FALLING`; empty where no particle acts.
     forced : bool
         Whether a force on the structure excites it, in place of a shaken base.
     """
@@ -95,7 +96,9 @@ def every_scene() -> list[Scene]:
     others: tuple[Purpose, ...] = ("orbit", "transient", "record", "record-history")
     found += [Scene(purpose, *what) for purpose in others for what in (*acting, (False, ""))]
     rubbing: tuple[Purpose, ...] = (*_STEADY, "orbit", "transient")
-    found += [Scene(purpose, friction, RUBBING) for purpose in rubbing for friction in (True, False)]
+    found += [
+        Scene(purpose, f, acts) for purpose in rubbing for f in (True, False) for acts in (RUBBING, FALLING)
+    ]
     found += [one._replace(forced=True) for one in found if not one.purpose.startswith("record")]
     stepped = [what for what in (*acting, (False, "")) if what[1] in ("", "instant")]
     found += [Scene(purpose, *what) for purpose in ("stepped", "rk4") for what in stepped]
@@ -140,10 +143,8 @@ def scenes(study: AnyStudy) -> list[Scene]:
     purpose: Purpose = "steady" if wants_energies(study) else "peaks"
     if wants_acceleration(study):
         purpose = "acceleration"
-    dragged = (
-        _signs(study.coordinates[PARTICLE_FRICTION]) if PARTICLE_FRICTION in study.coordinates else {False}
-    )
-    contacts = {RUBBING if drags else study.contact.model for drags in dragged}
+    drags, falls = (_signs(study.coordinates.get(name, np.zeros(1))) for name in BEFORE)
+    contacts = {FALLING if f else RUBBING if d else study.contact.model for d in drags for f in falls}
     return sorted(
         Scene(purpose, f, contact, study.forced)
         for f in rubs
@@ -162,6 +163,8 @@ def contact_name(particle: Particle | None) -> str:
     """Model of a particle's contact; empty without a particle."""
     if particle is None:
         return ""
+    if particle.gravity is not None:
+        return FALLING
     if particle.friction is not None:
         return RUBBING
     return "compliant" if particle.wall else "dwell" if particle.contact_time is not None else "instant"

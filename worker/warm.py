@@ -22,7 +22,7 @@ import numpy as np
 
 from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
 from damperlab.worker.niceness import stand_back
-from damperlab.worker.scenes import RUBBING, Scene, scene_named
+from damperlab.worker.scenes import FALLING, RUBBING, Scene, scene_named
 from damperlab.worker.solver.particle import Particle, Wall
 
 try:
@@ -39,6 +39,7 @@ _LOADING = threading.RLock()
 _PARTICLE = Particle(1.0, 0.5, 0.1)
 _CONTACT_TIME = 0.1
 _PARTICLE_FRICTION = 0.3
+_GRAVITY = 1.0
 
 
 def is_ready(scene: Scene) -> bool:
@@ -255,7 +256,8 @@ def _particle(scene: Scene) -> Particle | None:
     return _PARTICLE._replace(
         contact_time=_CONTACT_TIME if scene.contact == "dwell" else None,
         wall=Wall(1.0, 0.1) if scene.contact == "compliant" else None,
-        friction=_PARTICLE_FRICTION if scene.contact == RUBBING else None,
+        friction=_PARTICLE_FRICTION if scene.contact in (RUBBING, FALLING) else None,
+        gravity=_GRAVITY if scene.contact == FALLING else None,
     )
 
 

@@ -256,6 +256,7 @@ class Client:
         samples: int | None = None,
         excitation: Excitation = Simulated.excitation,
         particle_friction_ratio: float = Simulated.particle_friction_ratio,
+        gravity_ratio: float = Simulated.gravity_ratio,
         method: Method = Simulated.method,
         starts: int = Simulated.starts,
         seed: int = Simulated.seed,
@@ -295,6 +296,7 @@ class Client:
                 samples=samples,
                 excitation=excitation,
                 particle_friction_ratio=particle_friction_ratio,
+                gravity_ratio=gravity_ratio,
                 starts=starts,
                 seed=seed,
             )

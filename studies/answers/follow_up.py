@@ -12,7 +12,7 @@ import xarray as xr
 from damperlab.studies.brief import Brief
 from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
 from damperlab.studies.units import STRUCTURE
-from damperlab.studies.variables import DIMENSIONS, PARTICLE_FRICTION, dimensions_of
+from damperlab.studies.variables import BEFORE, DIMENSIONS, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 WASTE = 1.5
@@ -69,8 +69,7 @@ def follow_up(
     document["name"] = f"{study.name[: MAX_NAME - 10]}, {kind}" if study.name else kind
     kept = [name for name in DIMENSIONS if study.particle or name not in OF_PARTICLE]
     document["damping_ratio"] = axes["damping_ratio"]
-    if PARTICLE_FRICTION in axes:
-        document[PARTICLE_FRICTION] = axes[PARTICLE_FRICTION]
+    document |= {name: axes[name] for name in BEFORE if name in axes}
     document["axes"] = {name: axes[name] for name in kept if name != "damping_ratio"}
     if steady is not None:
         document["steady"] = {**document.get("steady", {}), **steady}

@@ -24,7 +24,7 @@ from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selec
 from damperlab.studies.tmd.curves import exact_curves
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
 from damperlab.studies.tmd.tunings import MOST_UNDER_BASE, tuned
-from damperlab.studies.variables import PARTICLE_FRICTION, Status
+from damperlab.studies.variables import BEFORE, Status
 from damperlab.studies.vocabulary import CRITERIA, EXCITATIONS, Excitation
 
 METRIC = "amplitude_ratio"
@@ -164,7 +164,7 @@ def tmd_comparison(
     answer.attrs["judged"] = is_judged(answer)
     design = {
         name: float(answer[name])
-        for name in (PARTICLE_FRICTION, *kind_of(cube.sizes).designs)
+        for name in (*BEFORE, *kind_of(cube.sizes).designs)
         if name in answer.coords and cube.sizes.get(name, 1) > 1
     }
 
