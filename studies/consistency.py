@@ -174,7 +174,7 @@ def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
     contact = document.get("contact")
     model = contact.get("model", "instant") if isinstance(contact, dict) else "instant"
     if model != "instant":
-        told = f"{{field}} is {model}, and {what} is computed with instantaneous contact alone."
+        told = f"{{field}} is {model}, but {what} can be given with instantaneous contact alone."
         yield Fault("contact.model", f"{model}", f"instant with {what}", "leave `contact` out", told)
     if _is_stepped(document):
         told = f"{{field}} is rk4, which does not compute {what}."

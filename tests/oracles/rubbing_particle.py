@@ -95,9 +95,7 @@ class RubbingParticle:
         slips = (0.0, 1.0, -1.0) if at_rest else (float(np.sign(y[1] - self.base(t)[1])),)
         slides = (0.0, 1.0, -1.0) if together else (float(np.sign(y[1] - y[3])),)
         modes = [Mode(a if self.friction > 0.0 else 1.0, b, wall) for a, b in product(slips, slides)]
-        return min(
-            modes, key=lambda mode: self.contradiction(t, y, mode, not at_rest, not together)
-        )
+        return min(modes, key=lambda mode: self.contradiction(t, y, mode, not at_rest, not together))
 
     def flow(self, mode: Mode) -> Callable[[float, Floats], list[float]]:
         """Give the right-hand side of a mode."""
@@ -113,7 +111,9 @@ class RubbingParticle:
         found: dict[str, Callable[[float, Floats], float]] = {}
         if self.friction > 0.0:
             if mode.slip == 0.0:
-                found["onset"] = lambda t, y: -self.contradiction(t, y, Mode(0.0, mode.slide, mode.wall), True, True)
+                found["onset"] = lambda t, y: (
+                    -self.contradiction(t, y, Mode(0.0, mode.slide, mode.wall), True, True)
+                )
             else:
                 found["turn"] = lambda t, y: mode.slip * (y[1] - self.base(t)[1])
         if mode.slide == 0.0:
@@ -167,7 +167,14 @@ class RubbingParticle:
         for function in functions:
             function.terminal, function.direction = True, -1  # type: ignore[attr-defined]
         found = solve_ivp(
-            self.flow(mode), (t, end), y, method="DOP853", rtol=3e-14, atol=1e-14, events=functions, max_step=0.05
+            self.flow(mode),
+            (t, end),
+            y,
+            method="DOP853",
+            rtol=3e-14,
+            atol=1e-14,
+            events=functions,
+            max_step=0.05,
         )
         hit = [name for name, times in zip(named, found.t_events, strict=True) if len(times)]
         return float(found.t[-1]), found.y[:, -1].copy(), hit[0] if hit else ""
