@@ -298,6 +298,8 @@ class Study(Choice):
             del settings["contact"]
         if self.forced:
             settings["excitation"] = self.excitation
+        if before := [name for name in BEFORE if name in self.coordinates]:
+            settings["before"] = before  # points of other dimensions are other points
         if self.over_amplitudes and self.physical is not None:
             # what force, clearance and base amplitude become as ratios
             structure = {

@@ -362,12 +362,16 @@ class Simulated:
         "over Z·ω_n².",
         least=0.0,
         most=PARTICLE_FRICTION_RATIO.highest,
+        # an option of its own beside those of the other ratios
+        doors=("http", "client"),
     )
     gravity_ratio: float = asked(
         0.0,
         "Gravity along the cavity, G = g·sin α/(ω_n²·Z), towards negative u: 0 for one that lies.",
         least=0.0,
         most=GRAVITY_RATIO.highest,
+        # an option of its own beside those of the other ratios
+        doors=("http", "client"),
     )
     starts: int = asked(
         0,

@@ -23,7 +23,7 @@ from damperlab.service.cli.words import cell
 from damperlab.studies.faults import counted
 from damperlab.studies.field import given, option_of
 from damperlab.studies.questions import Simulated
-from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES
+from damperlab.studies.variables import BEFORE, DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES
 from damperlab.studies.vocabulary import DESIGN_POINT, OF_PARTICLE
 
 if TYPE_CHECKING:
@@ -37,8 +37,10 @@ STEADY_HISTORY = 20
 LONG_HISTORY = 200
 """Most cycles from rest in a file where no number is given."""
 SHOWN_SAMPLES = 1000
+EVERY = (*DIMENSIONS, *BEFORE)
+"""Numbers of a design point."""
 OPTIONS = (
-    {name: option_of(name) for name in DIMENSIONS}
+    {name: option_of(name) for name in EVERY}
     | options_of(Simulated)
     | CONTACT_OPTIONS
     | {"particle: false": "--no-particle", "method: event": "--method event"}
@@ -46,7 +48,7 @@ OPTIONS = (
 """Fields of a simulation as options."""
 
 
-MEANINGS = {name: f"{DIMENSION_LONG_NAMES[name]}; {DESIGN_POINT[name]:g} by default" for name in DIMENSIONS}
+MEANINGS = {name: f"{DIMENSION_LONG_NAMES[name]}; {DESIGN_POINT.get(name, 0):g} by default" for name in EVERY}
 
 
 @names_a_design(MEANINGS)
@@ -67,7 +69,7 @@ def simulate(
     check_file(output)
     at = {**DESIGN_POINT, **design}
     document: dict[str, object] = {**given(asked), "particle": not no_particle, "samples": SAMPLES_LIMIT}
-    document |= {name: at[name] for name in DIMENSIONS if not (no_particle and name in OF_PARTICLE)}
+    document |= {name: at[name] for name in EVERY if name in at and not (no_particle and name in OF_PARTICLE)}
     document |= contact_document(contact, contact_time)
     document["history"] = _history(asked, output, at["frequency_ratio"])
     with working("Reading the design"):
@@ -80,7 +82,7 @@ def simulate(
     with working("Computing"):
         answer = compute(checked, CYCLES_LIMIT)
     if output is not None:
-        _write(answer["history"], {name: at[name] for name in DIMENSIONS if name in document}, output)
+        _write(answer["history"], {name: at[name] for name in EVERY if name in document}, output)
     if as_json:
         answer["history"] = decimated(answer["history"], SHOWN_SAMPLES)
         print_json(answer)

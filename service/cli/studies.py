@@ -9,7 +9,9 @@ from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_alone,
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.store import label, open_store
+from damperlab.studies.kinds import SOURCES
 from damperlab.studies.store.provenance import COARSE_OF
+from damperlab.studies.variables import BEFORE
 from damperlab.studies.vocabulary import EXCITATIONS, STATES
 
 if TYPE_CHECKING:
@@ -281,7 +283,12 @@ def summary(record: "Record") -> str:
     records = [one["id"] for one in record.definition.get("records", [])]
     if records:
         lines.append(("records", ", ".join(records)))
-    for axis, value in record.definition.get("axes", {}).items():
+    definition = record.definition
+    given = {name: definition[name] for name in BEFORE if definition.get(name) is not None}
+    given |= {
+        name: value for name, value in (definition.get("physical") or {}).items() if name in SOURCES.values()
+    }
+    for axis, value in (given | definition.get("axes", {})).items():
         lines.append((str(axis), _spell_axis(value)))
     width = max(len(label) for label, _ in lines)
     return "\n".join(f"{label:<{width}}  {text}" for label, text in lines)

@@ -110,6 +110,7 @@ def title_of(array: xr.DataArray) -> str:
         ("F_f", "$F_f$"),
         ("over Z", "over $Z$"),
         ("ω_n", "$ω_n$"),
+        ("μ_i", "$μ_i$"),
         ("d/Z", "$d/Z$"),
         ("X/Z", "$X/Z$"),
         ("restitution e", "restitution $e$"),

@@ -37,7 +37,7 @@ from damperlab.studies.questions import (
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.units import in_ratios
-from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.variables import BEFORE, DIMENSIONS
 
 ANSWER_POINTS = 4_000_000
 """Most points of one map; a screen has as many, and a larger answer would be built in memory."""
@@ -102,7 +102,9 @@ def ask_map(
 def ask_response(
     service: TheService,
     study: TheStudy,
-    asked: Annotated[tuple[Followed, Second], asks(Followed, Second, dimensions=(*DIMENSIONS, AMPLITUDE))],
+    asked: Annotated[
+        tuple[Followed, Second], asks(Followed, Second, dimensions=(*BEFORE, *DIMENSIONS, AMPLITUDE))
+    ],
 ) -> Document:
     """Follow one design along the frequency; it is named by `<dimension>=value`."""
     selection, second = asked

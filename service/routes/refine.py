@@ -25,7 +25,7 @@ from damperlab.studies.plan import make_plan
 from damperlab.studies.questions import Boundary, FollowUps, Judging, Search, Step
 from damperlab.studies.store.provenance import REFINES
 from damperlab.studies.store.record import Record
-from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.variables import BEFORE, DIMENSIONS
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
@@ -53,7 +53,7 @@ async def refine(
     service: TheService,
     study: TheStudy,
     asked: Annotated[
-        tuple[FollowUps, Search, Judging], asks(FollowUps, Search, Judging, dimensions=DIMENSIONS)
+        tuple[FollowUps, Search, Judging], asks(FollowUps, Search, Judging, dimensions=(*BEFORE, *DIMENSIONS))
     ],
 ) -> Document:
     """Search where a better design may lie; name the follow-ups that are done with `with`."""
@@ -81,7 +81,7 @@ async def refine_class(
     service: TheService,
     study: TheStudy,
     asked: Annotated[
-        tuple[FollowUps, Boundary, Step], asks(FollowUps, Boundary, Step, dimensions=DIMENSIONS)
+        tuple[FollowUps, Boundary, Step], asks(FollowUps, Boundary, Step, dimensions=(*BEFORE, *DIMENSIONS))
     ],
 ) -> Document:
     """Search along one dimension, the others fixed, for where the class of response changes."""

@@ -18,7 +18,7 @@ from damperlab.studies.answers.suite import require_harmonic
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.questions import Design, Fragile, Tuning, Varied
-from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.variables import BEFORE, DIMENSIONS
 
 router = APIRouter(prefix=queries.prefix, tags=["queries"])
 
@@ -31,7 +31,9 @@ router = APIRouter(prefix=queries.prefix, tags=["queries"])
 def ask_tmd(
     service: TheService,
     study: TheStudy,
-    asked: Annotated[tuple[Tuning, Design], asks(Tuning, Design, dimensions=(*DIMENSIONS, AMPLITUDE))],
+    asked: Annotated[
+        tuple[Tuning, Design], asks(Tuning, Design, dimensions=(*BEFORE, *DIMENSIONS, AMPLITUDE))
+    ],
 ) -> Document:
     """Compare both curves, their peaks, bandwidths and ratio; the masses are equal unless told otherwise."""
     tuning, design = asked

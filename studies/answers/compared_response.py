@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damperlab.studies.answers.alike import alike
 from damperlab.studies.answers.band import runs
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
@@ -15,6 +16,7 @@ from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.selection import check_metric, coded, main_metric
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.questions import Selection
+from damperlab.studies.variables import BEFORE
 
 ERRORS = 3.0
 """Of a value's stated errors; two values farther apart than both together are two responses."""
@@ -60,6 +62,7 @@ def compared_response(
     QueryFault
         As `frequency_response`, or if the frequencies or the designs are not the same, or the metric has codes.
     """
+    cube, other = alike((cube, other))
     metric = selection.metric or main_metric(cube)
     check_metric(cube, metric)
     first = frequency_response(cube, selection)
@@ -70,7 +73,8 @@ def compared_response(
         raise QueryFault(Fault("metric", metric, "a quantity where two studies are compared", advice))
     for name in first.coords:
         ours, theirs = first[name].values, second[name].values
-        if not np.array_equal(ours, theirs):
+        # with and without friction of the particle is what is compared
+        if name not in BEFORE and not np.array_equal(ours, theirs):
             found = f"a study with other values of {name} than the first"
             advice = f"name one with the same {name}, such as the way down for the way up"
             told = f"The two studies have different values of {name}, so their responses cannot be compared."

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.alike import alike
 from damperlab.studies.answers.compared_response import ERRORS, ROUNDING
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.leading import at_its_place
@@ -63,6 +64,7 @@ def map_difference(
         As `resonance_map`; if the metric has codes; or under `minus`, if the second study is of another kind, has other values
         along an axis, or does not store the metric.
     """
+    cube, other = alike((cube, other))
     metric = selection.metric or main_metric(cube)
     first = resonance_map(cube, x, y, selection, over, reduce)
     if "flag_values" in first[metric].attrs:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.alike import alike
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, judging_in_ratios
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.flatness import flatness
@@ -46,6 +47,7 @@ def merged_designs(
         As `optimal_designs` on the first study, or where another one was judged at other frequencies.
     """
     ids = list(cubes)
+    cubes = dict(zip(ids, alike(cubes.values()), strict=True))
     # follow-ups need not have the units of the study, and their faults name ratios
     judging = judging_in_ratios(cubes[ids[0]], judging)
     question = DesignQuestion.ask(cubes[ids[0]], judging)

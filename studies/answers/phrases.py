@@ -151,7 +151,7 @@ class Phrases:
 
     def unit(self, name: str) -> str:
         """Give the unit with the space before it; nothing for a ratio."""
-        return f" {_PRINTED[name].unit}" if self._has(name) else ""
+        return f" {_PRINTED[name].unit}".rstrip() if self._has(name) else ""
 
     def column(self, name: str, quantity: str = "") -> str:
         """Name a column of a table, with its unit in brackets; `quantity` is what an answer's own name stands for."""
@@ -163,7 +163,8 @@ class Phrases:
             return f"{name} [{OVER[quantity]}]" if quantity in OVER_MORE_THAN_Z else name
         of_a_dimension = name in TERMS and name not in RESULTS
         named = _SI_SUFFIX.sub("", (AMPLITUDES | ACCELERATIONS).get(name, name))
-        return f"{self.label(name) if of_a_dimension else named} [{_PRINTED[quantity].unit}]"
+        unit = _PRINTED[quantity].unit
+        return f"{self.label(name) if of_a_dimension else named}{unit and f' [{unit}]'}"
 
     def printed(self, name: str, value: float) -> float:
         """Give a value of a ratio as it is written, without its unit."""
