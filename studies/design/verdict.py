@@ -1,7 +1,7 @@
 """A design's verdict: what to build, what that comes to, and what it depends on; what comes second, and one next step."""
 
 from collections.abc import Iterator
-from math import isinf, pi
+from math import isfinite, isinf, pi
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from damperlab.studies.design.spelling import (
     rounded_up,
     spelled,
 )
+from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.understood import unusual_specification
@@ -62,7 +63,8 @@ def verdict_of(found: Found) -> tuple[Brief, list[Note]]:
     decision = _decision(found, damper, judged)
     dangers = [said for note in notes if (said := _said(found, note))]
     sentences = [*unusual_specification(asked), decision, *dangers, *_holds(found, damper)]
-    return Brief(damper, tuple(sentences), tuple(_rows(found, damper, bare)), _next(found, notes)), notes
+    rows = (*_assumed(found, damper), *_rows(found, damper, bare))
+    return Brief(damper, tuple(sentences), rows, _next(found, notes)), notes
 
 
 def kind_of(build: Build) -> Damper:
@@ -280,6 +282,22 @@ def _span(asked: Specification, name: str, low: float, high: float) -> str:
     if not asked.in_units:
         return f"{low:.3g} to {high:.3g}"
     return f"{spelled(low, UNITS[name], 3)} to {spelled(high, UNITS[name], 3)}"
+
+
+def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
+    """Say what a particle is taken to do, and from which friction on it would do nothing."""
+    asked, stated = found.asked, found.stated
+    if damper not in ("hybrid", "particle_alone"):
+        return
+    limit = ""
+    if (
+        asked.in_units
+        and asked.measure.name == "worst_displacement"
+        and isfinite(stated.value * stated.frequency_ratio)
+    ):
+        speed = 2.0 * pi * stated.frequency_ratio * asked.structure.natural_frequency_hz
+        limit = f"dead mass from about μ_i = {stated.value * speed**2 / STANDARD_GRAVITY:.2g}"
+    yield "assumed", "level cavity, particle without friction", limit
 
 
 def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[str, str, str]]:
