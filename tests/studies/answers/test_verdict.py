@@ -56,7 +56,8 @@ def kinds(answer: xr.Dataset) -> set[str]:
 def test_a_design_equal_to_the_best_up_to_rounding_is_not_another() -> None:
     value = np.array([1.0, 1.0 + 1e-14, 1.0 - 1e-14, 1.5])
     error = np.array([1e-15, 2e-15, 1e-15, 0.01])
-    assert chance_of_another(value, error, 0) < 1e-12
+    # only the last is another, fifty of its errors away
+    assert chance_of_another(value, error, 0) == pytest.approx(stats.t(4).cdf(-50.0), rel=1e-6)
 
 
 def test_the_chance_of_another_is_that_of_drawn_values():
