@@ -10,7 +10,7 @@ from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.questions import Judging
-from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
+from damperlab.studies.variables import DIMENSIONS, Status
 
 
 def _rows(whole, band):
