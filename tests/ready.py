@@ -222,7 +222,8 @@ class Started:
     def send_signal(self, number: int) -> None:
         """Send it a signal, where it runs."""
         if self.poll() is None:
-            os.kill(self.pid, number)
+            with suppress(ProcessLookupError):  # it has ended meanwhile
+                os.kill(self.pid, number)
 
     def kill(self) -> None:
         """Kill it, where it runs."""

@@ -1,4 +1,4 @@
-"""The optimum of coarse particle studies, refined and raced, beside brute force on grids ten times finer at many cycles.
+"""The optimum of coarse particle studies, refined, beside brute force on grids ten times finer at many cycles.
 
 Each study is a seeded draw of a structure, a particle and axes of clearance and friction, judged by the largest
 amplitude in a band. Every point is computed by the solver; nothing is fitted.
@@ -14,11 +14,10 @@ import xarray as xr
 
 from damperlab.studies.answers.follow_up import Refinement, spent_on
 from damperlab.studies.answers.optimal_designs import optimal_designs
-from damperlab.studies.answers.race import race_designs
 from damperlab.studies.answers.refine import refine_optimum
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block
-from damperlab.studies.questions import Race, Search
+from damperlab.studies.questions import Search
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.block import solve_block
 
@@ -27,8 +26,10 @@ FINER = 10
 """Steps of the fine grid to one of the coarse."""
 ROUNDS = 40
 BRUTE = {"max_cycles": 20_000, "tolerance": 5e-3}
-"""Settings of the brute force: what is raced ends at about the same errors."""
+"""Settings of the brute force."""
 FREQUENCIES = 5
+ALIKE = 0.02
+"""Relative difference below which two designs count as equally good."""
 
 
 def drawn(seed: int, coarse: int = COARSE, frequencies: int = FREQUENCIES) -> dict[str, Any]:
@@ -99,21 +100,16 @@ def compare(seed: int) -> dict[str, Any]:
     step = min(float(np.diff(fine[name].values)[0]) for name in ("clearance_ratio", "friction_ratio"))
     cubes = {"0": cube}
     refined = _pursue(cubes, lambda: refine_optimum(study, cubes, Search(step)))
-    raced = _pursue(cubes, lambda: race_designs(study, cubes))
-    theirs, ours = fine.isel(_place(fine, truth)), raced.found
+    theirs, ours = fine.isel(_place(fine, truth)), refined.found
     found |= {
-        "refined": refined.found["value"],
+        "refined": ours["value"],
+        "refined error": ours["error"],
         "refining known": refined.known,
-        "raced": ours["value"],
-        "raced error": ours["error"],
-        "race known": raced.known,
-        "as good": raced.said["as_good"],
-        "chance of another": raced.said.get("chance_of_another"),
         "fine error": float(truth["error"].values[0]),
         "fine class": float(theirs["response_class"].values),
     }
-    # the brute force's least of many noisy values is lucky; three of its errors are granted on top of the indifference
-    granted = Race.indifference * ours["value"] + 3 * float(np.hypot(truth["error"].values[0], ours["error"]))
+    # the brute force's least of many noisy values is lucky; three of its errors are granted on top
+    granted = ALIKE * ours["value"] + 3 * float(np.hypot(truth["error"].values[0], ours["error"]))
     found["agrees"] = bool(ours["value"] <= found["fine"] + granted)
     for what, spent in (("searched", spent_on(cubes)), ("fine", spent_on({"0": fine}))):
         found |= {f"{what} {name}": value for name, value in spent.items()}

@@ -1,6 +1,7 @@
 """Messages, help texts, the web page and descriptions use the words of the glossary, and none that it has retired."""
 
 import ast
+import gc
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -51,7 +52,7 @@ def message_texts() -> Iterator[tuple[str, str]]:
             place = file.relative_to(ROOT).as_posix()
             if place.startswith(OF_OTHERS):
                 continue
-            for call in ast.walk(ast.parse(file.read_text())):
+            for call in ast.walk(_parsed(file.read_text())):
                 spoken = isinstance(call, ast.Call) and _name(call.func) in SPOKEN
                 if spoken or (isinstance(call, ast.Assign | ast.keyword) and _names(call) & PARTS):
                     for node in ast.walk(call):
@@ -69,6 +70,17 @@ def page_texts() -> Iterator[tuple[str, str]]:
                 yield file.name, text
     for file in sorted((ROOT / "service/page").glob("*.html")):
         yield file.name, re.sub(r"<[^>]*>", " ", file.read_text())
+
+
+def _parsed(source: str) -> ast.Module:
+    """Parse without the garbage collector: where that runs finalizers within, the parser loses count of its depth."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        return ast.parse(source)
+    finally:
+        if collects:
+            gc.enable()
 
 
 def _names(given: ast.Assign | ast.keyword) -> set[str]:

@@ -25,7 +25,6 @@ from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.refine import refine_optimum
 from damperlab.studies.answers.resonance_map import resonance_map
-from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.definition import parse_study
@@ -164,11 +163,6 @@ HYBRIDS: dict[str, Asked] = {
         lambda cube: pareto_front(cube, ["amplitude", "-dissipation_impact"]),
         pareto="amplitude,-dissipation_impact", top="500",
     ),
-    "robust": Asked(
-        "robust-designs", "robust", {"amplitudes": "1,2", "top": "3"},
-        lambda study: study.robust_designs((1, 2), top=3),
-        lambda cube: robust_designs(cube, (1, 2), top=3),
-    ),
     "tuned mass damper": Asked(
         "tmd-comparison", "tmd", ASKED_AT | {"criterion": "den_hartog", "detuning": "0.05"},
         lambda study: study.tmd_comparison("den_hartog", detuning=0.05, **AT),
@@ -300,7 +294,6 @@ def test_every_door_gives_the_answer_of_the_function(
     [
         ("refine", ("refine",), {}),
         ("refine-boundary", ("refine", "--boundary", "friction_ratio"), {"along": "friction_ratio", "frequency_ratio": "1"}),
-        ("race", ("race",), {}),
     ],
 )  # fmt: skip
 def test_a_search_is_planned_alike(
@@ -328,9 +321,6 @@ def test_a_search_is_planned_alike(
         assert planned["found"]["low"] < 1.0 < planned["found"]["high"]
         found = friction.refine_boundary("friction_ratio", dry_run=True, frequency_ratio=1.0)
         assert (found.found, found.note) == (planned["found"], planned["note"])
-    elif route == "race":
-        # periodic responses are known to rounding, so the first look decides
-        assert (planned["known"], planned["as_good"], planned["chance_of_another"]) == (True, 0, 0)
 
 
 def test_scene_without_a_particle_has_the_same_answers(friction: Study, store: Store) -> None:
@@ -401,7 +391,6 @@ DRAWN: list[tuple[str, Callable[[Study], Any], str]] = [
     ("response --at friction_ratio=0.15", lambda study: study.frequency_response(**AT), "Frequency ratio"),
     ("response --with SAME", lambda study: study.frequency_response(with_=study, **AT), "Frequency ratio"),
     ("optimum", lambda study: study.optimal_designs(), "argest amplitude ratio in the band"),
-    ("", lambda study: study.robust_designs((1, 2)), "argest over the base amplitudes"),
     ("tmd", lambda study: study.tmd_comparison(**AT), "tuned mass damper"),
     ("importance", lambda study: study.importance(), "hare of the variance"),
     ("", lambda study: study.work_precision(), "Run time of a point"),

@@ -17,7 +17,6 @@ from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC, SUITE
 from damperlab.studies.questions import (
     EVERY_AXIS,
-    Amplitudes,
     Boundary,
     Compared,
     Design,
@@ -26,7 +25,6 @@ from damperlab.studies.questions import (
     Fragile,
     Judging,
     Plane,
-    Race,
     Ranking,
     Search,
     Second,
@@ -46,13 +44,11 @@ QUESTIONS: list[tuple[str, str, Any, tuple[type, ...]]] = [
     (f"{STUDY}/resonance-map", "map", Study.resonance_map, (Plane, Selection, Subtracted, Window)),
     (f"{STUDY}/frequency-response", "response", Study.frequency_response, (Followed, Second)),
     (f"{STUDY}/optimal-designs", "optimum", Study.optimal_designs, (Judging, Ranking)),
-    (f"{STUDY}/robust-designs", "robust", Study.robust_designs, (Amplitudes, Judging)),
     (f"{STUDY}/tmd-comparison", "tmd", Study.tmd_comparison, (Tuning, Design)),
     (f"{STUDY}/importance", "importance", Study.importance, (Varied,)),
     (f"{STUDY}/fragility", "fragility", Study.fragility, (Fragile,)),
     (f"{STUDY}/refine", "refine", Study.refine, (Search, Judging, FollowUps)),
     (f"{STUDY}/refine-boundary", "refine", Study.refine_boundary, (Boundary, Step, FollowUps)),
-    (f"{STUDY}/race", "race", Study.race, (Race, Judging, FollowUps)),
     ("/api/v1/simulate", "simulate", Client.simulate, (Simulated,)),
     ("/api/v1/earthquake-comparisons", "earthquake", Client.earthquake_comparison, (Compared,)),
 ]

@@ -89,7 +89,6 @@ def test_what_a_study_does_not_store_is_unknown_or_refused(client: httpx.Client,
     assert tmd["hybrid_peak_error"] is None
     for question in (
         "optimal-designs?",
-        "robust-designs?amplitudes=1,1&",
         "optimal-designs?pareto=amplitude,mass&",
     ):
         answer = client.get(f"{path}/{question}exclude_locked=true")

@@ -153,7 +153,6 @@ TWICE = '"odd": 1, "odd": 2'
         ("PATCH", f"{STUDIES}/{{id}}", '{"note": "a", %s}', "odd"),
         # these take no body at all
         ("POST", f"{STUDIES}/{{id}}/refine", "{%s}", "body"),
-        ("POST", f"{STUDIES}/{{id}}/race", "{%s}", "body"),
     ],
 )
 def test_a_key_that_is_given_twice_in_a_body_is_refused(
@@ -215,19 +214,14 @@ OF_CURVES = [
     ("tmd-comparison?mass_ratio=0.1&criterion=best", "criterion"),
     ("tmd-comparison?mass_ratio=0.1&detuning=-2", "detuning"),
     ("tmd-comparison?mass_ratio=0.1&excitation=wind", "excitation"),
-    ("robust-designs?amplitudes=2,1", "amplitudes"),
-    ("robust-designs?amplitudes=0.5,2&friction=1,2", "friction"),
-    ("robust-designs?amplitudes=0.5,2&friction_ratio=7,8", "friction_ratio"),
     ("work-precision?metric=status", "metric"),
     ("export?format=docx", "format"),
-    ("POST race?confidence=1", "confidence"),
     ("POST refine-boundary?along=frequency_ratio", "boundary"),
 ]
 OF_SUITES = [
     ("frequency-response", "study"),
     ("tmd-comparison", "study"),
     ("work-precision", "study"),
-    ("robust-designs?amplitudes=0.5,2", "study"),
     ("POST refine", "study"),
     ("POST refine-boundary?along=clearance_m", "study"),
     ("resonance-map?x=record&y=scale", "x"),

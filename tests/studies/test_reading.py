@@ -137,7 +137,7 @@ def test_files_are_read_by_their_suffix(tmp_path: Path) -> None:
 def test_named_studies_carry_their_names_and_parse_back() -> None:
     studies = named_studies()
     paper = {"figure-7", "figure-8", "figure-9", "figure-11", "figure-14", "table-3"}
-    beyond = {"design-map", "figure-11-band", "robust", "hysteresis-up", "hysteresis-down", "attractors"}
+    beyond = {"design-map", "figure-11-band", "hysteresis-up", "hysteresis-down", "attractors"}
     assert set(studies) == paper | beyond
     for name, study in studies.items():
         assert study.name == name

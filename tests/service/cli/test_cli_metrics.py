@@ -37,7 +37,7 @@ UNITS: dict[str, Any] = {
 }
 AMPLITUDE_AXIS = UNITS["physical"] | {"base_amplitude_m": [4e-5, 8e-5]}
 FORCE = {name: value for name, value in UNITS["physical"].items() if name != "base_amplitude_m"}
-EVERY_METRIC = [name for name in VARIABLES if not VARIABLES[name].start]
+EVERY_METRIC = [name for name, one in VARIABLES.items() if not (one.start or one.rubbing)]
 SCENES: dict[str, dict[str, Any]] = {
     "ratios": RATIOS,
     "forced-ratios": RATIOS | {"excitation": "force"},
@@ -46,6 +46,7 @@ SCENES: dict[str, dict[str, Any]] = {
     "amplitudes": UNITS | {"physical": AMPLITUDE_AXIS},
     "forced-amplitudes": UNITS | {"excitation": "force", "physical": FORCE | {"force_n": [8, 17]}},
     "accelerated": UNITS | {"physical": AMPLITUDE_AXIS | {"constant": "acceleration"}},
+    "rubbing": UNITS | {"physical": UNITS["physical"] | {"particle_friction_coefficient": [0, 0.02]}},
     "starts": UNITS | {"start": {"kind": "ensemble", "n": 2}},
 }
 SMALL = {"max_cycles": 60, "tolerance": 0.2}
@@ -55,6 +56,12 @@ SMALL = {"max_cycles": 60, "tolerance": 0.2}
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found: Path = tmp_path_factory.mktemp("metrics")
     return found
+
+
+def metrics_of(scene: str) -> list[str]:
+    """Name all that a scene can store."""
+    more = {"starts": "start", "rubbing": "rubbing"}.get(scene, "asked")
+    return [name for name, one in VARIABLES.items() if name in EVERY_METRIC or getattr(one, more)]
 
 
 AT_ONCE = ("ratios",)
@@ -67,8 +74,7 @@ AT_ONCE = ("ratios",)
 )
 def scene(request: pytest.FixtureRequest, folder: Path) -> str:
     name = str(request.param)
-    metrics = list(VARIABLES) if name == "starts" else EVERY_METRIC
-    document = SCENES[name] | {"name": name, "steady": SMALL, "metrics": metrics}
+    document = SCENES[name] | {"name": name, "steady": SMALL, "metrics": metrics_of(name)}
     file = folder / f"{name}.yaml"
     file.write_text(yaml.safe_dump(document))
     run("run", file, "--data-dir", folder / "data")
@@ -82,7 +88,7 @@ def printed(folder: Path) -> Callable[..., str]:
 
 def kept_in(scene: str) -> list[str]:
     """Name the results that a scene's study stores, and those that it has in units."""
-    stored = list(VARIABLES) if scene == "starts" else EVERY_METRIC
+    stored = metrics_of(scene)
     lacking = {AMPLITUDES[name] for name in AMPLITUDES if name not in stored}
     return stored if "ratios" in scene else [*stored, *(name for name in RESULTS if name not in lacking)]
 

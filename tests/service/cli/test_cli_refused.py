@@ -57,7 +57,6 @@ VALUES = [
     ("records --peak-g high", 'the text "high"', "a number"),
     ("tmd x --tmd-mass-ratio -1", "-1.0", "a number above 0 and at most 10"),
     ("tmd x --detuning -2", "-2.0", "a number above -1 and at most 10"),
-    ("race x --confidence 0.2", "0.2", "a number from 0.5 to 0.9999"),
     ("earthquake --case foo", 'the text "foo"', "one of none, tmd, pid, fd, hybrid"),
     ("studies --cursor xx", 'the text "xx"', "the cursor of a page"),
 ]

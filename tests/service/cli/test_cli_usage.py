@@ -1,5 +1,6 @@
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -8,7 +9,9 @@ from typing import Any
 
 import pytest
 from tests.service.cli.commands import run
+from typer.main import get_command
 
+from damperlab.service.cli.main import GONE, app
 from damperlab.service.cli.store import warn_of_unknown_variables
 
 HEAVY = (
@@ -50,6 +53,19 @@ def test_the_service_begins_without_the_library_of_figures() -> None:
     program = "import sys, damperlab.service.app; print([name for name in ('matplotlib', 'weasyprint') if name in sys.modules])"
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert ended.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("line", ["race study --dry-run", "robust study --amplitudes 1,2"])
+def test_a_command_that_is_gone_says_what_to_do_instead(line: str) -> None:
+    name, *more = line.split()
+    said = run(name, *more, status=2)
+    assert said.stdout == ""
+    assert said.stderr.startswith(f"damperlab: there is no `{name}` any more. ")
+    assert GONE[name] in said.stderr
+    assert name not in get_command(app).commands  # type: ignore[attr-defined]
+    # each command that is named in its place exists
+    for instead in re.findall(r"`damperlab (\w+)`", GONE[name]):
+        assert instead in get_command(app).commands  # type: ignore[attr-defined]
 
 
 COMPUTING = ("numba", "dask.array", "distributed", "fastapi", "matplotlib", "xarray")

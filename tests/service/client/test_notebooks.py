@@ -17,7 +17,7 @@ from docs.executed import NOTEBOOKS, execute, lasting
 from damperlab import Client, Study
 from damperlab.service.client import Refused
 
-FIGURES = {"figure-11": 2, "robust-design": 2, "tuned-mass-damper": 2}
+FIGURES = {"figure-11": 2, "tuned-mass-damper": 2}
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 

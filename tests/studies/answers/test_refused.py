@@ -17,13 +17,11 @@ from damperlab.studies.answers.map_difference import map_difference
 from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
-from damperlab.studies.answers.race import race_designs
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.answers.resonance_map import resonance_map
-from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.questions import Fragile, Judging, Race, Search, Selection, Tuning, Varied
+from damperlab.studies.questions import Fragile, Judging, Search, Selection, Tuning, Varied
 from damperlab.studies.store.store import Store
 
 Ask = Callable[[xr.Dataset], object]
@@ -88,10 +86,6 @@ REFUSED: list[tuple[str, str, Ask]] = [
     ("pareto", "amplitude", lambda cube: pareto_front(cube, ["amplitude"])),
     ("pareto", "amplitude", lambda cube: pareto_front(cube, ["amplitude", "-amplitude"])),
     ("pareto", "amplitude", lambda cube: pareto_front(cube, ["amplitude", "beauty"])),
-    ("amplitudes", "", lambda cube: robust_designs(cube, (0.0, 1.0))),
-    ("amplitudes", "", lambda cube: robust_designs(cube, (2.0, 1.0))),
-    ("amplitudes", "", lambda cube: robust_designs(cube, (0.01, 100.0))),
-    ("amplitudes", "", lambda cube: robust_designs(cube, (NAN, 1.0))),
     ("x", "did you mean clearance_ratio", mapped("clearance")),
     ("y", "no other argument", mapped("friction_ratio")),
     ("metric", "did you mean amplitude", mapped(metric="amplitude")),
@@ -147,9 +141,6 @@ REFUSED: list[tuple[str, str, Ask]] = [
     ("boundary", "", lambda cube: refine_boundary(study_of(cube), {"a": cube}, "mass_ratio", {})),
     ("boundary", "", lambda cube: refine_boundary(study_of(cube), empty(cube), PLANE[1], {})),
     ("with", "", lambda cube: merged_designs({"a": cube, "b": cube.isel(frequency_ratio=slice(3))})),
-    ("race", "", lambda cube: race_designs(study_of(cube), {"a": cube.drop_vars("amplitude_error")})),
-    ("confidence", "", lambda cube: race_designs(study_of(cube), {"a": cube}, Race(confidence=1.0))),
-    ("indifference", "", lambda cube: race_designs(study_of(cube), {"a": cube}, Race(indifference=0.0))),
 ]
 
 

@@ -1,4 +1,4 @@
-"""Refining and racing on landscapes whose truth is known: several dips, ruggedness, errors that shrink with the tolerance."""
+"""Refining on landscapes whose truth is known: several dips, ruggedness, errors that shrink with the tolerance."""
 
 import json
 import zlib
@@ -10,13 +10,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damperlab.studies.answers.contenders import contend
 from damperlab.studies.answers.follow_up import Refinement, cover
 from damperlab.studies.answers.merged import merged_designs
-from damperlab.studies.answers.race import race_designs
 from damperlab.studies.answers.refine import refine_optimum
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.questions import Judging, Race, Search
+from damperlab.studies.questions import Judging, Search
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
 Landscape = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -170,47 +168,6 @@ def test_a_budget_ends_a_search_that_ruggedness_would_keep_going_and_says_so() -
     assert found.spent["points"] <= 81 + 500
     assert "may hold a design better" in found.note
     assert "budget of 500 points" in found.note
-
-
-@pytest.mark.night
-def test_a_race_names_the_best_of_many_with_the_confidence_that_it_states() -> None:
-    study = study_of(*GRID)
-    drawn = np.random.default_rng(8).uniform(1.0, 2.0, (9, 9))
-    drawn.flat[np.argsort(drawn, axis=None)[:4]] = [1.0, 1.01, 1.03, 1.06]
-
-    def table(d: np.ndarray, g: np.ndarray) -> np.ndarray:
-        rows, columns = np.rint((d - 1.0) * 2).astype(int), np.rint(g * 10).astype(int)
-        return drawn[np.broadcast_arrays(rows, columns)[0], np.broadcast_arrays(rows, columns)[1]]
-
-    whole_grid_cycles = 81 * CYCLES / (0.02 / 16) ** 2
-    for seed in range(20):
-        found, cubes = pursued(study, table, True, race_designs, seed)
-        assert found.known, found.note
-        at = np.array(found.found["clearance_ratio"]), np.array(found.found["friction_ratio"])
-        # 95 % with Bonferroni over 810 limits: of twenty races none fails, but for a chance of far below 5 % each
-        assert float(table(*at)) <= 1.0 * 1.02
-        assert found.spent["cycles"] < whole_grid_cycles / 5
-        merged = merged_designs(cubes)
-        assert merged["value"].values[0] == found.found["value"]
-        assert (
-            int(contend(merged["lowest"].values, merged["highest"].values).sum()) == found.said["as_good"] + 1
-        )
-
-
-def test_a_race_of_equals_ends_by_indifference_and_says_how_many_are_as_good() -> None:
-    study = study_of({"start": 1.0, "stop": 2.0, "num": 3}, [0.1, 0.2])
-    found, _ = pursued(study, lambda d, g: 1.0 + 0 * (d + g), True, race_designs)
-    assert found.known
-    assert found.said["as_good"] == 5
-    assert 0.4 < found.said["chance_of_another"] < 0.999
-    assert "5 further designs may be as good" in found.note
-
-
-def test_a_race_ends_with_its_budget() -> None:
-    study = study_of(*GRID)
-    found = race_designs(study, {"0": measured(study, two_dips, True)}, Race(budget=10))
-    assert (found.known, found.studies) == (False, ())
-    assert "budget of 10 cycles" in found.note
 
 
 def test_designs_are_covered_by_few_grids_with_little_else() -> None:

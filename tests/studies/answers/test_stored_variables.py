@@ -11,7 +11,6 @@ from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.answers.resonance_map import resonance_map
-from damperlab.studies.answers.robust import robust_designs
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.definition import parse_study
@@ -39,7 +38,6 @@ STUCK = Judging(ranges={"stick_fraction": (0.0, 0.5)})
     ("field", "missing", "ask"),
     [
         ("exclude_locked", "response_class", lambda c, s: optimal_designs(c, LOCKED)),
-        ("exclude_locked", "response_class", lambda c, s: robust_designs(c, (1.0, 2.0), LOCKED)),
         ("exclude_locked", "response_class", lambda c, s: refine_optimum(s, {"a": c}, judging=LOCKED)),
         (
             "max_impact_speed",

@@ -1,13 +1,13 @@
 """What a ranking means: ties, chances, folded responses, ends of axes and single frequencies, on cubes made by hand."""
 
 import json
-from statistics import NormalDist
 
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import integrate, stats
 
-from damperlab.studies.answers.contenders import chance_of_another, half_width
+from damperlab.studies.answers.contenders import chance_of_another, contend, limits
 from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.verdict import DOUBTS
@@ -56,26 +56,36 @@ def kinds(answer: xr.Dataset) -> set[str]:
 def test_a_design_equal_to_the_best_up_to_rounding_is_not_another() -> None:
     value = np.array([1.0, 1.0 + 1e-14, 1.0 - 1e-14, 1.5])
     error = np.array([1e-15, 2e-15, 1e-15, 0.01])
-    assert chance_of_another(value, error, 0) < 1e-12
+    # only the last is another, fifty of its errors away
+    assert chance_of_another(value, error, 0) == pytest.approx(stats.t(4).cdf(-50.0), rel=1e-6)
 
 
 def test_the_chance_of_another_is_that_of_drawn_values():
     value, error = np.array([1.0, 1.02, 1.05, 1.0, 2.0]), np.array([0.02, 0.03, 0.01, 0.05, 0.1])
-    draws = np.random.default_rng(1).normal(value, error, (200_000, 5))
+    draws = value + error * np.random.default_rng(1).standard_t(4, (200_000, 5))
     expected = (draws.argmin(axis=1) != 0).mean()
     # four standard deviations of a share of 200,000 draws
     assert chance_of_another(value, error, 0) == pytest.approx(expected, abs=4 * 0.5 / 200_000**0.5)
     two = chance_of_another(np.array([1.0, 1.1]), np.array([0.03, 0.04]), 0)
-    assert two == pytest.approx(NormalDist().cdf(-0.1 / 0.05), abs=1e-4)
+    student = stats.t(4)
+    expected, _ = integrate.quad(
+        lambda t: student.pdf(t) * student.cdf((0.03 * t - 0.1) / 0.04), -np.inf, np.inf
+    )
+    assert two == pytest.approx(expected, abs=1e-4)
     assert chance_of_another(np.array([1.0, 1.0]), np.zeros(2), 0) == 0
     assert chance_of_another(np.array([1.0, 0.9]), np.zeros(2), 0) == 1
     assert np.isnan(chance_of_another(np.array([1.0, 2.0]), np.array([np.nan, 0.1]), 0))
 
 
-def test_all_intervals_hold_at_once_as_often_as_stated():
-    z = half_width(0.95, 50)
-    # Bonferroni over 50 amplitudes and ten looks: the chance of a miss anywhere is below 5 %
-    assert 50 * 10 * 2 * NormalDist().cdf(-z) == pytest.approx(0.05)
+def test_the_limits_of_an_amplitude_hold_as_often_as_stated():
+    amplitude, error = np.array([3.0, 2.0, 0.1, 1.0]), np.array([0.1, 0.0, 0.2, np.nan])
+    low, high = limits(amplitude, error)
+    # 95 % of Student's t with 4 degrees, by each amplitude itself; no amplitude is below 0
+    width = stats.t(4).ppf(0.975)
+    np.testing.assert_allclose(low, [3.0 - 0.1 * width, 2.0, 0.0, 0.0], rtol=1e-7)
+    np.testing.assert_allclose(high, [3.0 + 0.1 * width, 2.0, 0.1 + 0.2 * width, np.inf], rtol=1e-7)
+    # whose error is not known may be the best, and rules nobody out
+    assert contend(low, high).tolist() == [False, False, True, True]
 
 
 def test_designs_within_the_errors_are_counted_and_the_clearly_worse_are_not():

@@ -171,7 +171,8 @@ def test_responses_are_told_apart_within_their_errors() -> None:
 
 def test_variables_of_an_ensemble_are_stored_by_ensembles_alone() -> None:
     assert study_of("rest").metrics == STANDARD
-    assert study_of(ENSEMBLE).metrics == tuple(name for name, one in VARIABLES.items() if not one.asked)
+    always = (name for name, one in VARIABLES.items() if not (one.asked or one.rubbing))
+    assert study_of(ENSEMBLE).metrics == tuple(always)
     assert isinstance(study_of(ENSEMBLE).start, Ensemble)
     with pytest.raises(StudyFaults) as caught:
         parse_study(study_of("rest").document() | {"metrics": ["attractors"]})
