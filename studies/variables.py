@@ -356,6 +356,7 @@ NONE_IS_ZERO: tuple[str, ...] = (
     "dissipation_viscous",
     "dissipation_friction",
     "dissipation_impact",
+    "dissipation_particle",
     "amplitude_ratio_second",
     "amplitude_ratio_third",
 )

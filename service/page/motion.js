@@ -30,6 +30,7 @@ const LOSSES = /** @type {[string, string][]} */ ([
   ["dissipation_viscous", "damping of the structure"],
   ["dissipation_friction", "friction"],
   ["dissipation_impact", "impacts"],
+  ["dissipation_particle", "friction of the particle"],
 ]);
 
 /** @param {import("./study.js").Session} session */

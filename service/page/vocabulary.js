@@ -18,14 +18,17 @@ export function vocabulary() {
 
 const SYMBOLS = WORDS.symbols;
 
-export const DIMENSIONS = Object.keys(SYMBOLS);
+export const DIMENSIONS = WORDS.dimensions;
 
 /** Dimensions that mean nothing without a particle. */
 export const OF_PARTICLE = WORDS.of_particle;
 
 /** What a design of a study is made of. @param {any} definition */
-export function designDimensions({ particle }) {
-  return DIMENSIONS.filter((name) => name !== "frequency_ratio" && (particle !== false || !OF_PARTICLE.includes(name)));
+export function designDimensions(definition) {
+  const without = definition.particle === false;
+  const before = Object.entries(WORDS.before).filter(([name, source]) => !without && (definition[name] ?? definition.physical?.[source] ?? null) !== null);
+  const always = DIMENSIONS.filter((name) => name !== "frequency_ratio" && !(without && OF_PARTICLE.includes(name)));
+  return [...before.map(([name]) => name), ...always];
 }
 
 /** Names for people, of the dimensions of suites too. */
@@ -70,4 +73,5 @@ export const CLASS_LOOKS = {
   "5": { colour: "#e69f00", shape: "triangle-up" },
   "6": { colour: "#cc79a7", shape: "cross" },
   "7": { colour: "#d55e00", shape: "x" },
+  "8": { colour: "#444444", shape: "square-open" },
 };

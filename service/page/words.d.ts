@@ -6,8 +6,12 @@ export type SpecifiedField = { name: string; label: string; unit: string; scale:
 
 /** The module `words.js`, which `service/page/words.py` writes: the words of the service that the page shows. */
 export const WORDS: {
-  /** Symbols of the six dimensions, as the paper writes them. */
+  /** Symbols of the dimensions of a harmonic study, as the paper writes them. */
   symbols: Record<string, string>;
+  /** Dimensions that every harmonic study has. */
+  dimensions: string[];
+  /** Dimensions that only some have, with what of a physical block makes them. */
+  before: Record<string, string>;
   /** Names for people of every dimension, those of ground-motion suites too. */
   names: Record<string, string>;
   /** Dimensions that mean nothing without a particle. */

@@ -26,6 +26,7 @@ OWN_ERRORS = {
     "dissipation_viscous": "dissipation_error",
     "dissipation_friction": "dissipation_error",
     "dissipation_impact": "dissipation_error",
+    "dissipation_particle": "dissipation_error",
 }
 """The variable that holds the error of a quantity."""
 ROUNDING = 1e-6

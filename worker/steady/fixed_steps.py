@@ -129,6 +129,7 @@ def settle_stepped(damping_ratio, frequency_ratio, friction, particle, steps_per
         nan,
         nan,
         nan,
+        nan,
         cycles,
         status,
     )
