@@ -20,6 +20,7 @@ from damperlab.studies.amplitudes import (
 from damperlab.studies.axes import AxisSpec, along, axis_values
 from damperlab.studies.choices import Choice
 from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.portable import cos, sin
 from damperlab.studies.quantity import QUANTITY_OF, Quantity
 from damperlab.studies.reads import Reads
 
@@ -51,6 +52,8 @@ PARTICLE_FRICTION = Quantity(
 TILT = Quantity("tilt_deg", "tilt α of the cavity [°]: 0 lies, 90 stands", 0.0, 90.0, "give it in degrees")
 STANDARD_GRAVITY = 9.80665
 """g [m/s²]."""
+RADIAN = math.pi / 180.0
+"""A degree."""
 
 QUANTITIES = (
     MASS,
@@ -203,7 +206,7 @@ def _lying(of: Values) -> float | NDArray[np.float64]:
     """Give the share of its weight with which the particle lies on the floor of its cavity."""
     if "tilt_deg" not in of:
         return 1.0
-    return np.where(of["tilt_deg"] == 90.0, 0.0, np.cos(np.radians(of["tilt_deg"])))
+    return np.where(of["tilt_deg"] == 90.0, 0.0, cos(RADIAN * of["tilt_deg"]))
 
 
 DERIVATIONS: dict[str, Derivation] = {
@@ -231,7 +234,7 @@ DERIVATIONS: dict[str, Derivation] = {
         ),
         Derivation(
             "gravity_ratio", "tilt_deg", ("natural_frequency_hz", "base_amplitude_m"),
-            lambda of: _weight(of) * np.sin(np.radians(of["tilt_deg"])), of_particle=True,
+            lambda of: _weight(of) * sin(RADIAN * of["tilt_deg"]), of_particle=True,
         ),
         Derivation(
             "frequency_ratio", "excitation_frequency_hz", ("natural_frequency_hz",),

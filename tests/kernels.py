@@ -50,7 +50,9 @@ SCENES = (
     "transient-friction-particle-rubbing",
     "transient-linear",
     "transient-particle-dwell",
+    "transient-particle-falling",
     "transient-particle-instant",
+    "transient-particle-rubbing",
 )
 """By name."""
 

@@ -18,7 +18,16 @@ particles = st.builds(
     st.one_of(st.sampled_from([0.1, 1.0]), st.floats(1e-3, 3.0)),
     contact_time=st.none(),
     wall=st.none(),
+    friction=st.none(),
+    gravity=st.none(),
 )
+dragged = st.builds(
+    lambda particle, friction, gravity: particle._replace(friction=friction, gravity=gravity),
+    particles,
+    st.floats(0.0, 2.0),
+    st.floats(1e-2, 3.0),
+)
+"""Particles that rub and fall."""
 dwelling = st.builds(
     lambda particle, contact_time: particle._replace(contact_time=contact_time),
     particles,

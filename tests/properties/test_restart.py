@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from tests.properties.designs import (
     compliant,
     damping_ratios,
+    dragged,
     dwelling,
     frequency_ratios,
     friction_ratios,
@@ -126,7 +127,7 @@ def comes_to_the_same_end(design: Design, which: int, share: float) -> None:
     assert np.abs(march.point(again) - march.point(end)).max() <= ROUNDING * grown * scale
 
 
-SCENES = {"friction alone": st.none(), "instant": particles, "dwell": dwelling, "compliant": compliant}
+SCENES = {"friction alone": st.none(), "instant": particles, "dwell": dwelling, "compliant": compliant, "rubbing": dragged}
 RESTARTS = (st.integers(0, 1000), st.floats(1e-3, 0.999))
 FEW = settings(max_examples=25, deadline=None)
 
@@ -139,7 +140,7 @@ FEW = settings(max_examples=25, deadline=None)
         ("instant", True),
         *(
             pytest.param(scene, friction, marks=pytest.mark.night)
-            for scene in ("dwell", "compliant")
+            for scene in ("dwell", "compliant", "rubbing")
             for friction in (False, True)
         ),
     ],

@@ -37,7 +37,7 @@ from damperlab.studies.questions import (
     Window,
 )
 from damperlab.studies.unit_names import RESULTS
-from damperlab.studies.variables import DIMENSIONS, VARIABLES
+from damperlab.studies.variables import BEFORE, DIMENSIONS, VARIABLES
 
 STUDY = "/api/v1/studies/{study_id}"
 QUESTIONS: list[tuple[str, str, Any, tuple[type, ...]]] = [
@@ -54,7 +54,7 @@ QUESTIONS: list[tuple[str, str, Any, tuple[type, ...]]] = [
 ]
 """Route, command and method of every question, and the values that it is made of."""
 
-EVERYWHERE = {"self", "study", "contact", "particle", "values", *DIMENSIONS}
+EVERYWHERE = {"self", "study", "contact", "particle", "values", *DIMENSIONS, *BEFORE}
 """What no question's field is: a design point's ratios, and the scene."""
 
 OWN_DEFAULTS = {
@@ -139,7 +139,7 @@ def test_a_command_takes_the_fields_of_its_question_and_no_others(command: str) 
         "--json", "--details", "--data-dir", "--output", "-o", "--workers", "--scheduler", "--contact", "--contact-time",
         "--no-particle", "--at", "--units", "--kanai-tajimi", "--duration-s", "--peak-g", "--sweep", "--cluster", "--wait",
     }  # fmt: skip
-    design = {f"--{name.replace('_', '-')}" for name in (*DIMENSIONS, *QUANTITIES)}
+    design = {f"--{name.replace('_', '-')}" for name in (*DIMENSIONS, *BEFORE, *QUANTITIES)}
     rest = {spelling for spelling, option in options.items() if not option.hidden}
     assert rest <= of_this_machine | design
 
