@@ -14,7 +14,7 @@ from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.follow_up import cover
 from damperlab.studies.definition import Study, parse_harmonic
-from damperlab.studies.design.build import FORCE, Build, Law, Place, Spot
+from damperlab.studies.design.build import FORCE, NOTHING_INSIDE, Build, Inside, Law, Place, Spot
 from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.suites import RECORD_VARIABLES, contact_time_of, known_of, suites_of
 from damperlab.studies.ground.suite import Suite
@@ -23,7 +23,7 @@ from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.measure import LIMITS, MEASURES
 from damperlab.studies.specification.records import ONCE, Case, Under
 from damperlab.studies.specification.specification import STARTS, Specification
-from damperlab.studies.variables import Status
+from damperlab.studies.variables import BEFORE, Status
 
 VARIABLES = (
     "amplitude_ratio",
@@ -76,12 +76,12 @@ class Wanted:
 
 class _Kind(NamedTuple):
     """What is one value for all designs of a study: the base amplitude Z [m], whether they have a particle, what is
-    constant, and the contact time over 1/ω_n."""
+    constant, and what acts on the particle."""
 
     amplitude_m: float
     particle: bool
     law: Law
-    contact_time: float
+    inside: Inside
 
 
 @dataclass
@@ -202,8 +202,10 @@ class Book:
             document["start"] = ENSEMBLE
         if self.asked.judge == "worst":
             document["metrics"] = [*self.variables, *ABOUT_THE_RUN, WORST]
-        if kind.contact_time:
-            document["contact"] = {"model": "dwell", "contact_time": kind.contact_time}
+        contact_time, rubs, falls = kind.inside
+        if contact_time:
+            document["contact"] = {"model": "dwell", "contact_time": contact_time}
+        document |= {name: value for name, value in zip(BEFORE, (rubs, falls), strict=True) if value}
         if kind.law == FORCE:
             document["excitation"] = "force"
         elif len(kind.law) == 4:
@@ -257,7 +259,9 @@ class Book:
                 self.from_many_starts.append(cube)
                 self.spent += cube["status"].size
                 continue
-            law, contact = _law_of(cube), contact_time_of(cube)
+            law = _law_of(cube)
+            rubs, falls = (_fixed(cube, name) for name in BEFORE)
+            inside: Inside = contact_time_of(cube), rubs, falls
             names = [BESIDE.get(name, name) if AMPLITUDE in cube.sizes else name for name in DESIGN]
             axes = [cube[name].values.tolist() for name in names]
             frequencies = cube["frequency_ratio"].values.tolist()
@@ -271,7 +275,7 @@ class Book:
             columns = columns.reshape(*(len(axis) for axis in axes), len(frequencies), len(self.variables))
             for index in np.ndindex(*columns.shape[:-2]):
                 place: Place = tuple(axis[i] for axis, i in zip(axes, index, strict=True))
-                spot: Spot = (law, place, contact)
+                spot: Spot = (law, place, inside if place[2] else NOTHING_INSIDE)
                 self._frequencies.setdefault(spot, set()).update(frequencies)
                 for at, row in zip(frequencies, columns[index].tolist(), strict=True):
                     if (spot, at) not in self._known:
@@ -310,6 +314,11 @@ class Book:
                 build.rate(self.asked),
             )
         return self._curves[build, amplitude]
+
+
+def _fixed(cube: xr.Dataset, name: str) -> float:
+    """Give the one value of a dimension that a study need not have; 0 without it."""
+    return float(cube[name].values[0]) if name in cube.sizes else 0.0
 
 
 def _law_of(cube: xr.Dataset) -> Law:

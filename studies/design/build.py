@@ -1,7 +1,10 @@
 """A damper as it is built, on a structure as it is: nominal, or off by what tolerances allow."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
+from damperlab.studies.specification.cavity import LEVEL, Cavity
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.measure import DAMPER_LIMITS, DamperLimit
 from damperlab.studies.specification.records import Case, Under
@@ -21,9 +24,12 @@ Law = tuple[()] | tuple[str] | tuple[str, float, float, float]
 acceleration its word, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural
 frequency. Under a ground-motion record its id, its scale, and the same two of the structure."""
 FORCE = ("force",)
-Spot = tuple[Law, Place, float]
+Inside = tuple[float, float, float]
+"""What acts on a particle: the contact time over 1/ω_n, 0 where contacts take no time; κ of its friction, and G of gravity."""
+NOTHING_INSIDE: Inside = (0.0, 0.0, 0.0)
+Spot = tuple[Law, Place, Inside]
 """A damper under an amplitude, at every frequency: in ratios under a displacement or a force, else with d [m] and F_f [N] in
-their place, and under a record with m [kg] in the place of β. Last the contact time over 1/ω_n; 0 where they take no time."""
+their place, and under a record with m [kg] in the place of β."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,8 @@ class Build:
         By which share the structure is off: 0.01 is one per cent above nominal.
     contact_time_s : float
         How long particle and wall touch; 0 where impacts take no time.
+    cavity : Cavity
+        How it lies, and how the particle rubs in it.
     """
 
     clearance_m: float
@@ -48,6 +56,7 @@ class Build:
     natural_frequency_hz: float = 0.0
     damping_ratio: float = 0.0
     contact_time_s: float = 0.0
+    cavity: Cavity = LEVEL
 
     def place(self, structure: Structure, amplitude_m: float) -> Place:
         """Give the ratios under a base amplitude, or a static displacement."""
@@ -66,14 +75,14 @@ class Build:
             return self._under_record(structure, amplitude)
         ratios = self.place(structure, self._reference_m(amplitude))
         constant = amplitude.excitation.motion.constant
-        contact = self._contact_time(structure)
+        inside = self._inside(structure, self._reference_m(amplitude))
         if constant is None:
-            return FORCE if amplitude.excitation.motion.force else (), ratios, contact
+            return FORCE if amplitude.excitation.motion.force else (), ratios, inside
         mass = structure.mass_kg * (1.0 + self.mass_kg)
         frequency = structure.natural_frequency_hz * (1.0 + self.natural_frequency_hz)
         law = (constant, amplitude.base_m(self.nominal(1.0)), mass, frequency)
         clearance = self.clearance_m if self.particle_mass_kg else 0.0
-        return law, (*ratios[:3], clearance, self.friction_force_n), contact
+        return law, (*ratios[:3], clearance, self.friction_force_n), inside
 
     def _reference_m(self, amplitude: Amplitude) -> float:
         """Give the base amplitude at the nominal natural frequency, or the static displacement of this structure."""
@@ -90,11 +99,15 @@ class Build:
         nominal = asked.structure.angular_frequency if asked.in_units else 1.0
         return nominal * (1.0 + self.natural_frequency_hz)
 
-    def _contact_time(self, structure: Structure) -> float:
-        """Give the contact time over 1/ω_n of the structure as it is."""
+    def _inside(self, structure: Structure, amplitude_m: float) -> Inside:
+        """Give what acts on the particle, over 1/ω_n of the structure as it is and an amplitude."""
         if self.particle_mass_kg == 0.0:
-            return 0.0
-        return self.contact_time_s * structure.angular_frequency * (1.0 + self.natural_frequency_hz)
+            return NOTHING_INSIDE
+        contact_time = self.contact_time_s * structure.angular_frequency * (1.0 + self.natural_frequency_hz)
+        if not self.cavity.acts:
+            return contact_time, 0.0, 0.0
+        frequency_hz = structure.natural_frequency_hz * (1.0 + self.natural_frequency_hz)
+        return (contact_time, *self.cavity.ratios(frequency_hz, amplitude_m))
 
     def _under_record(self, structure: Structure, case: Case) -> Spot:
         mass = structure.mass_kg * (1.0 + self.mass_kg)
@@ -102,9 +115,9 @@ class Build:
         damping = min(structure.damping_ratio * (1.0 + self.damping_ratio), 0.999)
         law = (case.source.id, case.scale, mass, frequency)
         if self.particle_mass_kg == 0.0:
-            return law, (damping, 0.0, 0.0, 0.0, self.friction_force_n), 0.0
+            return law, (damping, 0.0, 0.0, 0.0, self.friction_force_n), NOTHING_INSIDE
         damper = (self.restitution, self.particle_mass_kg, self.clearance_m, self.friction_force_n)
-        return law, (damping, *damper), self._contact_time(structure)
+        return law, (damping, *damper), self._inside(structure, 1.0)
 
     def limited(self, about: DamperLimit) -> float:
         """Give what a limit on the damper is about; 0 of a particle that is not there."""
@@ -148,6 +161,11 @@ class Build:
             of_structure = (changed.get(name, 0.0) for name in OF_STRUCTURE)
             shift, damping = asked.structure.built_off(*of_structure)
             changed |= {"natural_frequency_hz": float(shift), "damping_ratio": float(damping)}
+        return self.with_values(changed)
+
+    def with_values(self, values: Mapping[str, float]) -> "Build":
+        """Give this build with other values of its quantities."""
+        changed: dict[str, Any] = dict(values)
         return replace(self, **changed)
 
 

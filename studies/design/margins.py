@@ -1,7 +1,7 @@
 """How far each quantity of a damper may move alone, and how far all of them together."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import takewhile
 from math import inf
 
@@ -46,7 +46,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
         for sign in (-1, 1):
             values = (_value(search, build, name, sign * share) for share in MOVES)
             kept = [each for each in values if each is not None]
-            moved[name, sign] = [(each, replace(build, **{name: each})) for each in kept]
+            moved[name, sign] = [(each, build.with_values({name: each})) for each in kept]
     # a worst case can only grow: where the coarse look shows a failure, nothing beyond it needs a look, or a closer one
     near: dict[tuple[str, int], list[Build]] = {key: [] for key in moved}
     for first, last in ((0, FEW), (FEW, len(MOVES))):
@@ -143,7 +143,7 @@ def _value(search: Search, build: Build, name: str, share: float) -> float | Non
 def _off(search: Search, build: Build, signs: dict[str, float], share: float) -> Build:
     """Give a build whose quantities are off at once; one that has no such value stays as drawn."""
     values = {name: _value(search, build, name, sign * share) for name, sign in signs.items()}
-    return replace(build, **{name: value for name, value in values.items() if value is not None})
+    return build.with_values({name: value for name, value in values.items() if value is not None})
 
 
 def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> list[Build]:

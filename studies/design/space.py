@@ -45,7 +45,7 @@ class Space:
         values = {name: self.asked.choices[name].at(chosen.get(name, 0.0)) for name in CHOSEN}
         share = chosen.get("restitution", 0.0)
         contact_time_s = self.asked.choices["restitution"].contact_time_s(share)
-        return Build(**values, contact_time_s=contact_time_s)
+        return Build(**values, contact_time_s=contact_time_s, cavity=self.asked.cavity)
 
     def candidate(self, shares: Sequence[float]) -> Candidate:
         """Put shares into their ranges, on the values of a list or on a fixed fraction of a range."""

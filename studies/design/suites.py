@@ -48,7 +48,7 @@ def suites_of(asked: Specification, lacking: Iterable[Spot]) -> tuple[Suite, ...
     """
     place_of = {source.id: i for i, records in enumerate(asked.records) for source in records.sources}
     cases: dict[tuple[float, bool, float, Place, float, int], set[tuple[str, float]]] = {}
-    for law, place, contact in lacking:
+    for law, place, (contact, _, _) in lacking:
         assert len(law) == 4  # that of a record
         record, scale, mass, frequency = law
         key = (mass, place[2] > 0.0, contact, place, frequency, place_of[record])
@@ -112,7 +112,7 @@ def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
         if particle == 0.0:
             place = (damping, 0.0, 0.0, 0.0, friction)
         law = (records[index[0]], scale, mass, frequency)
-        yield (law, place, contact if particle else 0.0), tuple(columns[index].tolist())
+        yield (law, place, (contact if particle else 0.0, 0.0, 0.0)), tuple(columns[index].tolist())
 
 
 def contact_time_of(cube: xr.Dataset) -> float:

@@ -287,6 +287,10 @@ def _span(asked: Specification, name: str, low: float, high: float) -> str:
 def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
     """Say what a particle is taken to do, and from which friction on it would do nothing."""
     asked, stated = found.asked, found.stated
+    if asked.cavity.acts:
+        lies = f"cavity tilted by {asked.cavity.tilt_deg:.3g}°" if asked.cavity.tilt_deg else "level cavity"
+        yield "given", f"{lies}, μ_i = {asked.cavity.particle_friction_coefficient:.3g}", ""
+        return
     if damper not in ("hybrid", "particle_alone"):
         return
     limit = ""

@@ -1,5 +1,6 @@
 """A specification read from a document, with every fault named at once."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files
@@ -10,8 +11,11 @@ from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, printable
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard
+from damperlab.studies.physical import PARTICLE_FRICTION, TILT
 from damperlab.studies.quantity import Quantity
+from damperlab.studies.specification.cavity import LEVEL, Cavity
 from damperlab.studies.specification.damper import CONTACT_TIME
+from damperlab.studies.specification.excitation import Excitation
 from damperlab.studies.specification.limit_fields import IN_RATIOS, LimitFields
 from damperlab.studies.specification.measure import (
     DAMPER_LIMITS,
@@ -21,7 +25,14 @@ from damperlab.studies.specification.measure import (
     RECORD_MEASURES,
     Measure,
 )
-from damperlab.studies.specification.specification import CHOSEN, JUDGES, RATIO_OF, Specification, Structure
+from damperlab.studies.specification.specification import (
+    CHOSEN,
+    JUDGES,
+    RATIO_OF,
+    Choice,
+    Specification,
+    Structure,
+)
 from damperlab.studies.text import MAX_BYTES, Format, load_text
 
 KEYS = (
@@ -32,6 +43,8 @@ KEYS = (
     *CHOSEN,
     *(ratio for ratio in RATIO_OF.values() if ratio != "restitution"),
     CONTACT_TIME.name,
+    PARTICLE_FRICTION.name,
+    TILT.name,
     "tolerances",
     "limits",
     "measure",
@@ -188,6 +201,7 @@ class _Reader(LimitFields):
         tolerances = self._tolerances(choices, largest_m, structure)
         limits = self._limits(largest_m, structure)
         bounds = self._within_limits(choices, limits, tolerances, self._limit_units(largest_m, structure))
+        cavity = self._cavity(excitations, choices)
         if judge == "worst" and (limits.keys() & LIMITS.keys()) - {"displacement_m"}:
             self._not_the_worst()
         if self.faults or measure is None or confidence is None or minutes is None:
@@ -210,7 +224,28 @@ class _Reader(LimitFields):
             in_units=self._in_units,
             document=self.document,
             records=records,
+            cavity=cavity,
         )
+
+    def _cavity(self, excitations: tuple[Excitation, ...], choices: Mapping[str, Choice]) -> Cavity:
+        """Read how the cavity lies and rubs, where its particle can be computed so."""
+        read = [self._number(quantity.name, quantity, 0.0) for quantity in (PARTICLE_FRICTION, TILT)]
+        cavity = Cavity(*(value or 0.0 for value in read))
+        if not cavity.acts:
+            return LEVEL
+        field = PARTICLE_FRICTION.name if cavity.particle_friction_coefficient else TILT.name
+        constant = any(each.motion.constant for each in excitations)
+        contact = any(choices["restitution"].contact_times_s)
+        for wrong, found, advice in (
+            (not self._in_units, "a specification in ratios", "give the structure and its excitation in units"),
+            (self._shaken_by_records, "an excitation by records", "give a band of frequencies alone"),
+            (constant, "a constant base velocity or acceleration", "give `base_amplitude_m`"),
+            (contact, "contacts that take time", "leave the contact time out"),
+        ):  # fmt: skip
+            if wrong:
+                told = f"{{field}} cannot be combined with {found}."
+                self._fault(field, found, "a displacement of the base, or a force, over a band", advice, told)
+        return cavity
 
     def _without_ratios(self, structure: Structure | None) -> None:
         """Read what is said of the damper where no ratio can be told: faults of what is given in units."""

@@ -4,7 +4,14 @@ from typing import Any
 
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.ground.sweep_reading import sweep_schema
-from damperlab.studies.physical import DAMPING, EXCITATION_FREQUENCY, MASS, NATURAL_FREQUENCY
+from damperlab.studies.physical import (
+    DAMPING,
+    EXCITATION_FREQUENCY,
+    MASS,
+    NATURAL_FREQUENCY,
+    PARTICLE_FRICTION,
+    TILT,
+)
 from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, RESTITUTION, Quantity
 from damperlab.studies.specification.damper import CONTACT_TIME, MOST_VALUES, QUANTITIES
 from damperlab.studies.specification.limit_fields import (
@@ -86,7 +93,8 @@ def specification_schema() -> Schema:
                 {name: _choice(quantity) for name, quantity in QUANTITIES.items()},
                 "What may be chosen: a range, or a list.",
             ),
-            **{name: quantity.schema() for name, quantity in (QUANTITIES | {CONTACT_TIME.name: CONTACT_TIME}).items()},
+            **{name: quantity.schema() for name, quantity in QUANTITIES.items()},
+            **{each.name: each.schema() for each in (CONTACT_TIME, PARTICLE_FRICTION, TILT)},
             "tolerances": _object(
                 {name: _tolerance() for name in (*QUANTITIES, *OF_STRUCTURE)},
                 "How far what is built may be off, to either side: a number in the unit, or a share as 10%.",

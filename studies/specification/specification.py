@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from damperlab.studies.specification.cavity import LEVEL, Cavity
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
 from damperlab.studies.specification.measure import (
     DAMPER_LIMITS,
@@ -239,6 +240,8 @@ class Specification:
         As it was given; records with the digest of their samples.
     records : tuple of RecordCases
         The ground-motion records and sweeps that shake it, in place of excitations over a band or beside them.
+    cavity : Cavity
+        How the cavity lies, and how the particle rubs in it.
     """
 
     name: str
@@ -258,6 +261,7 @@ class Specification:
     in_units: bool
     document: dict[str, Any]
     records: tuple[RecordCases, ...] = ()
+    cavity: Cavity = LEVEL
 
     @property
     def free(self) -> tuple[str, ...]:

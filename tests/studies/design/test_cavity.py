@@ -1,0 +1,73 @@
+"""A damper whose particle rubs, or whose cavity is tilted: what a specification says of it, and what is stated."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.studies.design.test_design import pursued, solved
+
+from damperlab.studies.definition import parse_harmonic
+from damperlab.studies.design.answer import answer_document
+from damperlab.studies.faults import StudyFaults
+from damperlab.studies.specification.cavity import LEVEL
+from damperlab.studies.specification.reading import parse_specification
+
+VELOCITY = {"base_velocity_m_per_s": 0.05, "frequency_hz": {"start": 6.5, "stop": 9}}
+RECORDS = {"records": ["el-centro"], "scales": [1]}
+RUBS = {"particle_friction_coefficient": 0.1}
+FLOOR: dict[str, Any] = {
+    "structure": {"mass_kg": 250, "natural_frequency_hz": 7.6, "damping_ratio": 0.02},
+    "excitation": {"base_amplitude_m": 0.001, "frequency_hz": {"start": 6.5, "stop": 9}},
+    "choose": {"clearance_m": {"start": 0.001, "stop": 0.01}},
+    "friction_force_n": 300,
+    "particle_mass_kg": 20,
+    "restitution": 0.5,
+    "budget_points": 1500,
+    "builds": 0,
+}
+
+
+@pytest.mark.parametrize("cavity", [{"particle_friction_coefficient": 0.2, "tilt_deg": 20}, {"tilt_deg": 90}])
+def test_what_is_stated_is_what_a_study_of_that_damper_computes(cavity: dict[str, float]) -> None:
+    found, cubes = pursued({**FLOOR, **cavity}, 1500)
+    assert all("gravity_ratio" in cube.sizes for cube in cubes.values() if cube["mass_ratio"].values[0] > 0)
+    physical = {
+        "mass_kg": 250, "natural_frequency_hz": 7.6, "base_amplitude_m": 0.001, "particle_mass_kg": 20,
+        "clearance_m": found.build.clearance_m, "friction_force_n": 300, **cavity,
+    }  # fmt: skip
+    r = found.stated.frequency_ratio
+    study = parse_harmonic(
+        {"damping_ratio": 0.02, "physical": physical, "axes": {"restitution": 0.5, "frequency_ratio": r}}
+    )
+    assert 0.001 * solved(study)["amplitude_ratio"].item() == pytest.approx(found.stated.value, rel=1e-9)
+    band = {"start": 6.5 / 7.6, "stop": 9 / 7.6, "num": 201}
+    whole = parse_harmonic(
+        {"damping_ratio": 0.02, "physical": physical, "axes": {"restitution": 0.5, "frequency_ratio": band}}
+    )
+    assert 0.001 * np.max(solved(whole)["amplitude_ratio"].values) <= found.stated.most * (1 + 1e-9)
+    rows = answer_document(found)["verdict"]["rows"]
+    assert rows[0][0] == "given"
+    assert f"{cavity['tilt_deg']}°" in rows[0][1]
+
+
+def test_a_level_cavity_without_friction_asks_for_the_studies_of_one_of_which_nothing_is_said() -> None:
+    plain, _ = pursued(FLOOR, 1500)
+    said, cubes = pursued(FLOOR | {"tilt_deg": 0, "particle_friction_coefficient": 0}, 1500)
+    assert said.asked.cavity is LEVEL
+    assert said.stated == plain.stated
+    assert not any("gravity_ratio" in cube.sizes for cube in cubes.values())
+
+
+@pytest.mark.parametrize(
+    ("more", "field"),
+    [
+        ({"tilt_deg": 91}, "tilt_deg"),
+        ({"tilt_deg": 90, "contact_time_s": 0.01}, "tilt_deg"),
+        (RUBS | {"excitation": VELOCITY}, "particle_friction_coefficient"),
+        (RUBS | {"excitation": RECORDS}, "particle_friction_coefficient"),
+    ],
+)
+def test_what_cannot_be_computed_with_it_is_refused(more: dict[str, Any], field: str) -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_specification(FLOOR | more)
+    assert field in [fault.field for fault in caught.value.faults]
