@@ -137,6 +137,35 @@ def draw_beside_tuned_mass(
     return figure
 
 
+def draw_numbers(
+    names: Sequence[str], measured: Sequence[float], computed: Mapping[str, Sequence[float]]
+) -> Figure:
+    """Draw amplitude ratios of several cases, measured and computed, side by side (Table 3).
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the cases.
+    measured : sequence of float
+        X/Z as printed, one a case.
+    computed : mapping
+        By what was assumed: X/Z computed, one a case.
+    """
+    with styled():
+        figure = Figure(figsize=(8.4, 3.6), layout="constrained")
+        axes = figure.subplots()
+        place = np.arange(len(names))
+        axes.plot(place, measured, color="black", marker="_", ms=26, mew=2, ls="", label="paper, Table 3")
+        for colour, marker, (name, values) in zip(COLOURS, "os", computed.items(), strict=False):
+            axes.plot(place, values, color=colour, marker=marker, ms=6, ls="", label=name)
+        axes.set_xticks(place, names)
+        axes.set_ylabel(AMPLITUDE)
+        _logarithmic(axes)
+        axes.margins(x=0.06)
+        _legend(figure, 3)
+    return figure
+
+
 def _logarithmic(axes: Axes) -> None:
     axes.set_yscale("log")
     ticks_1_2_5(axes.yaxis)

@@ -12,6 +12,7 @@ from damperlab.service.reproduction.earthquake import figure_a2, table_a1
 from damperlab.service.reproduction.friction import figure_9, figure_10
 from damperlab.service.reproduction.hybrid import figure_11, figure_12, table_3
 from damperlab.service.reproduction.particle import figure_7, figure_8
+from damperlab.service.reproduction.rubbing import table_3_rubbing
 from damperlab.service.reproduction.section import Section, Solve
 from damperlab.service.reproduction.tuned_mass import figure_14, table_4
 from damperlab.worker.jit import source_hash
@@ -25,6 +26,7 @@ SECTIONS: dict[str, Callable[[Solve, bool], Section]] = {
     "figure 11": figure_11,
     "figure 12": figure_12,
     "table 3": table_3,
+    "table 3 with friction of the particle": table_3_rubbing,
     "table 4": table_4,
     "figure 14": figure_14,
     "table A1": table_a1,

@@ -127,7 +127,13 @@ def comes_to_the_same_end(design: Design, which: int, share: float) -> None:
     assert np.abs(march.point(again) - march.point(end)).max() <= ROUNDING * grown * scale
 
 
-SCENES = {"friction alone": st.none(), "instant": particles, "dwell": dwelling, "compliant": compliant, "rubbing": dragged}
+SCENES = {
+    "friction alone": st.none(),
+    "instant": particles,
+    "dwell": dwelling,
+    "compliant": compliant,
+    "rubbing": dragged,
+}
 RESTARTS = (st.integers(0, 1000), st.floats(1e-3, 0.999))
 FEW = settings(max_examples=25, deadline=None)
 
