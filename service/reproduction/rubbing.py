@@ -53,8 +53,8 @@ class Prototype:
         lengths_m = [1e-3 * known[f"clearance_{k}_mm"].value for k in CAVITIES]
         document = {
             "name": f"table-3, μ_i = {self.particle_friction:.4g}",
-            "damping_ratio": self.damping_ratio,
             "axes": {
+                "damping_ratio": self.damping_ratio,
                 "clearance_ratio": [length / self.base_amplitude_m for length in lengths_m],
                 "friction_ratio": [0.0, self.friction_ratio],
                 "restitution": known["restitution_soft"].value,
