@@ -17,6 +17,8 @@ from damperlab.studies.plan import Block
 from damperlab.studies.specification.cavity import Cavity
 from damperlab.worker.block import solve_block
 
+MEASURED = {"restitution": "restitution_soft", "mass_ratio": "mass_ratio"}
+"""What the paper states of the particle, by the names of its numbers."""
 BAND = {"start": 0.86, "stop": 1.12, "num": 53}
 AMPLITUDES_M, DAMPING, FRICTION = (0.0005, 0.004), (0.002, 0.03), (0.0, 0.2)
 """Physical ranges of the base amplitude Z, of ζ and of μ_i."""
@@ -43,7 +45,7 @@ class Prototype:
     def friction_ratio(self) -> float:
         """γ_F with which friction alone has the peak that the paper prints: (1 − 4γ_F/π)/(2ζ) (Den Hartog)."""
         peak = paper_numbers()["friction_alone"].value
-        return max(0.25 * pi * (1.0 - 2.0 * self.damping_ratio * peak), 0.0)
+        return 0.25 * pi * (1.0 - 2.0 * self.damping_ratio * peak)
 
     def study(self) -> Study:
         """Make the study of the particle alone and of the hybrid in each cavity."""
@@ -53,13 +55,12 @@ class Prototype:
         lengths_m = [1e-3 * known[f"clearance_{k}_mm"].value for k in CAVITIES]
         document = {
             "name": f"table-3, μ_i = {self.particle_friction:.4g}",
+            "damping_ratio": self.damping_ratio,
             "axes": {
-                "damping_ratio": self.damping_ratio,
                 "clearance_ratio": [length / self.base_amplitude_m for length in lengths_m],
                 "friction_ratio": [0.0, self.friction_ratio],
-                "restitution": known["restitution_soft"].value,
-                "mass_ratio": known["mass_ratio"].value,
                 "frequency_ratio": BAND,
+                **{name: known[number].value for name, number in MEASURED.items()},
             },
             "metrics": ["amplitude_ratio"],
         }
