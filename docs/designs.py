@@ -56,7 +56,7 @@ def specification(name: str) -> Specification:
 
 def solved(study: Study) -> xr.Dataset:
     """Compute a study in this process."""
-    values = solve_block(study, Block(0, (0,) * len(study.shape), study.shape))
+    values = solve_block(study, Block.whole(study.shape))
     arrays = {name: (tuple(study.coordinates), array) for name, array in values.items()}
     return xr.Dataset(arrays, study.coordinates, {"study": json.dumps(study.document())})
 

@@ -22,7 +22,7 @@ from damperlab.studies.variables import (
 from damperlab.studies.vocabulary import DEFAULTS, OF_PARTICLE
 
 BESIDE_AXES = ("damping_ratio", *BEFORE)
-"""Dimensions that stand beside the axes of a study."""
+"""Dimensions that a study gives at its top level, not among its axes."""
 
 MAX_POINTS = 1_000_000_000
 """Design points of one study."""

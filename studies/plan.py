@@ -62,6 +62,11 @@ class Block:
     start: tuple[int, ...]
     shape: tuple[int, ...]
 
+    @classmethod
+    def whole(cls, shape: tuple[int, ...]) -> "Block":
+        """Make the block that holds a whole grid of this shape."""
+        return cls(0, (0,) * len(shape), shape)
+
     @property
     def slices(self) -> tuple[slice, ...]:
         """The box as an index into an array of the study's shape."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, base_amplitudes
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
-from damperlab.studies.physical import STANDARD_GRAVITY, Physical
+from damperlab.studies.physical import DERIVATIONS, STANDARD_GRAVITY, Physical
 from damperlab.studies.unit_names import (
     ACCELERATIONS,
     AMPLITUDES,
@@ -24,7 +24,7 @@ from damperlab.studies.unit_names import (
 )
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, PARTICLE_FRICTION
 
-COEFFICIENT = "particle_friction_coefficient"
+COEFFICIENT = DERIVATIONS[PARTICLE_FRICTION].source
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
 """What is multiplied with; each a number, not an axis, for what needs it."""
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
 from math import exp, log, pi, sqrt
 
 import numpy as np
@@ -29,6 +30,9 @@ STARTS = 4
 EVALUATIONS = 80
 """Of each fit, after those."""
 CAVITIES = (1, 2, 3)
+WORDS = {"particle": "particle alone", "hybrid": "hybrid"}
+CASES = tuple(product(WORDS, CAVITIES))
+"""The numbers of Table 3 with a particle, by what their names begin with and the cavity."""
 RMS_DIGITS = 5
 """To which the deviation is compared: two roundings of one response make no other fit."""
 
@@ -73,16 +77,15 @@ def peaks_of(amplitude: xr.DataArray) -> dict[str, float]:
     """Give the six peaks of a prototype's responses, by the names of the paper's numbers."""
     peaks = amplitude.max("frequency_ratio").squeeze(drop=True)
     return {
-        f"{kind}_{k}": float(peaks.isel(friction_ratio=i, clearance_ratio=k - 1))
-        for i, kind in enumerate(("particle", "hybrid"))
-        for k in CAVITIES
+        f"{kind}_{k}": float(peaks.isel(friction_ratio=int(kind == "hybrid"), clearance_ratio=k - 1))
+        for kind, k in CASES
     }
 
 
 def computed_here(study: Study) -> xr.DataArray:
     """Compute the responses of a study that nobody will ask for again, and store nothing."""
-    block = Block(0, (0,) * len(study.shape), study.shape)
-    return xr.DataArray(solve_block(study, block)["amplitude_ratio"], dims=tuple(study.coordinates))
+    values = solve_block(study, Block.whole(study.shape))
+    return xr.DataArray(values["amplitude_ratio"], dims=tuple(study.coordinates))
 
 
 def table_3_rubbing(solve: Solve, quick: bool) -> Section:
@@ -98,19 +101,10 @@ def table_3_rubbing(solve: Solve, quick: bool) -> Section:
         for name, prototype in fitted.items()
     }
     for name, peaks in found.items():
-        for kind, words in (("particle", "particle alone"), ("hybrid", "hybrid")):
-            for k in CAVITIES:
-                quantity = f"{words}, d = {known[f'clearance_{k}_mm'].value:g} mm"
-                section.rows.append(
-                    Row(
-                        quantity,
-                        known[f"{kind}_{k}"],
-                        peaks[f"{kind}_{k}"],
-                        f"peak of the curve, {name}",
-                        None,
-                        INSTANT,
-                    )
-                )
+        assumption = f"peak of the curve, {name}"
+        for (kind, k), value in zip(CASES, peaks.values(), strict=True):
+            quantity = f"{WORDS[kind]}, d = {known[f'clearance_{k}_mm'].value:g} mm"
+            section.rows.append(Row(quantity, known[f"{kind}_{k}"], value, assumption, None, INSTANT))
     head = ("fit", "Z [mm]", "ζ", "μ_i", "γ_F", "rms deviation")
     lines: list[tuple[object, ...]] = [
         (
@@ -124,14 +118,10 @@ def table_3_rubbing(solve: Solve, quick: bool) -> Section:
         for name, each in fitted.items()
     ]
     section.tables.append((head, lines))
-    labels = [
-        f"{kind}\n{known[f'clearance_{k}_mm'].value:g} mm"
-        for kind in ("particle", "hybrid")
-        for k in CAVITIES
-    ]
-    measured = [known[f"{kind}_{k}"].value for kind in ("particle", "hybrid") for k in CAVITIES]
     section.figures["table-3-friction.png"] = draw_numbers(
-        labels, measured, {n: list(p.values()) for n, p in found.items()}
+        [f"{kind}\n{known[f'clearance_{k}_mm'].value:g} mm" for kind, k in CASES],
+        [known[f"{kind}_{k}"].value for kind, k in CASES],
+        {name: list(peaks.values()) for name, peaks in found.items()},
     )
     rubbing = found["with friction of the particle"]
     section.words = [

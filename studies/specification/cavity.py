@@ -1,9 +1,11 @@
 """How the cavity of a particle lies and what it is made of: what acts on the particle between impacts."""
 
 from dataclasses import dataclass
-from math import cos, pi, radians, sin
 
-from damperlab.studies.physical import STANDARD_GRAVITY
+import numpy as np
+
+from damperlab.studies.physical import DERIVATIONS
+from damperlab.studies.variables import BEFORE
 
 
 @dataclass(frozen=True)
@@ -28,10 +30,15 @@ class Cavity:
 
     def ratios(self, natural_frequency_hz: float, base_amplitude_m: float) -> tuple[float, float]:
         """Give κ and G under a base amplitude, or a static displacement."""
-        weight = STANDARD_GRAVITY / ((2.0 * pi * natural_frequency_hz) ** 2 * base_amplitude_m)
-        lying = 0.0 if self.tilt_deg == 90.0 else cos(radians(self.tilt_deg))
-        friction = self.particle_friction_coefficient * weight * lying
-        return friction, weight * sin(radians(self.tilt_deg))
+        given = {
+            "natural_frequency_hz": natural_frequency_hz,
+            "base_amplitude_m": base_amplitude_m,
+            "particle_friction_coefficient": self.particle_friction_coefficient,
+            "tilt_deg": self.tilt_deg,
+        }
+        of = {name: np.array([value]) for name, value in given.items()}
+        friction, gravity = (float(DERIVATIONS[name].values(of)[0]) for name in BEFORE)
+        return friction, gravity
 
 
 LEVEL = Cavity()

@@ -69,7 +69,7 @@ def finer(document: dict[str, Any]) -> Study:
 
 def solved(study: Study) -> xr.Dataset:
     """Compute a study here; the cube as the store would give it, of its attributes the definition."""
-    values = solve_block(study, Block(0, (0,) * 6, study.shape))
+    values = solve_block(study, Block.whole(study.shape))
     return xr.Dataset(
         {name: (DIMENSIONS, array) for name, array in values.items()},
         study.coordinates,

@@ -17,7 +17,7 @@ REPORT = {"created": "", "version": "", "kernels": "", "quick": False, "seconds"
 
 
 def solve(study: Study) -> xr.Dataset:
-    values = solve_block(study, Block(0, (0,) * len(study.shape), study.shape))
+    values = solve_block(study, Block.whole(study.shape))
     return xr.Dataset({name: (DIMENSIONS, array) for name, array in values.items()}, study.coordinates)
 
 

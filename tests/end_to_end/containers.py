@@ -64,7 +64,7 @@ class Containers:
         assert process.wait(SECONDS) == 0, self.log(name).read_text()
 
     def kill(self) -> None:
-        """End whatever runs still, what was started last first."""
+        """End what still runs, in the reverse order of its start."""
         for process in reversed(self.running.values()):
             process.kill()
             process.wait()

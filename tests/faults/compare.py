@@ -25,7 +25,7 @@ def compare(store: Store, record: Record, study: Study, report: Report) -> None:
     report.counts_wrong += not _sums_agree(store, record)
     report.damaged_blocks += sum(1 for _ in verify(store, record))
     cube = store.cube(record.id)
-    whole = solve_block(study, Block(0, (0,) * 6, study.shape))
+    whole = solve_block(study, Block.whole(study.shape))
     report.unequal_variables += sum(
         name != "run_time" and cube[name].values.tobytes() != np.asarray(values).tobytes()
         for name, values in whole.items()

@@ -60,7 +60,7 @@ class Watching(ABC):
     def suffer(self, faults: Iterable[str], between: tuple[float, float], patience: float) -> None:
         """Let faults happen, one after the other, and every study end within `patience` seconds."""
         # a worker that is killed again and again before it has compiled would never get anywhere
-        solve_block(study_of(0, 2), Block(0, (0,) * 6, (1, 1, 1, 1, 1, 2)))
+        solve_block(study_of(0, 2), Block.whole((1, 1, 1, 1, 1, 2)))
         happened: Counter[str] = Counter()
         for fault in faults:
             # some come while what the last one ended still starts, most after that

@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 Floats = NDArray[np.float64]
 
 TIE = 1e-7
-"""Time after a tie at which the bodies that move on are told apart."""
+"""How long after an event with equal velocities the motion is looked at, to tell which bodies slip."""
 STEP = 1e-4
 """Time by which they then move on, before events are looked for again."""
 

@@ -76,7 +76,7 @@ def test_the_unit_of_length_and_of_mass_do_not_matter(
     other = parse_study(study(2.0**length, 2.0**mass))
     for name, values in one.coordinates.items():
         assert np.array_equal(values, other.coordinates[name]), name
-    block = Block(0, (0,) * 6, (1,) * 6)
+    block = Block.whole((1,) * 6)
     found, again = solve_block(one, block), solve_block(other, block)
     for name, values in found.items():
         if name != "run_time":

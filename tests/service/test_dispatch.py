@@ -180,7 +180,7 @@ def test_no_exception_ends_dispatching(
         try:
             record = submitted(store)
             dispatcher.wake()
-            # what was asked once more went as far as the cluster
+            # the repeated requests reached the cluster
             assert "a defect" in str(ended(store, record.id).message)
             assert store.raised == 1
             assert [each.failures for each in dispatcher.backgrounds] == [1, 0, 0]

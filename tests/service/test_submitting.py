@@ -214,7 +214,7 @@ def test_many_small_studies_are_run_together_to_the_same_bits(
     store = Store.open(tmp_path / "data")
     for document, study in zip(every, studies, strict=True):
         asked = parse_study(document)
-        whole = solve_block(asked, Block(0, (0,) * 6, asked.shape))
+        whole = solve_block(asked, Block.whole(asked.shape))
         cube = store.cube(study.id)
         for name, values in whole.items():
             if name != "run_time":

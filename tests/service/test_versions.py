@@ -73,7 +73,7 @@ def test_outdated_results_are_flagged_and_recomputed_beside(
 def test_a_study_is_gone_at_once_and_its_files_after_it(
     client: httpx.Client, service: Any, helpers: Any
 ) -> None:
-    """Whatever is removed already, each question is answered that the study is gone."""
+    """Every question answers that the study is gone, however much of it is removed already."""
     axes = {"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 2_000}}
     study = {**helpers.CURVE, "axes": axes, "damping_ratio": {"start": 0.01, "stop": 0.3, "num": 10}}
     record = client.post(STUDIES, json=study).raise_for_status().json()

@@ -14,7 +14,7 @@ from damperlab.worker.ground.block import solve_suite_block
 
 def solved(study: Study | Suite) -> xr.Dataset:
     """Give the cube of a study; records are those that come back from a store with it."""
-    block = Block(0, (0,) * len(study.shape), study.shape)
+    block = Block.whole(study.shape)
     if isinstance(study, Suite):
         files = study.attachments()
         values = solve_suite_block(study, block, lambda source: source.read(files[source.key]))

@@ -30,7 +30,7 @@ WEIGHT = 9.80665 / ((2 * np.pi * 6) ** 2 * 0.003)
 
 
 def solved(study: Study) -> xr.Dataset:
-    values = solve_block(study, Block(0, (0,) * len(study.shape), study.shape))
+    values = solve_block(study, Block.whole(study.shape))
     data = {name: (tuple(study.coordinates), array) for name, array in values.items()}
     return xr.Dataset(data, study.coordinates, {"study": json.dumps(study.document())})
 

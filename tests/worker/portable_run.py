@@ -13,7 +13,6 @@ from damperlab.studies.fit.measured import Measurement
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi
 from damperlab.studies.ground.sweep import Sweep
 from damperlab.studies.plan import Block
-from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.block import solve_block
 from damperlab.worker.fit.estimate import fit_response
 from damperlab.worker.fit.history.estimate import fit_history
@@ -48,7 +47,7 @@ def closed_forms() -> Iterator[tuple[str, str]]:
     for excitation in ("base", "force"):
         document = {"axes": axes, "damping_ratio": 0.02, "particle": False, "excitation": excitation}
         study = parse_harmonic(document)
-        block = solve_block(study, Block(0, (0,) * len(DIMENSIONS), study.shape))
+        block = solve_block(study, Block.whole(study.shape))
         yield f"linear, {excitation}", of(*(block[name] for name in sorted(block) if name != "run_time"))
 
 

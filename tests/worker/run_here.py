@@ -47,7 +47,7 @@ def submit(store: Store, study: Study | None = None, chunk: tuple[int, ...] = CH
 
 def of_one_piece(store: Store, study_id: str, study: Study) -> bool:
     """Whether a cube has the bits of one block that holds everything and is solved undisturbed, run times aside."""
-    whole = solve_block(study, Block(0, (0,) * len(study.shape), study.shape))
+    whole = solve_block(study, Block.whole(study.shape))
     cube = store.cube(study_id)
     return bits_of(whole) == bits_of({name: cube[name].values for name in whole})
 

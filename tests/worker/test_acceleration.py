@@ -252,7 +252,7 @@ def test_a_study_stores_the_acceleration_where_it_asks_for_it() -> None:
         ASKED | {"metrics": ["acceleration_ratio", "acceleration_ratio_rms", "amplitude_ratio"]}
     )
     assert {scene.purpose for scene in scenes(study)} == {"acceleration"}
-    found = solve_block(study, Block(0, (0,) * 6, study.shape))
+    found = solve_block(study, Block.whole(study.shape))
     for (i, gamma), (j, r) in itertools.product(enumerate((0.0, 0.3)), enumerate((0.6, 0.95))):
         peak, rms = (
             found[name][0, 0, 0, 0, i, j] for name in ("acceleration_ratio", "acceleration_ratio_rms")

@@ -23,7 +23,7 @@ def study_of(physical: dict[str, Any], **more: Any) -> Study:
 
 
 def solve(study: Study) -> dict[str, np.ndarray]:
-    return solve_block(study, Block(0, (0,) * len(study.shape), study.shape))
+    return solve_block(study, Block.whole(study.shape))
 
 
 @pytest.fixture(scope="module")

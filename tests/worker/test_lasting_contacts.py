@@ -218,7 +218,7 @@ def test_a_study_with_a_contact_time_by_name_answers_as_the_point_alone(model: s
     contact = {"model": model, "contact_time": "paper_soft_real"}
     study = parse_study({"damping_ratio": 0.02, "axes": axes, "contact": contact})
     assert study.document()["contact"]["contact_time"] == pytest.approx(5.0 * pi * 0.02055, rel=1e-15)
-    found = solve_block(study, Block(0, (0,) * 6, study.shape))
+    found = solve_block(study, Block.whole(study.shape))
     assert np.isfinite(found["amplitude_ratio"]).all()
     for friction in (0.0, 0.4):
         particle = lasting(model, 2.0, 0.47, 0.1, CONTACT_TIMES["paper_soft_real"].contact_time)

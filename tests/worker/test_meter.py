@@ -83,7 +83,7 @@ def test_a_study_without_energies_stores_the_same_bits() -> None:
     lean = [name for name in STANDARD if name not in INTEGRATED and name != "run_time"]
     every = parse_study(document)
     some = parse_study(document | {"metrics": lean})
-    block = Block(0, (0,) * 6, every.shape)
+    block = Block.whole(every.shape)
     expected, found = solve_block(every, block), solve_block(some, block)
     assert set(expected) - set(found) == (INTEGRATED & set(STANDARD)) | {"run_time"}
     for name, values in found.items():

@@ -98,7 +98,7 @@ def test_the_report_on_accuracy_compiles_nothing_more() -> None:
 )
 def test_a_block_compiles_nothing_more(more: dict[str, object]) -> None:
     study = _study(more)
-    block = Block(0, (0,) * 6, study.shape)
+    block = Block.whole(study.shape)
     assert compiled_by(lambda: solve_block(study, block), scenes(study)) == 0
 
 

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from damperlab.studies.fit.fitted import Fitted
 from damperlab.studies.plan import Block
-from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.block import solve_block
 
 VALUES = 161
@@ -42,6 +41,6 @@ def curves_of(fitted: Fitted) -> list[Curve]:
         given = question.given(fitted.values, conditions)
         ratios = band / given["natural_frequency_hz"] if question.measured.in_hertz else band
         study = question.study(given, ratios.tolist())
-        block = solve_block(study, Block(0, (0,) * len(DIMENSIONS), study.shape))
+        block = solve_block(study, Block.whole(study.shape))
         found.append(Curve(band, block["amplitude_ratio"].reshape(-1) * question.scale(given)))
     return found

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.plan import Block
-from damperlab.studies.variables import DIMENSIONS, Status
+from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.scenes import Scene, scenes
 
@@ -51,7 +51,7 @@ def responses_at(question: FitQuestion, values: Mapping[str, float]) -> Response
         given = question.given(values, conditions)
         ratios, place = np.unique(question.ratios(given, rows), return_inverse=True)
         study = question.study(given, ratios.tolist())
-        block = solve_block(study, Block(0, (0,) * len(DIMENSIONS), study.shape))
+        block = solve_block(study, Block.whole(study.shape))
         solved = {name: column.reshape(-1)[place] for name, column in block.items()}
         good = np.isfinite(solved["amplitude_ratio"]) & (solved["status"] <= Status.MAX_CYCLES)
         scale = question.scale(given)

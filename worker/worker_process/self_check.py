@@ -43,7 +43,7 @@ def wrong_answers(solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve
         What computes a block.
     """
     study = known_study()
-    values = solve(study, Block(0, (0,) * 6, study.shape))[_METRIC].ravel()
+    values = solve(study, Block.whole(study.shape))[_METRIC].ravel()
     wrong = [
         f"{value:.9g} in place of {truth:.9g} at friction ratio {friction:g}"
         for value, (friction, truth) in zip(values, KNOWN.items(), strict=True)

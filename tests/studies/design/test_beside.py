@@ -1,4 +1,4 @@
-"""What is told beside the recommended damper: other amplitudes, drawn builds, other masses; single points and brute force."""
+"""What stands beside the recommended damper, against single points and brute force: other amplitudes, builds and masses."""
 
 import json
 import math

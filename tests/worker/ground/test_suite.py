@@ -53,7 +53,7 @@ def solved(suite: Suite, block: Block) -> dict[str, np.ndarray]:
 
 def test_every_point_is_its_single_run_in_whatever_block() -> None:
     suite = suite_of()
-    whole = solved(suite, Block(0, (0,) * 8, suite.shape))
+    whole = solved(suite, Block.whole(suite.shape))
     assert whole["status"].shape == (2, 2, 1, 2, 1, 1, 3, 2)
     assert list(whole) == list(suite.metrics)
     plan = plan_with_chunk(suite, (2, 1, 1, 2, 1, 1, 2, 1), seconds_per_point)
@@ -75,7 +75,7 @@ def test_every_point_is_its_single_run_in_whatever_block() -> None:
         whole["peak_relative_displacement_highest_m"][at] == over["peak_relative_displacement_m"]["highest"]
     )
     assert whole["energy_residual"].max() < 1e-9
-    other = solved(suite_of(seed=1), Block(0, (0,) * 8, suite.shape))
+    other = solved(suite_of(seed=1), Block.whole(suite.shape))
     np.testing.assert_array_equal(other["impacts"], whole["impacts"])
     assert (other["growth"] != whole["growth"]).any()
 
@@ -84,7 +84,7 @@ def test_known_points_are_left_out() -> None:
     suite = suite_of(starts=0)
     known = np.zeros(suite.shape, bool)
     known[0] = True
-    block = Block(0, (0,) * 8, suite.shape)
+    block = Block.whole(suite.shape)
     values = solve_suite_block(suite, block, lambda source: suite.motions[source.id], known)
     assert (values["status"][0] == Status.NOT_COMPUTED).all()
     assert (values["status"][1] == Status.CONVERGED).all()
@@ -94,7 +94,7 @@ def test_scaled_with_its_design_a_suite_repeats() -> None:
     """The point of scale 3 with three times the clearance and the force is the point of scale 1, three times as large."""
     axes = {"scale": [1, 3], "clearance_m": [0.005, 0.015], "friction_force_n": [0.3, 0.9]}
     suite = suite_of(records=["el-centro"], axes=axes, starts=0)
-    peak = solved(suite, Block(0, (0,) * 8, suite.shape))["peak_relative_displacement_m"].squeeze()
+    peak = solved(suite, Block.whole(suite.shape))["peak_relative_displacement_m"].squeeze()
     assert peak[1, 1, 1] == pytest.approx(3 * peak[0, 0, 0], rel=1e-12)
 
 
@@ -103,7 +103,7 @@ def test_a_contact_time_is_the_particles_stay_on_the_wall() -> None:
     """As it goes to zero, dwelling becomes the rebound at once; the structure's frequency is its unit."""
     axes = {"natural_frequency_hz": [1.5, 2.5], "clearance_m": 0.001, "scale": 3}
     instant, brief, long = (
-        solved(suite_of(axes=axes, starts=0, contact=contact), Block(0, (0,) * 8, (2, 2, *(1,) * 6)))
+        solved(suite_of(axes=axes, starts=0, contact=contact), Block.whole((2, 2, *(1,) * 6)))
         for contact in (
             {"model": "instant"},
             {"model": "dwell", "contact_time": 1e-9},
@@ -151,14 +151,12 @@ def test_a_suite_goes_on_from_half_without_the_folder_of_records(
     second = run_here(store, second.id)
     assert (second.state, second.points_reused, second.points_done) == ("done", 24, 36)
     taken = store.cube(second.id)
-    afresh = solve_suite_block(
-        wider, Block(0, (0,) * 8, wider.shape), lambda source: wider.motions[source.id]
-    )
+    afresh = solve_suite_block(wider, Block.whole(wider.shape), lambda source: wider.motions[source.id])
     for name, values in afresh.items():
         assert taken[name].values.tobytes() == values.tobytes(), name
     assert (record.state, record.points_done, record.points_failed) == ("done", 48, 0)
     cube = store.cube(record.id)
-    whole = solved(suite, Block(0, (0,) * 8, suite.shape))
+    whole = solved(suite, Block.whole(suite.shape))
     for name, values in whole.items():
         assert cube[name].values.tobytes() == values.tobytes(), name
 

@@ -82,7 +82,7 @@ def test_a_continuation_hands_on_the_motion_where_the_displacement_of_the_base_i
     }
     study = parse_study({"physical": physical, "start": {"kind": "continuation", "direction": "up"}})
     assert isinstance(study, Study)
-    block = Block(0, (0,) * len(study.shape), study.shape)
+    block = Block.whole(study.shape)
     found = solve_block(study, block)
     points = block_points(study, block)
     (_, zeta, r, friction, particle), (last, _, r_now, friction_now, particle_now) = list(

@@ -34,7 +34,7 @@ def study_of(start: Any, **axes: Any) -> Study:
 
 
 def solve(study: Study) -> dict[str, np.ndarray]:
-    return solve_block(study, Block(0, (0,) * 6, study.shape))
+    return solve_block(study, Block.whole(study.shape))
 
 
 def assert_same_bits(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> None:
