@@ -1,7 +1,7 @@
 """One design point on request: read from a document, bounded in what it may cost, and put into a document."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.choices import CompliantContact, Contact, DwellContact
-from damperlab.studies.consistency import compliant_fault
+from damperlab.studies.consistency import compliant_fault, rubbing_faults
 from damperlab.studies.contact import parse_contact
 from damperlab.studies.faults import (
     NOTHING,
@@ -122,15 +122,9 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
             else:
                 ratios[name] = _caught(faults, RATIOS[name].read, given[name], name, 1.0)
         elif name in document:
-            faults.append(
-                Fault(
-                    name,
-                    describe(document[name]),
-                    "nothing in a scene without a particle",
-                    "leave it out",
-                    "{field} does not apply to a scene without a particle.",
-                )
-            )
+            told = "{field} does not apply to a scene without a particle."
+            allowed = "nothing in a scene without a particle"
+            faults.append(Fault(name, describe(document[name]), allowed, "leave it out", told))
     slowness = max(1.0, 1.0 / ratios.get("frequency_ratio", 1.0))
     most = max(1, int(cycles_limit / slowness))
     longest = max(1, int(HISTORY_PERIODS / slowness))
@@ -156,9 +150,11 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         _caught(faults, each.read, document.get(each.name, 0.0), each.name, 0.0)
         for each in (PARTICLE_FRICTION_RATIO, GRAVITY_RATIO)
     )
+    takes_time = isinstance(contact, DwellContact | CompliantContact)
+    beside = {"no_particle": not has_particle, "contact": takes_time, "rk4": method == "rk4"}
     for name, value in ((PARTICLE_FRICTION_RATIO.name, drags), (GRAVITY_RATIO.name, falls)):
         if value > 0.0:
-            faults += _faults_of_rubbing(name, value, has_particle, contact, method)
+            faults += rubbing_faults(name, describe(value), beside)
     if isinstance(contact, CompliantContact) and has_particle:
         fault = compliant_fault(ratios["restitution"], "restitution")
         faults.extend([fault] if fault else [])
@@ -215,23 +211,6 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         forced=excitation == "force",
     )
     return Asked(design, cycles, history, samples, method, starts, seed)
-
-
-def _faults_of_rubbing(
-    name: str, value: float, has_particle: bool, contact: Contact | None, method: object
-) -> Iterator[Fault]:
-    """Name what friction of a particle, or gravity, cannot be combined with."""
-    found = describe(value)
-    if not has_particle:
-        allowed = "nothing in a scene without a particle"
-        yield Fault(
-            name, found, allowed, "leave it out", "{field} does not apply to a scene without a particle."
-        )
-    if method == "rk4":
-        yield Fault(name, found, "0 with method rk4", "write `method: event`")
-    if isinstance(contact, DwellContact | CompliantContact):
-        told = f"{{field}} is computed with instantaneous contact alone, and contact is {contact.model}."
-        yield Fault(name, found, f"0 with contact {contact.model}", "leave out one of the two", told)
 
 
 def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """The short answer to a question: what to do, what comes second, and one next step. Everything else is detail."""
 
+import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
@@ -70,6 +71,11 @@ class Brief:
         """Give it as plain data."""
         found = asdict(self)
         return found | {"sentences": list(self.sentences), "rows": [list(row) for row in self.rows]}
+
+
+def command(verb: str, name: str, options: str = "") -> str:
+    """Write a command about a study as a shell takes it; `STUDY` stands for one without a name."""
+    return f"damperlab {verb} {shlex.quote(name) if name else 'STUDY'} {options}".rstrip()
 
 
 def listed(words: Iterable[str]) -> str:

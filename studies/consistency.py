@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, is_axis, over_amplitudes
+from damperlab.studies.amplitudes import RATIOS_OF, is_axis, over_amplitudes
 from damperlab.studies.axes import MAX_AXIS_VALUES
 from damperlab.studies.faults import Fault, counted, describe
-from damperlab.studies.kinds import SOURCES, before_of
+from damperlab.studies.kinds import before_of
 from damperlab.studies.physical import DERIVATIONS, Derivation, derivations, physical_faults
 from damperlab.studies.quantity import RATIOS
 from damperlab.studies.variables import (
@@ -27,9 +27,6 @@ BESIDE_AXES = ("damping_ratio", *BEFORE)
 MAX_POINTS = 1_000_000_000
 """Design points of one study."""
 
-"""Dimensions that a scene without a particle does not have: length 1, value 0."""
-
-
 LEAST_COMPLIANT = 1e-6
 """Smallest e of a compliant wall: less takes a dashpot whose rates differ by more than double precision tells apart."""
 
@@ -45,6 +42,34 @@ def compliant_fault(restitution: float, field: str) -> Fault | None:
         allowed,
         "write a larger e, or contact dwell or instant, which support e = 0",
     )
+
+
+NOT_WITH_RUBBING = {
+    "no_particle": ("a scene without a particle", "leave it out"),
+    "contact": ("a contact that takes time", "leave out one of the two"),
+    "rk4": ("method rk4", "use method event"),
+    "amplitudes": ("several base amplitudes", "submit one study for each base amplitude"),
+    "constant": ("a constant base velocity or acceleration", "give `base_amplitude_m`"),
+    "records": ("an excitation by records", "give a band of frequencies alone"),
+    "ratios": ("a specification in ratios", "give the structure and its excitation in units"),
+}
+"""What friction of a particle, and gravity along its cavity, are not computed with, and what to do."""
+
+
+def rubbing_faults(field: str, found: str, beside: Mapping[str, bool]) -> Iterator[Fault]:
+    """Name what friction of a particle, or gravity, stands beside though it is not computed with it.
+
+    Parameters
+    ----------
+    field, found : str
+        Where the friction or the tilt is given, and what.
+    beside : mapping of bool
+        What stands beside it, by the names of `NOT_WITH_RUBBING`.
+    """
+    for name in (name for name, stands in beside.items() if stands):
+        words, advice = NOT_WITH_RUBBING[name]
+        told = f"{{field}} cannot be combined with {words}."
+        yield Fault(field, found, f"nothing beside {words}", advice, told)
 
 
 def assumed(document: Mapping[str, Any]) -> tuple[str, ...]:
@@ -159,7 +184,7 @@ def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
 
 def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
     """What does not go with a particle that rubs or falls, and what needs one."""
-    before, metrics = before_of(document), document.get("metrics")
+    before, metrics = before_of({**document, "particle": True}), document.get("metrics")
     for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
         needs = isinstance(name, str) and name in VARIABLES and VARIABLES[name].rubbing
         if needs and PARTICLE_FRICTION not in before:
@@ -170,28 +195,24 @@ def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
             )
     if not before:
         return
-    what = " and ".join(before)
-    contact = document.get("contact")
-    model = contact.get("model", "instant") if isinstance(contact, dict) else "instant"
-    if model != "instant":
-        told = f"{{field}} is {model}, but {what} can be given with instantaneous contact alone."
-        yield Fault("contact.model", f"{model}", f"instant with {what}", "leave `contact` out", told)
-    if _is_stepped(document):
-        told = f"{{field}} is rk4, which does not compute {what}."
-        yield Fault("solver.method", "rk4", f"event with {what}", "leave `solver` out", told)
     physical = document.get("physical")
     physical = physical if isinstance(physical, dict) else {}
-    if over_amplitudes(physical, particle=True):
-        told = f"{{field}} is an axis, and {what} would change with it."
-        advice = "submit one study for each base amplitude"
-        yield Fault(f"physical.{AMPLITUDE}", "an axis", f"a single number with {what}", advice, told)
-    tilt = SOURCES[GRAVITY]
-    if is_axis(physical.get(tilt)) and physical.get(SOURCES[PARTICLE_FRICTION]) is not None:
+    contact = document.get("contact")
+    beside = {
+        "no_particle": document.get("particle", True) is False,
+        "contact": isinstance(contact, dict) and contact.get("model", "instant") != "instant",
+        "rk4": _is_stepped(document),
+        "amplitudes": over_amplitudes(physical, particle=True),
+    }
+    for name in before:
+        source = DERIVATIONS[name].source
+        field = name if document.get(name) is not None else f"physical.{source}"
+        yield from rubbing_faults(field, describe(document.get(name, physical.get(source))), beside)
+    friction, tilt = (DERIVATIONS[name].source for name in (PARTICLE_FRICTION, GRAVITY))
+    if is_axis(physical.get(tilt)) and physical.get(friction) is not None:
         told = f"{{field}} is an axis that changes {' and '.join(BEFORE)} together, but an axis may change one ratio only."
         advice = "submit one study for each tilt"
-        yield Fault(
-            f"physical.{tilt}", "an axis", f"a single number with {SOURCES[PARTICLE_FRICTION]}", advice, told
-        )
+        yield Fault(f"physical.{tilt}", "an axis", f"a single number with {friction}", advice, told)
 
 
 def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[Fault]:

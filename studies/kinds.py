@@ -14,7 +14,8 @@ from damperlab.studies.ground.variables import DAMPER as SUITE_DAMPER
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
-from damperlab.studies.variables import BEFORE, DIMENSIONS, GRAVITY, PARTICLE_FRICTION, VARIABLES, Variable
+from damperlab.studies.physical import DERIVATIONS
+from damperlab.studies.variables import BEFORE, DIMENSIONS, VARIABLES, Variable
 
 
 @dataclass(frozen=True)
@@ -154,10 +155,6 @@ def kind_of_definition(definition: Mapping[str, Any]) -> Kind:
     return AMPLITUDES if crossed else HARMONIC
 
 
-SOURCES = {PARTICLE_FRICTION: "particle_friction_coefficient", GRAVITY: "tilt_deg"}
-"""What of a physical block makes the dimensions that only some studies have."""
-
-
 def before_of(definition: Mapping[str, Any]) -> tuple[str, ...]:
     """Name the dimensions that a harmonic study has before the others, by its definition."""
     physical = definition.get("physical")
@@ -165,7 +162,9 @@ def before_of(definition: Mapping[str, Any]) -> tuple[str, ...]:
     if definition.get("particle", True) is False:
         return ()
     return tuple(
-        name for name in BEFORE if definition.get(name) is not None or given.get(SOURCES[name]) is not None
+        name
+        for name in BEFORE
+        if definition.get(name) is not None or given.get(DERIVATIONS[name].source) is not None
     )
 
 

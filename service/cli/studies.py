@@ -9,7 +9,7 @@ from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_alone,
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.store import label, open_store
-from damperlab.studies.kinds import SOURCES
+from damperlab.studies.physical import DERIVATIONS
 from damperlab.studies.store.provenance import COARSE_OF
 from damperlab.studies.variables import BEFORE
 from damperlab.studies.vocabulary import EXCITATIONS, STATES
@@ -285,9 +285,9 @@ def summary(record: "Record") -> str:
         lines.append(("records", ", ".join(records)))
     definition = record.definition
     given = {name: definition[name] for name in BEFORE if definition.get(name) is not None}
-    given |= {
-        name: value for name, value in (definition.get("physical") or {}).items() if name in SOURCES.values()
-    }
+    physical = definition.get("physical") or {}
+    sources = [DERIVATIONS[name].source for name in BEFORE]
+    given |= {name: value for name, value in physical.items() if name in sources}
     for axis, value in (given | definition.get("axes", {})).items():
         lines.append((str(axis), _spell_axis(value)))
     width = max(len(label) for label, _ in lines)

@@ -15,7 +15,7 @@ from damperlab.studies.ground.variables import DAMPER
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
 from damperlab.studies.kinds import AMPLITUDES as AMPLITUDES_KIND
-from damperlab.studies.kinds import HARMONIC, SOURCES, SUITE
+from damperlab.studies.kinds import HARMONIC, SUITE
 from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
 from damperlab.studies.remarks import TAG, TAG_WORDS
 from damperlab.studies.rounding import ROUNDING, ROUNDING_WORD
@@ -37,7 +37,7 @@ from damperlab.studies.unit_names import (
     RESULT_NAMES,
     SPEED,
 )
-from damperlab.studies.variables import DIMENSION_NAMES, DIMENSIONS, SYMBOLS
+from damperlab.studies.variables import BEFORE, DIMENSION_NAMES, DIMENSIONS, SYMBOLS
 from damperlab.studies.vocabulary import (
     ACCELERATION_UNITS,
     CONTACT_MODELS,
@@ -72,10 +72,10 @@ def _words() -> dict[str, Any]:
     return {
         "symbols": SYMBOLS,
         "dimensions": DIMENSIONS,
-        "before": SOURCES,
+        "before": {name: DERIVATIONS[name].source for name in BEFORE},
         "names": {name: _capital(words) for name, words in DIMENSION_NAMES.items()} | _names_in_si(),
         "of_particle": OF_PARTICLE,
-        "axes": (*HARMONIC.axes, *SOURCES),
+        "axes": (*HARMONIC.axes, *BEFORE),
         "tag_pattern": TAG.pattern,
         "tag_words": TAG_WORDS,
         "suite_axes": SUITE.axes,

@@ -25,7 +25,7 @@ from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.answers.verdict import HELD
-from damperlab.studies.brief import Brief, listed
+from damperlab.studies.brief import Brief, command, listed
 from damperlab.studies.definition import Study
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.field import At
@@ -122,9 +122,7 @@ def refine_optimum(
     if more > budget:
         note = f"{words} The budget of {budget:,} points is spent, so nothing further is computed. {say_spent(spent)}"
         left = (*short.sentences[:2], f"Not settled: the budget of {budget:,} points is spent.")
-        short = replace(
-            short, sentences=left, next=f"damperlab refine {study.name or 'STUDY'} --budget {4 * budget}"
-        )
+        short = replace(short, sentences=left, next=command("refine", study.name, f"--budget {4 * budget}"))
         return replace(answer, note=f"Not known: {note[0].lower()}{note[1:]}", brief=short)
     note = (
         f"{words} {counted(points, 'point')} in {counted(len(studies), 'follow-up')} next. {say_spent(spent)}"
@@ -160,9 +158,9 @@ def _brief(
     if cube.sizes[FREQUENCY] == 1:
         danger = f"Only {phrases.equal(FREQUENCY, found[FREQUENCY], '.10g')} was computed: beside it this damper may resonate."
     sentences = (danger, f"{value} at {design}{inside}", f"Known to {known} after {points:,} points.")
-    following = f"{', '.join(beyond)}." if beyond else f"damperlab tmd {study.name or 'STUDY'}"
+    following = f"{', '.join(beyond)}." if beyond else command("tmd", study.name)
     if clamped:
-        following = f"damperlab refine {study.name or 'STUDY'} --exclude-locked"
+        following = command("refine", study.name, "--exclude-locked")
     return Brief(None, sentences, (), following)
 
 

@@ -1,6 +1,5 @@
 """Which is better, a study's damper or a tuned mass damper: the short answer, and what of it is known."""
 
-import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,10 +8,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.band import FREQUENCY
+from damperlab.studies.answers.excited import name_of
 from damperlab.studies.answers.hidden_peak import advised_axis, hidden, may_hide
 from damperlab.studies.answers.phrases import AMPLITUDE, Phrases
 from damperlab.studies.answers.verdict import say_next
-from damperlab.studies.brief import Brief, Damper, damper_of
+from damperlab.studies.brief import Brief, Damper, command, damper_of
 from damperlab.studies.variables import ResponseClass, Status
 
 
@@ -53,7 +53,7 @@ def brief_of(cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], 
     """
     found: dict[str, Any] = answer.attrs
     r = answer[FREQUENCY].values
-    name = json.loads(cube.attrs.get("study", "{}")).get("name") or "STUDY"
+    study = name_of(cube)
     if r.size == 1:
         told = f"Only {phrases.equal(FREQUENCY, r[0], '.10g')} was computed, so nothing is said about which damper is better."
         return Brief(None, (told,), (), say_next(phrases))
@@ -61,12 +61,11 @@ def brief_of(cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], 
     theirs = phrases.value(AMPLITUDE, found["tmd_peak"], ".3g")
     missing = _missing(answer)
     if np.isnan(found["ratio"]):
-        return Brief(
-            None, (f"No value of this damper's curve is known: {missing}.",), (), f"damperlab run {name}"
-        )
+        told = f"No value of this damper's curve is known: {missing}."
+        return Brief(None, (told,), (), command("run", study))
     damper: Damper | None = None
     where = _hidden(answer)
-    following = f"damperlab tmd {name} --detuning 0.02"
+    following = command("tmd", study, "--detuning 0.02")
     if np.isinf(found["hybrid_peak"]):
         at = phrases.equal(FREQUENCY, found["hybrid_peak_at"])
         damper, ours = "tuned_mass_damper", "grows without bound"

@@ -1,6 +1,5 @@
 """What a ranking comes to: which damper, its value, where that breaks; what comes second, and what to compute next."""
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,12 +11,12 @@ import xarray as xr
 from damperlab.studies.answers.contenders import CONFIDENCE, chance_of_another, contend
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.ends import end_of
-from damperlab.studies.answers.excited import excitation_of
+from damperlab.studies.answers.excited import excitation_of, name_of
 from damperlab.studies.answers.flatness import flatness
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.ranked_peaks import RankedPeaks
-from damperlab.studies.brief import PLACES, Brief, Damper, Note, damper_of, listed, notes_document
+from damperlab.studies.brief import PLACES, Brief, Damper, Note, command, damper_of, listed, notes_document
 from damperlab.studies.faults import counted
 from damperlab.studies.tmd.transfer import highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
@@ -335,9 +334,9 @@ class _Known:
         return [(name, self._value(self.best, phrases), self._design(self.best, phrases))]
 
     def _next(self, phrases: Phrases) -> str:
-        name = json.loads(self.cube.attrs.get("study", "{}")).get("name") or "STUDY"
+        study = name_of(self.cube)
         if self.complete < 1:
-            return f"damperlab run {name}"
+            return command("run", study)
         if self.peaks.where.any():
             return f"compute {self.peaks.axis(phrases)}."
         ends = _ends(self.cube, self.lead_flat)
@@ -347,11 +346,7 @@ class _Known:
                 for dimension, (end, value) in ends.items()
             )
             return f"{', '.join(beyond)}."
-        return (
-            f"damperlab refine {name}"
-            if any(entry["worse"] for entry in self.lead_flat)
-            else f"damperlab tmd {name}"
-        )
+        return command("refine" if any(entry["worse"] for entry in self.lead_flat) else "tmd", study)
 
     def _value(self, row: Row, phrases: Phrases) -> str:
         return phrases.measured(float(row["value"]), float(row["error"]), ".3g")
@@ -368,10 +363,10 @@ class _Known:
 
 def _none_left(cube: xr.Dataset, question: DesignQuestion, tally: Mapping[str, Any]) -> Brief:
     """Say why no design could be ranked."""
-    name = json.loads(cube.attrs.get("study", "{}")).get("name") or "STUDY"
+    study = name_of(cube)
     total, failed, waiting = (int(tally.get(key, 0)) for key in ("designs", "failed", "incomplete"))
     if total and waiting == total:
-        return Brief(None, ("No design is computed at every frequency yet.",), (), f"damperlab run {name}")
+        return Brief(None, ("No design is computed at every frequency yet.",), (), command("run", study))
     status = cube["status"].isel(question.axes).values if failed else np.zeros(0)
     if failed == total and (status == Status.UNBOUNDED).any():
         told = "Every design grows without bound: nothing takes out what the excitation puts in."
@@ -382,7 +377,7 @@ def _none_left(cube: xr.Dataset, question: DesignQuestion, tally: Mapping[str, A
         (total - failed - waiting, "left out by what was asked"),
     ]
     why = ", ".join(f"{count:,} {reason}" for count, reason in left_out if count > 0)
-    return Brief(None, (f"No design is left of {total:,}: {why}.",), (), f"damperlab show {name}")
+    return Brief(None, (f"No design is left of {total:,}: {why}.",), (), command("show", study))
 
 
 def say_next(phrases: Phrases) -> str:

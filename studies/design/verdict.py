@@ -26,7 +26,7 @@ from damperlab.studies.design.spelling import (
     rounded_up,
     spelled,
 )
-from damperlab.studies.physical import STANDARD_GRAVITY
+from damperlab.studies.physical import PARTICLE_FRICTION, STANDARD_GRAVITY, TILT
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.understood import unusual_specification
@@ -46,6 +46,8 @@ CALLED: dict[Damper, str] = {
     "tuned_mass_damper": "tuned mass damper",
     "no_damper": "without damper",
 }
+CAVITY = {PARTICLE_FRICTION.name, TILT.name}
+"""What a specification may say of it; where it says nothing the cavity lies, without friction."""
 NAMES = {
     "clearance_m": "clearance",
     "friction_force_n": "friction",
@@ -285,23 +287,25 @@ def _span(asked: Specification, name: str, low: float, high: float) -> str:
 
 
 def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
-    """Say what a particle is taken to do, and from which friction on it would do nothing."""
+    """Say how the cavity of a particle lies and rubs, and from which friction on the particle would do nothing."""
     asked, stated = found.asked, found.stated
-    if asked.cavity.acts:
-        lies = f"cavity tilted by {asked.cavity.tilt_deg:.3g}°" if asked.cavity.tilt_deg else "level cavity"
-        yield "given", f"{lies}, μ_i = {asked.cavity.particle_friction_coefficient:.3g}", ""
+    if CAVITY.intersection(asked.document):
+        cavity = asked.cavity
+        lies = f"cavity tilted by {cavity.tilt_deg:.3g}°" if cavity.tilt_deg else "lying"
+        yield "given", f"{lies}, μ_i = {cavity.particle_friction_coefficient:.3g}", ""
         return
-    if damper not in ("hybrid", "particle_alone"):
+    if not asked.choices["particle_mass_kg"].stop:
         return
     limit = ""
     if (
-        asked.in_units
+        damper in ("hybrid", "particle_alone")
+        and asked.in_units
         and asked.measure.name == "worst_displacement"
         and isfinite(stated.value * stated.frequency_ratio)
     ):
         speed = 2.0 * pi * stated.frequency_ratio * asked.structure.natural_frequency_hz
         limit = f"dead mass from about μ_i = {stated.value * speed**2 / STANDARD_GRAVITY:.2g}"
-    yield "assumed", "level cavity, particle without friction", limit
+    yield "assumed", "lying, frictionless", limit
 
 
 def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[str, str, str]]:

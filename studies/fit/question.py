@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.fit.columns import CONDITIONS
 from damperlab.studies.fit.measured import Measurement
-from damperlab.studies.kinds import SOURCES
-from damperlab.studies.physical import DERIVATIONS, QUANTITIES
+from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY, PARTICLE_FRICTION, QUANTITIES, TILT
 from damperlab.studies.portable import power
 from damperlab.studies.quantity import RATIOS, Quantity
 from damperlab.studies.vocabulary import OF_PARTICLE
@@ -21,7 +20,7 @@ from damperlab.studies.vocabulary import OF_PARTICLE
 RATIO_OF = {each.source: each.ratio for each in DERIVATIONS.values()}
 """The ratio that a quantity in units makes."""
 NAMED: dict[str, Quantity] = {name: each for name, each in RATIOS.items() if name != "frequency_ratio"} | {
-    each.name: each for each in QUANTITIES if each.name not in ("excitation_frequency_hz", *SOURCES.values())
+    each.name: each for each in QUANTITIES if each not in (EXCITATION_FREQUENCY, PARTICLE_FRICTION, TILT)
 }
 """Everything that may be known of a prototype, by name."""
 FREE: tuple[str, ...] = (*(name for name in NAMED if name not in ("mass_kg", "base_amplitude_m")),)

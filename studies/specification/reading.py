@@ -7,6 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from damperlab.studies.consistency import rubbing_faults
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, printable
 from damperlab.studies.ground.shelf import Shelf
@@ -234,17 +235,13 @@ class _Reader(LimitFields):
         if not cavity.acts:
             return LEVEL
         field = PARTICLE_FRICTION.name if cavity.particle_friction_coefficient else TILT.name
-        constant = any(each.motion.constant for each in excitations)
-        contact = any(choices["restitution"].contact_times_s)
-        for wrong, found, advice in (
-            (not self._in_units, "a specification in ratios", "give the structure and its excitation in units"),
-            (self._shaken_by_records, "an excitation by records", "give a band of frequencies alone"),
-            (constant, "a constant base velocity or acceleration", "give `base_amplitude_m`"),
-            (contact, "contacts that take time", "leave the contact time out"),
-        ):  # fmt: skip
-            if wrong:
-                told = f"{{field}} cannot be combined with {found}."
-                self._fault(field, found, "a displacement of the base, or a force, over a band", advice, told)
+        beside = {
+            "ratios": not self._in_units,
+            "records": self._shaken_by_records,
+            "constant": any(each.motion.constant for each in excitations),
+            "contact": any(choices["restitution"].contact_times_s),
+        }
+        self.faults.extend(rubbing_faults(field, describe(self.document[field]), beside))
         return cavity
 
     def _without_ratios(self, structure: Structure | None) -> None:

@@ -42,7 +42,6 @@ def solved(study: Study) -> xr.Dataset:
         ({"particle_friction_ratio": 0.2}, ("particle_friction_ratio",)),
         ({"gravity_ratio": [0, 1]}, ("gravity_ratio",)),
         ({"gravity_ratio": 1, "particle_friction_ratio": 0}, ("particle_friction_ratio", "gravity_ratio")),
-        ({"particle_friction_ratio": 0.2, "particle": False}, ()),
     ],
 )
 def test_a_dimension_is_there_only_where_a_study_has_it(
@@ -74,13 +73,14 @@ def test_a_coefficient_and_a_tilt_make_the_ratios() -> None:
     ("given", "field"),
     [
         ({"particle_friction_ratio": -1}, "particle_friction_ratio"),
-        ({"particle_friction_ratio": 1, "contact": {"model": "dwell", "contact_time": 0.1}}, "contact.model"),
-        ({"gravity_ratio": 1, "solver": {"method": "rk4"}}, "solver.method"),
+        ({"particle_friction_ratio": 1, "contact": {"model": "dwell", "contact_time": 0.1}}, "particle_friction_ratio"),
+        ({"gravity_ratio": 1, "solver": {"method": "rk4"}}, "gravity_ratio"),
+        ({"particle_friction_ratio": 0.2, "particle": False}, "particle_friction_ratio"),
         ({"metrics": ["dissipation_particle"]}, "metrics[0]"),
         ({"gravity_ratio": 1, "physical": {"tilt_deg": 10}}, "physical.tilt_deg"),
         ({"physical": {"tilt_deg": 91}}, "physical.tilt_deg"),
         ({"physical": {"tilt_deg": [0, 30], "particle_friction_coefficient": 0.1}}, "physical.tilt_deg"),
-        ({"physical": {"base_amplitude_m": [0.001, 0.002], "tilt_deg": 10}}, "physical.base_amplitude_m"),
+        ({"physical": {"base_amplitude_m": [0.001, 0.002], "tilt_deg": 10}}, "physical.tilt_deg"),
     ],
 )  # fmt: skip
 def test_what_does_not_go_together_is_refused_by_its_field(given: dict[str, Any], field: str) -> None:
