@@ -12,6 +12,7 @@ from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.follow_up import tolerance_of
 from damperlab.studies.answers.judging import judge, new_tally
 from damperlab.studies.answers.nearness import inside, nearest_place, same
+from damperlab.studies.answers.slab import Slab
 
 Floats = NDArray[np.float64]
 Key = tuple[float, ...]
@@ -144,7 +145,7 @@ class _Grid:
         shape = tuple(axis.size for axis in axes)
         value, error = np.full(shape, np.nan), np.full(shape, np.nan)
         if value.size:
-            found = judge(cube, theirs, index, new_tally())
+            found = judge(Slab(cube, question.design, (FREQUENCY,), index), theirs, new_tally())
             at = tuple(_positions(index[name], found[name]) for name in varied)
             value[at], error[at] = found["value"], np.nan_to_num(found["error"])
         return cls(tuple(axes), tuple(edges), value, error)

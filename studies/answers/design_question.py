@@ -130,12 +130,13 @@ class DesignQuestion:
         counting = counting[np.argsort(cube[FREQUENCY].values[counting], kind="stable")]
         axes[FREQUENCY] = counting
         frequencies = cube[FREQUENCY].values[counting]
+        weights = trapezoid(frequencies)
         return cls(
             objective,
             top,
             axes,
             frequencies,
-            _trapezoid(frequencies),
+            weights / weights.sum(),
             nearest_place(frequencies, 1.0),
             judging.exclude_locked,
             max_impact_speed,
@@ -199,12 +200,12 @@ def _check_limits(field: str, limits: tuple[float, float]) -> str:
     return shown
 
 
-def _trapezoid(frequencies: np.ndarray) -> np.ndarray:
-    """Weights of the trapezoidal rule over ascending `frequencies`, scaled to a sum of 1."""
+def trapezoid(frequencies: np.ndarray) -> np.ndarray:
+    """Give the weights of the trapezoidal rule over ascending frequencies; 1 of a single one."""
     if frequencies.size == 1:
         return np.ones(1)
     steps = np.diff(frequencies)
     weights = np.zeros(frequencies.size)
     weights[:-1] += steps / 2
     weights[1:] += steps / 2
-    return np.asarray(weights / weights.sum())
+    return weights

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.flatness import LOSS
+from damperlab.studies.answers.phrases import Phrases
 
 
 def end_of(axis: np.ndarray, value: float, name: str) -> str:
@@ -14,6 +15,15 @@ def end_of(axis: np.ndarray, value: float, name: str) -> str:
     if value == axis.max() and not (name == "restitution" and value == 1):
         return "upper"
     return "lower" if value == axis.min() and value > 0 else ""
+
+
+def say_beyond(ends: Mapping[str, list[Any]], phrases: Phrases) -> str:
+    """Say what to compute beyond the ends of axes at which the best lies; nothing where it lies at none."""
+    beyond = (
+        f"{phrases.label(name)} {'above' if end == 'upper' else 'below'} {phrases.value(name, value, '.3g')}"
+        for name, (end, value) in ends.items()
+    )
+    return f"{', '.join(beyond)}." if ends else ""
 
 
 def ends_of_damper(

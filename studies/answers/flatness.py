@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.design_question import DesignQuestion
+from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
 from damperlab.studies.answers.judging import judge, new_tally
 from damperlab.studies.answers.phrases import RATIOS, Phrases
+from damperlab.studies.answers.slab import Slab
 
 LOSS = 0.1
 """A design is as good as the optimum for practical purposes while it loses no more than this share."""
@@ -45,8 +46,8 @@ def flatness(
         axis = cube[name].values
         order = np.argsort(axis)
         index = {other: np.array([design[other]]) for other in question.design if other != name}
-        index |= {name: np.arange(axis.size), "frequency_ratio": question.axes["frequency_ratio"]}
-        line = judge(cube, question, index, new_tally())
+        index |= {name: np.arange(axis.size), FREQUENCY: question.axes[FREQUENCY]}
+        line = judge(Slab(cube, question.design, (FREQUENCY,), index), question, new_tally())
         found_at = np.full(axis.size, np.nan)
         found_at[line[name]] = line["value"]
         along = found_at[order]

@@ -1,7 +1,7 @@
 """Which parameter matters: the shares of a result's variance over the grid that each explains alone."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,10 +20,10 @@ from damperlab.studies.answers.selection import (
     dimensions_of,
     main_metric,
 )
+from damperlab.studies.answers.slab import slabs_of
 from damperlab.studies.faults import Fault, counted, describe
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import Judging, Varied
-from damperlab.studies.store.export.slabs import BUDGET, slabs
 from damperlab.studies.units import results_in_units
 from damperlab.studies.variables import Status
 
@@ -81,16 +81,10 @@ def importance(cube: xr.Dataset, asked: Varied = Varied()) -> xr.Dataset:
     over = kind_of(cube.sizes).uncontrolled
     names = tuple(name for name in dimensions_of(cube) if name != over)
     sums = _Sums(tuple(axes[name].size for name in names))
-    chunks = dict(
-        zip(map(str, cube[source].dims), cube[source].encoding.get("chunks", cube[source].shape), strict=True)
-    )
-    each = axes[over].size
-    for slab in slabs(sums.shape, tuple(chunks[name] for name in names), max(1, BUDGET // each)):
-        index = {name: axes[name][part] for name, part in zip(names, slab, strict=True)} | {over: axes[over]}
-        status, values = (
-            np.asarray(cube[name].isel(index).transpose(*names, over).values) for name in ("status", source)
-        )
-        sums.take(slab, status, as_float(values))
+    for slab in slabs_of(cube, axes, names):
+        places = [np.searchsorted(axes[name], slab.index[name]) for name in names]
+        status, values = (slab.read(name).reshape(*slab.shape, -1) for name in ("status", source))
+        sums.take(places, status, as_float(values))
     return _answer(cube, names, axes, sums, {"metric": metric, "over": over, "quantity": quantity})
 
 
@@ -126,7 +120,7 @@ class _Sums:
         self.squares = 0.0
         self.computed = self.failed = self.points = 0
 
-    def take(self, slab: tuple[slice, ...], status: np.ndarray, values: np.ndarray) -> None:
+    def take(self, slab: Sequence[np.ndarray], status: np.ndarray, values: np.ndarray) -> None:
         """Take in the designs of one slab; the last axis is reduced to its largest value."""
         computed, failed = count(status)
         self.computed, self.failed = self.computed + computed, self.failed + failed

@@ -6,11 +6,12 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import WHY
-from damperlab.studies.answers.contenders import limits
+from damperlab.studies.answers.comparing import Found, limits
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.phrases import OVER_MORE_THAN_Z, Phrases
+from damperlab.studies.answers.slab import Slab, slabs_of
+from damperlab.studies.faults import counted
 from damperlab.studies.portable import product
-from damperlab.studies.store.export.slabs import slabs
 from damperlab.studies.unit_names import OVER
 from damperlab.studies.variables import NONE_IS_ZERO, VARIABLES, ResponseClass, Status
 
@@ -33,53 +34,36 @@ def judged(
     cube: xr.Dataset,
     question: DesignQuestion,
     tally: dict[str, int],
-    beside: tuple[str, ...],
-    budget: int,
-) -> Iterator[dict[str, np.ndarray]]:
-    """Judge every design that a question admits, as many at a time as fit in memory.
+    beside: tuple[str, ...] = (),
+) -> Iterator[Found]:
+    """Judge every design that a question admits, as many at a time as fit in memory; see `judge`."""
+    for slab in slabs_of(cube, question.axes, question.design):
+        yield judge(slab, question, tally, beside)
+
+
+def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: tuple[str, ...] = ()) -> Found:
+    """Judge designs.
 
     Parameters
     ----------
-    cube, question : Dataset, DesignQuestion
-        The cube, and what counts.
+    slab : Slab
+        The designs, at the frequencies that count.
+    question : DesignQuestion
+        What counts.
     tally : dict of int
         Of `new_tally`; counted up.
     beside : tuple of str
         Further variables, each given as its largest over the band ("impact_speed_max") or its mean.
-    budget : int
-        Points that are held at once.
 
-    Yields
-    ------
+    Returns
+    -------
     dict of ndarray
         One entry per design that qualifies: its six grid indices by dimension (the frequency's where the
         amplitude is largest), `value`, `error`, `lowest` and `highest` (its limits with the question's confidence),
         `response_class`, `locked_share`, `locked_near_resonance` (at the judged frequency nearest r = 1), `impact_share`
         and `beside`.
     """
-    shape = tuple(question.axes[name].size for name in question.design)
-    chunks = cube[METRIC].encoding.get("chunks", cube[METRIC].shape)
-    frequencies = question.axes[FREQUENCY].size
-    for slab in slabs(shape, tuple(chunks[:-1]), max(1, budget // frequencies)):
-        index = {name: question.axes[name][part] for name, part in zip(question.design, slab, strict=True)}
-        index[FREQUENCY] = question.axes[FREQUENCY]
-        yield judge(cube, question, index, tally, beside)
-
-
-def judge(
-    cube: xr.Dataset,
-    question: DesignQuestion,
-    index: Mapping[str, np.ndarray],
-    tally: dict[str, int],
-    beside: tuple[str, ...] = (),
-) -> dict[str, np.ndarray]:
-    """Judge the designs at the given grid indices, all combinations of them; see `judged`."""
-
-    def load(name: str) -> np.ndarray:
-        """Give (design, frequency)."""
-        values = cube[name].isel(index).transpose(*question.design, FREQUENCY).values
-        return np.asarray(values.reshape(-1, question.frequencies.size))
-
+    cube, load = slab.cube, slab.read
     status = load("status")
     amplitude = load(METRIC)
     missing = (status == Status.NOT_COMPUTED).any(axis=1)
@@ -117,9 +101,8 @@ def judge(
     each = np.arange(rows.size)
     value, doubt = _weigh(question, amplitude, error, place)
     lowest, highest = (_weigh_alone(question, side) for side in limits(amplitude, bounded))
-    corner = np.unravel_index(rows, [index[name].size for name in question.design])
-    found = {name: index[name][at] for name, at in zip(question.design, corner, strict=True)}
-    found |= {FREQUENCY: question.axes[FREQUENCY][place], "value": value, "error": doubt}
+    found: Found = slab.designs_at(rows) | slab.cases_at(place)
+    found |= {"value": value, "error": doubt}
     found |= {"lowest": lowest, "highest": np.where(np.isinf(highest), np.nan, highest)}
     unknown = np.full(rows.size, np.nan)
     found |= {
@@ -220,6 +203,12 @@ def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str
         return f"Only one frequency {why}, {at}: the judgement holds at that frequency only. {WHY}"
     span = phrases.span(FREQUENCY, low, high, ".10g")
     return f"Judged at {question.frequencies.size} frequencies from {span}."
+
+
+def say_left_out(tally: Mapping[str, int], reasons: Mapping[str, str] = REASONS, noun: str = "design") -> str:
+    """Say how many were left out, and why; nothing where none was."""
+    why = [f"{tally[name]} {reason}" for name, reason in reasons.items() if tally.get(name)]
+    return f"Left out of {counted(tally['designs'], noun)}: {', '.join(why)}." if why else ""
 
 
 def attributes_of(question: DesignQuestion, tally: Mapping[str, int]) -> dict[str, object]:

@@ -1,28 +1,32 @@
 """The best designs: every point of the five design dimensions judged by its response over the frequency."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
+from damperlab.studies.answers.alike import alike
+from damperlab.studies.answers.comparing import Found, least
+from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, judging_in_ratios
+from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.flatness import flatness, say_flatness
 from damperlab.studies.answers.judging import (
-    REASONS,
     attributes_of,
     described,
     judged,
     new_tally,
     say_judged,
+    say_left_out,
     say_limits,
 )
-from damperlab.studies.answers.nearness import same
-from damperlab.studies.answers.phrases import Phrases, said, together
+from damperlab.studies.answers.nearness import nearest_place, same
+from damperlab.studies.answers.phrases import Phrases, noted, said, together
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
-from damperlab.studies.faults import counted
+from damperlab.studies.faults import Fault, counted
 from damperlab.studies.questions import MOST_DESIGNS, Judging
-from damperlab.studies.store.export.slabs import BUDGET
 from damperlab.studies.variables import ResponseClass
 
 
@@ -69,58 +73,147 @@ def optimal_designs(
         If an argument is not allowed, nothing of the grid is in a range, or the study keeps no variable that
         is needed.
     """
-    question = DesignQuestion.ask(cube, judging, top)
-    tally = new_tally()
-    best = _Ranking()
-    for found in judged(cube, question, tally, (), BUDGET):
-        best.take(found)
-    answer = _described(cube, question, best.found)
-    ranked = min(top, answer.sizes["rank"])
-    flat = []
-    if ranked:
-        first = {name: int(best.found[name][0]) for name in question.design}
-        flat = flatness(cube, question, first, float(best.found["value"][0]))
-
-    def note(phrases: Phrases) -> dict[str, Any]:
-        words = _note(question, tally, cube.sizes[FREQUENCY], ranked, phrases)
-        return {"note": f"{words} {say_flatness(flat, phrases)}".strip()}
-
-    answer.attrs = {**attributes_of(question, tally), "flatness": flat}
-    active = best_with_impacts(_described(cube, question, best.active)) if best.active else None
-    judgement = verdict(cube, question, answer, active, flat)
-    answer.attrs |= together(said(cube, note), judgement)
+    ranked = _Ranked.of(cube, DesignQuestion.ask(cube, judging, top))
+    answer, flat = ranked.designs, ranked.flatness
+    answer.attrs["flatness"] = flat
+    judgement = verdict(cube, ranked.question, answer, best_with_impacts(ranked.active), flat)
+    answer.attrs |= together(ranked.note(), judgement)
     return answer.isel(rank=slice(top))
 
 
-def _described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np.ndarray]) -> xr.Dataset:
+def merged_designs(
+    cubes: Mapping[str, xr.Dataset],
+    judging: Judging = Judging(),
+    top: int = 10,
+) -> xr.Dataset:
+    """Rank the designs of several studies together, each judged at the frequencies of its own study.
+
+    Parameters
+    ----------
+    cubes : mapping of Dataset
+        By the study's id; the first is the study that was refined. A follow-up that holds no design in
+        the ranges adds nothing.
+    judging, top : Judging, int
+        As in `optimal_designs`; the objective is resolved for the first study.
+
+    Returns
+    -------
+    Dataset
+        As of `optimal_designs`, with `study`, the id each design was found in; a design that several studies
+        hold stands once, with the value of the smallest error: the value of the longest run, not the luckiest one.
+        `complete` is of all studies, left-out counts those of the first.
+
+    Raises
+    ------
+    QueryFault
+        As `optimal_designs` on the first study, or where another one was judged at other frequencies.
+    """
+    ids = list(cubes)
+    cubes = dict(zip(ids, alike(cubes.values()), strict=True))
+    cube = cubes[ids[0]]
+    # follow-ups need not have the units of the study, and their faults name ratios
+    judging = judging_in_ratios(cube, judging)
+    question = DesignQuestion.ask(cube, judging, top)
+    judging = replace(judging, objective=question.objective)
+    first = _Ranked.of(cube, question)
+    parts = {ids[0]: first}
+    for name in ids[1:]:
+        try:
+            theirs = DesignQuestion.ask(cubes[name], judging, top)
+        except QueryFault as error:
+            if error.fault.field in set(judging.ranges).intersection(question.design):
+                continue
+            raise
+        _check_frequencies(name, question, theirs)
+        parts[name] = _Ranked.of(cubes[name], theirs)
+    answer = _joined({name: part.designs for name, part in parts.items()}, question)
+    answer.attrs["studies"] = ids
+    tallies = [part.tally for part in parts.values()]
+    incomplete, designs = (sum(tally[name] for tally in tallies) for name in ("incomplete", "designs"))
+    answer.attrs["complete"] = 1 - incomplete / designs
+    merged = f"Merged with {counted(len(ids) - 1, 'follow-up')}."
+    words = noted(first.note(), said(cube, lambda _: {"note": merged}))
+    flat, active = [], None
+    if answer.sizes["rank"]:
+        strikes = np.flatnonzero(answer["impact_share"].values > 0)[:1]
+        active = best_with_impacts(answer.isel(rank=strikes))
+        flat = _flatness(cubes[str(answer["study"].values[0])], question, answer)
+    answer.attrs["flatness"] = flat
+    answer.attrs |= together(words, verdict(cube, question, answer, active, flat, cubes))
+    return answer.isel(rank=slice(top))
+
+
+@dataclass(frozen=True)
+class _Ranked:
+    """The designs of one study.
+
+    Parameters
+    ----------
+    cube, question : Dataset, DesignQuestion
+        The study, and what counts.
+    found : dict of ndarray
+        The best `MOST_DESIGNS`, the best first.
+    designs, active : Dataset
+        The same with their coordinates, and the best of those whose particle strikes.
+    tally : dict of int
+        Of those that were left out.
+    """
+
+    cube: xr.Dataset
+    question: DesignQuestion
+    found: Found
+    designs: xr.Dataset
+    active: xr.Dataset
+    tally: Mapping[str, int]
+
+    @classmethod
+    def of(cls, cube: xr.Dataset, question: DesignQuestion) -> "_Ranked":
+        """Rank them slab by slab."""
+        tally = new_tally()
+        best: Found = {}
+        active: Found = {}
+        for found in judged(cube, question, tally):
+            found["alike"] = np.zeros(found["value"].size, np.int64)
+            strikes = found["impact_share"] > 0
+            active = least(active, {name: array[strikes] for name, array in found.items()}, 1)
+            best = _folded(least(best, found, MOST_DESIGNS))
+        designs, acting = (_described(cube, question, each) for each in (best, active))
+        designs.attrs = attributes_of(question, tally)
+        return cls(cube, question, best, designs, acting, tally)
+
+    @cached_property
+    def flatness(self) -> list[dict[str, Any]]:
+        """How far each parameter of the best may move."""
+        if not self.found["value"].size:
+            return []
+        first = {name: int(self.found[name][0]) for name in self.question.design}
+        return flatness(self.cube, self.question, first, float(self.found["value"][0]))
+
+    def note(self) -> dict[str, Any]:
+        """Say how they were judged, and how flat the optimum is."""
+
+        def note(phrases: Phrases) -> dict[str, Any]:
+            sentences = [
+                f"Ranked by the {phrases.about(self.question.long_name)}; smaller is better.",
+                say_judged(self.question, self.cube.sizes[FREQUENCY], phrases),
+                say_limits(self.question, phrases),
+                say_left_out(self.tally),
+                "" if self.found["value"].size else "No design is left.",
+                say_flatness(self.flatness, phrases),
+            ]
+            return {"note": " ".join(filter(None, sentences))}
+
+        return said(self.cube, note)
+
+
+def _described(cube: xr.Dataset, question: DesignQuestion, found: Found) -> xr.Dataset:
     answer = described(cube, question, found)
     attributes = {"units": "1", "long_name": "further designs with exactly this response"}
     answer["alike"] = ("rank", found["alike"], attributes)
     return answer
 
 
-class _Ranking:
-    """The best designs so far, and the best of those whose particle strikes."""
-
-    def __init__(self) -> None:
-        self.found: dict[str, np.ndarray] = {}
-        self.active: dict[str, np.ndarray] = {}
-
-    def take(self, found: dict[str, np.ndarray]) -> None:
-        """Take in the designs of one slab; of equal values the earlier one stands."""
-        found["alike"] = np.zeros(found["value"].size, np.int64)
-        strikes = found["impact_share"] > 0
-        self.active = _first(self.active, {name: array[strikes] for name, array in found.items()}, 1)
-        self.found = _folded(_first(self.found, found, MOST_DESIGNS))
-
-
-def _first(known: dict[str, np.ndarray], more: dict[str, np.ndarray], number: int) -> dict[str, np.ndarray]:
-    joined = {name: np.concatenate((known[name], more[name])) for name in more} if known else more
-    order = np.argsort(joined["value"], kind="stable")[:number]
-    return {name: array[order] for name, array in joined.items()}
-
-
-def _folded(found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _folded(found: Found) -> Found:
     """Fold neighbours in the ranking that are one response without impacts, whatever the parameters that do not act."""
     idle = (found["response_class"] >= ResponseClass.LINEAR) & (found["impact_share"] == 0)
     value, kind = found["value"], found["response_class"]
@@ -134,17 +227,36 @@ def _folded(found: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return folded | {"alike": alike}
 
 
-def _note(
-    question: DesignQuestion, tally: Mapping[str, int], computed: int, ranked: int, phrases: Phrases
-) -> str:
-    sentences = [
-        f"Ranked by the {phrases.about(question.long_name)}; smaller is better.",
-        say_judged(question, computed, phrases),
-        say_limits(question, phrases),
-    ]
-    left_out = [f"{tally[name]} {reason}" for name, reason in REASONS.items() if tally[name]]
-    if left_out:
-        sentences.append(f"Left out of {counted(tally['designs'], 'design')}: {', '.join(left_out)}.")
-    if ranked == 0:
-        sentences.append("No design is left.")
-    return " ".join(filter(None, sentences))
+def _check_frequencies(name: str, question: DesignQuestion, theirs: DesignQuestion) -> None:
+    """Refuse a follow-up that is judged over another band, or at another number of frequencies."""
+    ours, r = question.frequencies, theirs.frequencies
+    if (ours[0], ours[-1], ours.size) != (r[0], r[-1], r.size):
+        span = f"{r[0]:g} to {r[-1]:g}" if r.size > 1 else f"{r[0]:g}"
+        found = f"{name}, judged at {counted(r.size, 'frequency ratio')}, {span}"
+        told = f"Study {name} is judged at other frequencies ({span}) than the study it is to be ranked with."
+        advice = "name follow-ups of this study, refined with the same objective and band"
+        raise QueryFault(Fault("with", found, "studies at the same frequencies", advice, told))
+
+
+def _joined(parts: Mapping[str, xr.Dataset], question: DesignQuestion) -> xr.Dataset:
+    """Rank the designs of several studies, each design once."""
+    named = [part.assign(study=("rank", np.full(part.sizes["rank"], name))) for name, part in parts.items()]
+    joined = xr.concat(named, "rank", combine_attrs="override", join="outer")
+    coordinates = np.stack([joined[name].values for name in question.design], axis=1)
+    errors = joined["error"].values
+    # of one design the smallest error; where that is equal, as of periodic responses, the earlier study
+    order = np.lexsort((np.arange(errors.size), np.where(np.isnan(errors), np.inf, errors)))
+    _, kept = np.unique(coordinates[order], axis=0, return_index=True)
+    places = order[kept]
+    places = places[np.argsort(joined["value"].values[places], kind="stable")]
+    ranked = joined.isel(rank=places).assign_coords(rank=np.arange(1, places.size + 1))
+    ranked["study"].attrs["long_name"] = "study that holds the design"
+    return ranked
+
+
+def _flatness(home: xr.Dataset, question: DesignQuestion, ranked: xr.Dataset) -> list[dict[str, Any]]:
+    """Look around the best design as its own study shows it."""
+    axes = {name: np.arange(home.sizes[name]) for name in question.design}
+    axes[FREQUENCY] = np.array([nearest_place(home[FREQUENCY].values, r) for r in question.frequencies])
+    design = {name: nearest_place(home[name].values, ranked[name].values[0]) for name in question.design}
+    return flatness(home, replace(question, axes=axes), design, float(ranked["value"].values[0]))

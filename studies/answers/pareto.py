@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.contenders import CONFIDENCE, WIDTH
+from damperlab.studies.answers.comparing import CONFIDENCE, WIDTH, joined
 from damperlab.studies.answers.design_question import DesignQuestion
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.judging import (
-    REASONS,
     attributes_of,
     described,
     judged,
     new_tally,
     say_judged,
+    say_left_out,
     say_limits,
 )
 from damperlab.studies.answers.phrases import FREQUENCY, Phrases, said
@@ -23,7 +23,6 @@ from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.brief import Brief
 from damperlab.studies.faults import Fault, counted, describe, listing, nearest
 from damperlab.studies.questions import MOST_DESIGNS, Judging
-from damperlab.studies.store.export.slabs import BUDGET
 from damperlab.studies.vocabulary import RESPECTS
 
 _SHARES_ERROR = "dissipation_error"
@@ -68,13 +67,13 @@ def pareto_front(
         stored += (_SHARES_ERROR,)
     front: dict[str, np.ndarray] = {}
     may_belong: dict[str, np.ndarray] = {}
-    for found in judged(cube, question, tally, stored, BUDGET):
+    for found in judged(cube, question, tally, stored):
         if doubtful:
-            may_belong = _joined(may_belong, found)
+            may_belong = joined(may_belong, found)
             sides = _limits(cube, question, columns, signs, may_belong)
             may_belong = {name: array[_unsurpassed(*sides)] for name, array in may_belong.items()}
         found["alike"] = np.zeros(found["value"].size, np.int64)
-        found = _joined(front, found)
+        found = joined(front, found)
         front = _front(found, _compared(cube, columns, signs, found))
     doubt: dict[str, float] = {}
     if doubtful and front:
@@ -139,10 +138,6 @@ def _compared(
     """Give (design, respect); smaller is better in every column."""
     values = [cube[name].values[found[name]] if name in cube.dims else found[name] for name in columns]
     return np.asarray(np.stack(values, axis=1) * signs)
-
-
-def _joined(known: dict[str, np.ndarray], more: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {name: np.concatenate((known[name], more[name])) for name in more} if known else more
 
 
 def _limits(
@@ -211,7 +206,4 @@ def _remarks(tally: Mapping[str, int], doubt: Mapping[str, float]) -> list[str]:
             f"{counted(int(doubt['as_good']), 'more design')} may belong to them within the errors "
             f"({doubt['confidence']:.0%} confidence for each)."
         )
-    left_out = [f"{tally[name]} {reason}" for name, reason in REASONS.items() if tally[name]]
-    if left_out:
-        remarks.append(f"Left out of {counted(tally['designs'], 'design')}: {', '.join(left_out)}.")
-    return remarks
+    return [*remarks, say_left_out(tally)]

@@ -5,8 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 import xarray as xr
 
 from damperlab.studies.answers.faults import QueryFault
-from damperlab.studies.answers.merged import merged_designs
-from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.suite import worst_case_designs
 from damperlab.studies.faults import Fault, describe

@@ -10,7 +10,7 @@ import xarray as xr
 
 from damperlab.studies.answers.cells import Cells, joined
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, judging_in_ratios
-from damperlab.studies.answers.ends import end_of
+from damperlab.studies.answers.ends import end_of, say_beyond
 from damperlab.studies.answers.faults import NONE_QUALIFIES, QueryFault
 from damperlab.studies.answers.follow_up import (
     Refinement,
@@ -20,8 +20,8 @@ from damperlab.studies.answers.follow_up import (
     spent_on,
 )
 from damperlab.studies.answers.limits import check
-from damperlab.studies.answers.merged import merged_designs
 from damperlab.studies.answers.nearness import nearest_place
+from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.answers.verdict import HELD
@@ -141,7 +141,9 @@ def _brief(
     """Say what the optimum is, whether it is one inside the ranges, and how well it is known."""
     phrases = Phrases.of(cube)
     design = ", ".join(phrases.equal(name, found[name], ".3g") for name in steps)
-    ends = {name: end for name in steps if (end := end_of(cube[name].values, found[name], name))}
+    ends = {
+        name: [end, found[name]] for name in steps if (end := end_of(cube[name].values, found[name], name))
+    }
     inside = "."
     if ends:
         which = "each" if len(ends) == len(steps) > 1 else listed(map(phrases.symbol, ends))
@@ -150,15 +152,11 @@ def _brief(
     known = ", ".join(
         f"{phrases.symbol(name)} ± {phrases.value(name, step, '.2g')}" for name, step in steps.items()
     )
-    beyond = [
-        f"{phrases.label(name)} {'above' if end == 'upper' else 'below'} {phrases.value(name, found[name], '.3g')}"
-        for name, end in ends.items()
-    ]
     danger = "Friction clamps the structure to its base at this optimum." if clamped else ""
     if cube.sizes[FREQUENCY] == 1:
         danger = f"Only {phrases.equal(FREQUENCY, found[FREQUENCY], '.10g')} was computed: beside it this damper may resonate."
     sentences = (danger, f"{value} at {design}{inside}", f"Known to {known} after {points:,} points.")
-    following = f"{', '.join(beyond)}." if beyond else command("tmd", study.name)
+    following = say_beyond(ends, phrases) or command("tmd", study.name)
     if clamped:
         following = command("refine", study.name, "--exclude-locked")
     return Brief(None, sentences, (), following)

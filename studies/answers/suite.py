@@ -1,6 +1,5 @@
 """The best dampers of a ground-motion suite or over base amplitudes, and what to ask of such studies instead of others."""
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -8,9 +7,11 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE
-from damperlab.studies.answers.ends import ends_of_damper
+from damperlab.studies.answers.comparing import Found, least
+from damperlab.studies.answers.ends import ends_of_damper, say_beyond
 from damperlab.studies.answers.excited import amplitude_called
 from damperlab.studies.answers.faults import QueryFault, empty_range
+from damperlab.studies.answers.judging import say_left_out
 from damperlab.studies.answers.nearness import inside as within
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.selection import (
@@ -23,12 +24,12 @@ from damperlab.studies.answers.selection import (
     main_metric,
     require_stored,
 )
+from damperlab.studies.answers.slab import Slab, slabs_of
 from damperlab.studies.brief import PLACES, Brief, Damper, Note, damper_of, listed, notes_document
 from damperlab.studies.faults import Fault, counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
-from damperlab.studies.store.export.slabs import BUDGET, slabs
 from damperlab.studies.units import coordinates_in_units
 from damperlab.studies.variables import ResponseClass, Status
 
@@ -136,77 +137,53 @@ def worst_case_designs(
         raise QueryFault(Fault("top", describe(top), f"a number from 1 to {MOST:,}", "ask for fewer"))
     damper = kind_of(cube.sizes).designs
     counting = _counting(cube, records, ranges or {})
-    part = cube.isel(counting)
-    cases = tuple(name for name in dimensions_of(part) if name not in damper)
-    extents = tuple(part.sizes[name] for name in cases)
-    shape = tuple(part.sizes[name] for name in damper)
     if exclude_locked:
         require_stored(cube, "exclude_locked", "response_class")
-    stored = dict(
-        zip(dimensions_of(cube), cube["status"].encoding.get("chunks", cube["status"].shape), strict=True)
-    )
-    chunks = tuple(stored[name] for name in damper)
-    beside = _beside(part, metric)
-    best: dict[str, np.ndarray] = {}
-    computed = points_failed = failed = incomplete = locked = 0
-    for box in slabs(shape, chunks, max(1, BUDGET // math.prod(extents))):
-        slab = part.isel(dict(zip(damper, box, strict=True)))
-        status = _cases_last(slab["status"], damper, cases)
+    beside = _beside(cube, metric)
+    best: Found = {}
+    tally = dict.fromkeys(("designs", *_LEFT_OUT), 0)
+    computed = points_failed = points = 0
+    for slab in slabs_of(cube, counting, damper):
+        status = slab.read("status")
         counts = count(status)
         computed, points_failed = computed + counts[0], points_failed + counts[1]
-        bad = (status > Status.MAX_CYCLES).any(axis=-1)
-        missing = (status == Status.NOT_COMPUTED).any(axis=-1) & ~bad
-        failed, incomplete = failed + int(bad.sum()), incomplete + int(missing.sum())
-        held = _locked(slab, damper) & ~(bad | missing) if exclude_locked else np.zeros_like(bad)
-        locked += int(held.sum())
-        values = _cases_last(slab[metric], damper, cases).astype(float)
-        place = np.where(np.isnan(values), -np.inf, values).argmax(axis=-1)[..., None]
-        found = {"value": np.take_along_axis(values, place, -1)[..., 0], "case": place[..., 0]}
-        for name, source in beside.items():
-            found[name] = np.take_along_axis(_cases_last(slab[source], damper, cases), place, -1)[..., 0]
-        where = np.meshgrid(
-            *(np.arange(extent)[span] for extent, span in zip(shape, box, strict=True)), indexing="ij"
-        )
-        found |= dict(zip(damper, where, strict=True))
-        good = ~(bad | missing | held)
-        best = _best(best, {name: array[good] for name, array in found.items()}, top)
-    at_case = dict(zip(cases, np.unravel_index(best["case"], extents), strict=True))
+        points += status.size
+        bad = (status > Status.MAX_CYCLES).any(axis=1)
+        missing = (status == Status.NOT_COMPUTED).any(axis=1) & ~bad
+        held = _locked(slab) & ~(bad | missing) if exclude_locked else np.zeros_like(bad)
+        for name, left_out in (
+            ("designs", np.ones_like(bad)),
+            ("failed", bad),
+            ("incomplete", missing),
+            ("locked", held),
+        ):
+            tally[name] += int(left_out.sum())
+        rows = np.flatnonzero(~(bad | missing | held))
+        values = slab.read(metric)[rows].astype(float)
+        place = np.where(np.isnan(values), -np.inf, values).argmax(axis=1)
+        found: Found = {"value": values[np.arange(rows.size), place]}
+        found |= {name: slab.read(source)[rows, place] for name, source in beside.items()}
+        best = least(best, found | slab.designs_at(rows) | slab.cases_at(place), top)
+    dimensions = (*damper, *(name for name in dimensions_of(cube) if name not in damper))
     columns: dict[str, Any] = {
-        name: ("rank", part[name].values[index], part[name].attrs)
-        for name, index in ({name: best[name] for name in damper} | at_case).items()
+        name: ("rank", cube[name].values[best[name]], cube[name].attrs) for name in dimensions
     }
-    data = {"value": ("rank", best["value"], dict(part[metric].attrs))}
-    data |= {name: ("rank", best[name], dict(part[source].attrs)) for name, source in beside.items()}
+    data = {"value": ("rank", best["value"], dict(cube[metric].attrs))}
+    data |= {name: ("rank", best[name], dict(cube[source].attrs)) for name, source in beside.items()}
     ranked = best["value"].size
-    attributes = {
-        "metric": metric,
-        "designs": math.prod(shape),
-        "failed": failed,
-        "incomplete": incomplete,
-        **({"locked": locked} if exclude_locked else {}),
-        **completeness(computed, points_failed, int(part["status"].size)),
-    }
-    attributes["note"] = _note(part, metric, attributes, ranked)
+    if not exclude_locked:
+        del tally["locked"]
+    attributes = {"metric": metric, **tally, **completeness(computed, points_failed, points)}
+    attributes["note"] = _note(cube.isel(counting), metric, tally, ranked)
     ends: dict[str, list[Any]] = {}
     if ranked:
         # along its whole axis, whatever range was asked for
-        first = {
-            name: int(counting[name][best[name][0]] if name in counting else best[name][0]) for name in damper
-        }
-        ends = ends_of_damper(cube, metric, counting, first)
+        ends = ends_of_damper(cube, metric, counting, {name: int(best[name][0]) for name in damper})
     attributes["notes"] = notes_document([Note("end_of_range", "hint", ends)] if ends else [])
     answer = xr.Dataset(data, {"rank": np.arange(1, ranked + 1), **columns}, attributes)
     answer.attrs["brief"] = _brief(cube, answer, damper, ends).document()
     answer.attrs["verdict"] = answer.attrs["brief"]["sentences"]
     return answer
-
-
-def _best(best: dict[str, np.ndarray], found: dict[str, np.ndarray], top: int) -> dict[str, np.ndarray]:
-    """Take in the dampers of one slab; of equal values the earlier one stands."""
-    if best:
-        found = {name: np.concatenate((best[name], found[name])) for name in found}
-    order = np.argsort(found["value"], kind="stable")[:top]
-    return {name: array[order] for name, array in found.items()}
 
 
 def _beside(part: xr.Dataset, metric: str) -> dict[str, str]:
@@ -217,18 +194,12 @@ def _beside(part: xr.Dataset, metric: str) -> dict[str, str]:
     return {name: source for name, source in found.items() if source in part.data_vars and source != metric}
 
 
-def _locked(slab: xr.Dataset, damper: tuple[str, ...]) -> np.ndarray:
+def _locked(slab: Slab) -> np.ndarray:
     """Say which dampers are locked in every case at the frequency nearest resonance."""
-    nearest = int(np.abs(slab["frequency_ratio"].values - 1.0).argmin())
-    classes = slab["response_class"].isel(frequency_ratio=nearest)
-    met = tuple(str(name) for name in classes.dims if name not in damper)
-    return np.asarray((_cases_last(classes, damper, met) == ResponseClass.LOCKED).all(axis=-1))
-
-
-def _cases_last(array: xr.DataArray, damper: tuple[str, ...], cases: tuple[str, ...]) -> np.ndarray:
-    """Read an array with the damper's dimensions in front, and all cases along one axis."""
-    values = array.transpose(*damper, *cases).values
-    return np.asarray(values.reshape(*values.shape[: len(damper)], -1))
+    r = slab.cube["frequency_ratio"].values[slab.cases_at(np.arange(slab.extent))["frequency_ratio"]]
+    near = np.abs(r - 1.0)
+    kinds = slab.read("response_class")[:, near == near.min()]
+    return np.asarray((kinds == ResponseClass.LOCKED).all(axis=1))
 
 
 def _counting(
@@ -286,11 +257,7 @@ def _brief(
     if ends:
         sentences.append(f"It lies at the end of {listed(map(phrases.symbol, ends))}.")
     rows = [(PLACES[rank], *spelled(rank)[:2]) for rank in range(1, min(answer.sizes["rank"], len(PLACES)))]
-    beyond = ", ".join(
-        f"{phrases.label(name)} {'above' if end == 'upper' else 'below'} {phrases.value(name, at, '.3g')}"
-        for name, (end, at) in ends.items()
-    )
-    return Brief(_kind(answer), tuple(sentences), tuple(rows), f"{beyond}." if beyond else "")
+    return Brief(_kind(answer), tuple(sentences), tuple(rows), say_beyond(ends, phrases))
 
 
 def _kind(answer: xr.Dataset) -> Damper:
@@ -316,9 +283,7 @@ def _note(part: xr.Dataset, metric: str, said: Mapping[str, Any], ranked: int) -
     sentences = [
         f"Ranked by the largest {long_name.removeprefix('largest ')} over {', '.join(met)}; smaller is better."
     ]
-    left_out = [f"{said[name]} {why}" for name, why in _LEFT_OUT.items() if said.get(name)]
-    if left_out:
-        sentences.append(f"Left out of {counted(said['designs'], 'damper')}: {', '.join(left_out)}.")
+    sentences.append(say_left_out(said, _LEFT_OUT, "damper"))
     if not ranked:
         sentences.append("No damper is left.")
-    return " ".join(sentences)
+    return " ".join(filter(None, sentences))

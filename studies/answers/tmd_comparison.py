@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import FREQUENCY, WHY, runs
+from damperlab.studies.answers.design_question import trapezoid
 from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
@@ -218,10 +219,7 @@ def _above(r: np.ndarray, values: np.ndarray, level: float) -> float:
     """Share of the band, by the trapezoidal weights of its grid points, in which values exceed a level."""
     if r.size == 1:
         return math.nan
-    steps = np.diff(r)
-    weights = np.zeros(r.size)
-    weights[:-1] += steps / 2
-    weights[1:] += steps / 2
+    weights = trapezoid(r)
     known = np.isfinite(values)
     total = weights[known].sum()
     if total == 0.0 or not math.isfinite(level):

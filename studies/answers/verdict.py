@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.contenders import CONFIDENCE, chance_of_another, contend
+from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, clearly_less, contend
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
-from damperlab.studies.answers.ends import end_of
+from damperlab.studies.answers.ends import end_of, say_beyond
 from damperlab.studies.answers.excited import excitation_of, name_of
 from damperlab.studies.answers.flatness import flatness
 from damperlab.studies.answers.nearness import nearest_place
@@ -25,8 +25,6 @@ from damperlab.studies.vocabulary import OF_PARTICLE
 
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
-BETTER = 0.02
-"""A tuned mass damper is recommended where its peak is lower by more than this share."""
 HELD = 0.1
 """Share of the frequencies at which friction holds a mass that is called clamped."""
 DOUBTS = (
@@ -201,7 +199,7 @@ class _Known:
             notes.append(
                 Note("clamped", "danger", {"value": best["value"], "locked_share": best["locked_share"]})
             )
-        if self.tuned < lead["value"] * (1 - BETTER):
+        if clearly_less(self.tuned, lead["value"]):
             notes.append(
                 Note("tuned_mass_damper", "danger", {"value": self.tuned, "mass_ratio": lead["mass_ratio"]})
             )
@@ -288,7 +286,7 @@ class _Known:
         acts = lead["impact_share"] > 0 or math.isnan(lead["impact_share"])
         rubs = float(lead["friction_ratio"]) > 0
         own = damper_of(acts, rubs)
-        if self.tuned < lead["value"] * (1 - BETTER):
+        if clearly_less(self.tuned, lead["value"]):
             mass = phrases.equal("mass_ratio", lead["mass_ratio"], ".3g")
             peak = phrases.value(METRIC, self.tuned, ".3g")
             return (
@@ -341,11 +339,7 @@ class _Known:
             return f"compute {self.peaks.axis(phrases)}."
         ends = _ends(self.cube, self.lead_flat)
         if ends:
-            beyond = (
-                f"{phrases.label(dimension)} {'above' if end == 'upper' else 'below'} {phrases.value(dimension, value, '.3g')}"
-                for dimension, (end, value) in ends.items()
-            )
-            return f"{', '.join(beyond)}."
+            return say_beyond(ends, phrases)
         return command("refine" if any(entry["worse"] for entry in self.lead_flat) else "tmd", study)
 
     def _value(self, row: Row, phrases: Phrases) -> str:

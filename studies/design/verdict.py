@@ -5,6 +5,7 @@ from math import isfinite, isinf, pi
 
 import numpy as np
 
+from damperlab.studies.answers.comparing import clearly_less
 from damperlab.studies.brief import Brief, Damper, Note, damper_of
 from damperlab.studies.design.absorber import DETUNED, Beside
 from damperlab.studies.design.absorber_structure import hardest, judged_of
@@ -32,8 +33,6 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.understood import unusual_specification
 from damperlab.studies.variables import ResponseClass
 
-SAME = 0.02
-"""Share within which two worst cases are called equal: the simpler damper is built then."""
 CLAMPED, HELD = 1.5, 0.1
 """A structure that friction holds at this share of the frequencies, and that moves no more than this times its base, is
 nearly clamped to it."""
@@ -76,8 +75,8 @@ def kind_of(build: Build) -> Damper:
 
 def is_as_good(theirs: Score, ours: Score) -> bool:
     """Whether another damper is as good as the recommended one, which has more parts."""
-    keeps = theirs.violation <= ours.violation and theirs.most <= ours.most * (1.0 + SAME)
-    return keeps and theirs.value <= ours.value * (1.0 + SAME)
+    keeps = theirs.violation <= ours.violation and not clearly_less(ours.most, theirs.most)
+    return keeps and not clearly_less(ours.value, theirs.value)
 
 
 def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Beside | float | None]:
@@ -98,7 +97,7 @@ def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Besid
     if tuned is not None and _tuned_wins(tuned, ours):
         damper, best = "tuned_mass_damper", tuned
     least = tuned.value if isinstance(best, Beside) and tuned else ours.value
-    if bare is not None and bare <= least * (1.0 + SAME):
+    if bare is not None and not clearly_less(least, bare):
         damper, best = "no_damper", bare
     return damper, best
 
@@ -107,7 +106,7 @@ def _tuned_wins(tuned: Beside, ours: Score) -> bool:
     """Whether a tuned mass damper does better in tune, and no worse as far out of tune as a workshop may leave it."""
     if ours.violation > 0.0 and not tuned.exceeded:
         return True
-    better = tuned.value < ours.value / (1.0 + SAME) and tuned.detuned <= ours.value * (1.0 + SAME)
+    better = clearly_less(tuned.value, ours.value) and not clearly_less(ours.value, tuned.detuned)
     return better and (ours.violation > 0.0 or not tuned.exceeded)
 
 
@@ -376,7 +375,7 @@ def _span_end(asked: Specification, name: str, value: float) -> str:
 
 def _reach(asked: Specification, value: float, most: float) -> str:
     """Write a worst case with what it may come to, where that is more than rounding."""
-    if most <= value * (1.0 + SAME):
+    if not clearly_less(value, most):
         return response(asked, rounded_up(most, 3), 3)
     return f"{response(asked, rounded_up(most, 3), 3)} ({response(asked, value, 3)} computed)"
 

@@ -19,8 +19,7 @@ from damperlab.studies.answers.fragility import fragility
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.map_difference import map_difference
-from damperlab.studies.answers.merged import merged_designs
-from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.refine import refine_optimum

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import damperlab.studies.answers.importance as module
 from damperlab.studies.answers.importance import importance
 from damperlab.studies.questions import Varied
 from damperlab.studies.variables import DIMENSIONS, Status
@@ -56,7 +55,7 @@ def test_shares_of_a_sum_and_a_product_are_the_closed_form() -> None:
 def test_slab_by_slab_it_is_the_same_and_a_range_is_a_smaller_grid(monkeypatch: pytest.MonkeyPatch) -> None:
     cube = made(lambda d, g, b: np.exp(d * g) + b * d)
     whole = importance(cube)
-    monkeypatch.setattr(module, "BUDGET", 1)
+    monkeypatch.setattr("damperlab.studies.answers.slab.BUDGET", 1)
     cube["amplitude_ratio"].encoding["chunks"] = (1, 1, 1, 2, 1, 3)
     np.testing.assert_allclose(importance(cube)["share"], whole["share"], rtol=1e-12)
     part = importance(cube, Varied(ranges={"clearance_ratio": (2, 6), "frequency_ratio": (1.05, 1.2)}))

@@ -7,8 +7,7 @@ import pytest
 import xarray as xr
 from tests.studies.solving import solved
 
-from damperlab.studies.answers.merged import merged_designs
-from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.questions import Judging

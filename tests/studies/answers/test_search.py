@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from damperlab.studies.answers.follow_up import Refinement, cover
-from damperlab.studies.answers.merged import merged_designs
+from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.refine import refine_optimum
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.questions import Judging, Search

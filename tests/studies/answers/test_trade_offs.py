@@ -43,7 +43,7 @@ def _rows(whole, band):
     ],
 )
 def test_the_front_is_what_no_design_beats(cube, whole, monkeypatch, budget, respects, columns):
-    monkeypatch.setattr("damperlab.studies.answers.pareto.BUDGET", budget)
+    monkeypatch.setattr("damperlab.studies.answers.slab.BUDGET", budget)
     rows = _rows(whole, (0.8, 1.2))
     points = np.array([[row[c] for c in columns] for row in rows])
     beaten = [bool(((points <= p).all(axis=1) & (points < p).any(axis=1)).any()) for p in points]
@@ -59,7 +59,7 @@ def test_the_front_is_what_no_design_beats(cube, whole, monkeypatch, budget, res
 @pytest.mark.parametrize("budget", [30, 2**18])
 def test_designs_that_none_is_surely_better_than_may_belong_to_the_front(cube, whole, monkeypatch, budget):
     """Pair by pair: surely better is what is no worse in every respect, and better in one, even at the limits of both."""
-    monkeypatch.setattr("damperlab.studies.answers.pareto.BUDGET", budget)
+    monkeypatch.setattr("damperlab.studies.answers.slab.BUDGET", budget)
     every = optimal_designs(cube, Judging("peak", band=(0.8, 1.2)), top=1000)
     speed = {row[0]: row[2] for row in _rows(whole, (0.8, 1.2))}
     designs = [tuple(every[name].values[i].item() for name in DESIGN) for i in range(every.sizes["rank"])]

@@ -7,9 +7,8 @@ import pytest
 import xarray as xr
 from scipy import integrate, stats
 
-from damperlab.studies.answers.contenders import chance_of_another, contend, limits
-from damperlab.studies.answers.merged import merged_designs
-from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.comparing import chance_of_another, contend, limits
+from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.answers.verdict import DOUBTS
 from damperlab.studies.brief import lines_of
 from damperlab.studies.questions import Judging
@@ -184,7 +183,7 @@ def test_the_best_with_impacts_is_found_however_low_it_ranks(monkeypatch):
     import damperlab.studies.answers.optimal_designs as module
 
     monkeypatch.setattr(module, "MOST_DESIGNS", 3)
-    monkeypatch.setattr(module, "BUDGET", 1)
+    monkeypatch.setattr("damperlab.studies.answers.slab.BUDGET", 1)
     kinds = [ResponseClass.NO_IMPACT] * 9 + [ResponseClass.CHAOTIC]
     answer = optimal_designs(made(np.arange(1.0, 11.0), kinds=kinds), top=2)
     assert answer.sizes["rank"] == 2

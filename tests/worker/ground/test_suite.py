@@ -165,7 +165,7 @@ def test_a_suite_goes_on_from_half_without_the_folder_of_records(
         ("record", "scale", "natural_frequency_hz", "damping_ratio")
     )
     np.testing.assert_array_equal(ranked["value"], np.sort(worst.values, axis=None)[:3])
-    monkeypatch.setattr("damperlab.studies.answers.suite.BUDGET", 16)
+    monkeypatch.setattr("damperlab.studies.answers.slab.BUDGET", 16)
     assert worst_case_designs(cube, top=3).identical(ranked)
     best = ranked.isel(rank=0)
     where = {name: best[name].item() for name in cube["status"].dims}

@@ -1,4 +1,4 @@
-"""Which designs may be the best, given what is unknown about each, and how likely it is that the best is another.
+"""Which designs are best by a value with an error, which may be, and how likely it is that the best is another.
 
 The mean of an irregular response lies farther from the truth, now and then, than a normal error of the stated size would: it is
 taken as distributed by Student's t with `DEGREES` degrees of freedom. Of 427 such means over random designs 2.3 % were more
@@ -6,11 +6,14 @@ than `WIDTH` stated errors off runs of 200,000 cycles, and 1.4 % more than 4.6, 
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+Found = dict[str, NDArray[Any]]
+"""Designs, one entry each in every array: `value`, where they stand on the grid, and what is told beside it."""
 
 CONFIDENCE = 0.95
 """Of the limits of each amplitude."""
@@ -22,6 +25,25 @@ ALIKE = 1e-9
 """Relative difference of two exact values that is rounding: the same response, computed on two ways."""
 COMPARED = 2000
 """Most designs in one probability; those whose limits lie highest are left out first."""
+CLEARLY = 0.02
+"""Share by which a value must be less for another kind of damper to be recommended."""
+
+
+def clearly_less(value: float, other: float) -> bool:
+    """Say whether a value is less by more than `CLEARLY`."""
+    return value * (1.0 + CLEARLY) < other
+
+
+def joined(known: Found, more: Found) -> Found:
+    """Give designs, and more of them after those."""
+    return {name: np.concatenate((known[name], more[name])) for name in more} if known else more
+
+
+def least(known: Found, more: Found, number: int) -> Found:
+    """Give the best of two sets of designs, the best first; of equal values the earlier one stands."""
+    both = joined(known, more)
+    order = np.argsort(both["value"], kind="stable")[:number]
+    return {name: array[order] for name, array in both.items()}
 
 
 def limits(amplitude: Floats, error: Floats) -> tuple[Floats, Floats]:

@@ -1,0 +1,83 @@
+"""Designs of a cube with every case that each of them meets, as many at a time as fit in memory."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from damperlab.studies.answers.selection import dimensions_of
+from damperlab.studies.store.export.slabs import BUDGET, slabs
+
+Places = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Slab:
+    """Some designs of a cube.
+
+    Parameters
+    ----------
+    cube : Dataset
+        Of any kind of study.
+    designs, cases : tuple of str
+        The dimensions of a design, and those of what it meets: all others.
+    index : mapping of int arrays
+        Grid indices along every dimension; every combination of them is looked at.
+    """
+
+    cube: xr.Dataset
+    designs: tuple[str, ...]
+    cases: tuple[str, ...]
+    index: Mapping[str, Places]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Designs along each of their dimensions."""
+        return tuple(self.index[name].size for name in self.designs)
+
+    @property
+    def extent(self) -> int:
+        """Cases that each design meets."""
+        return math.prod(self.index[name].size for name in self.cases)
+
+    def read(self, name: str) -> NDArray[Any]:
+        """Give a variable, (design, case)."""
+        values = self.cube[name].isel(self.index).transpose(*self.designs, *self.cases).values
+        return np.asarray(values.reshape(math.prod(self.shape), -1))
+
+    def designs_at(self, rows: Places) -> dict[str, Places]:
+        """Give the grid indices of designs, by dimension."""
+        return self._places(self.designs, rows)
+
+    def cases_at(self, columns: Places) -> dict[str, Places]:
+        """Give the grid indices of cases, by dimension."""
+        return self._places(self.cases, columns)
+
+    def _places(self, names: tuple[str, ...], flat: Places) -> dict[str, Places]:
+        at = np.unravel_index(flat, [self.index[name].size for name in names])
+        return {name: self.index[name][place] for name, place in zip(names, at, strict=True)}
+
+
+def slabs_of(cube: xr.Dataset, index: Mapping[str, Places], designs: tuple[str, ...]) -> Iterator[Slab]:
+    """Cut what is looked at of a cube along the designs, so that every chunk is read once.
+
+    Parameters
+    ----------
+    cube, designs
+        As of `Slab`.
+    index : mapping of int arrays
+        Grid indices that count; all along a dimension that is not named.
+    """
+    every = dimensions_of(cube)
+    cases = tuple(name for name in every if name not in designs)
+    chosen = {name: index.get(name, np.arange(cube.sizes[name])) for name in every}
+    status = cube["status"]
+    chunks = dict(zip(every, status.encoding.get("chunks", status.shape), strict=True))
+    whole = Slab(cube, designs, cases, chosen)
+    for box in slabs(whole.shape, tuple(chunks[name] for name in designs), max(1, BUDGET // whole.extent)):
+        part = {name: chosen[name][span] for name, span in zip(designs, box, strict=True)}
+        yield Slab(cube, designs, cases, {**chosen, **part})
