@@ -12,6 +12,7 @@ import { WORDS } from "./words.js";
 
 const LOOK_MILLISECONDS = 1500;
 const { damper, tables } = WORDS.specification;
+const FRICTION = { name: "particle_friction_coefficient", label: "friction coefficient of the particle" };
 
 /** @type {import("./main.js").View} */
 export async function designView(root, { parts }) {
@@ -204,8 +205,12 @@ function measure(answer) {
 
 /** @param {any} answer */
 function margins(answer) {
-  const spelled = (/** @type {string} */ name, /** @type {number | null} */ value) => (value === null ? "–" : answer.worst.units !== "1" || name === "restitution" ? quantity({ [name]: value }, name) : short(value, 4));
-  const rows = damper.filter(({ name }) => answer.margins[name]);
+  const spelled = (/** @type {string} */ name, /** @type {number | null} */ value) => {
+    if (value === null) return "–";
+    const plain = name === FRICTION.name || (answer.worst.units === "1" && name !== "restitution");
+    return plain ? short(value, 4) : quantity({ [name]: value }, name);
+  };
+  const rows = [...damper, FRICTION].filter(({ name }) => answer.margins[name]);
   if (!rows.length) return null;
   return table("How far each quantity may move alone", ["Quantity", "From", "To", "Seen to fail at"], rows.map(({ name, label }) => {
     const one = answer.margins[name];

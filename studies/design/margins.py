@@ -1,7 +1,7 @@
 """How far each quantity of a damper may move alone, and how far all of them together."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import takewhile
 from math import inf
 
@@ -10,12 +10,16 @@ from damperlab.studies.design.corners import corners
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step
-from damperlab.studies.specification.specification import CHOSEN
+from damperlab.studies.physical import PARTICLE_FRICTION
+from damperlab.studies.specification.cavity import Cavity
+from damperlab.studies.specification.specification import CHOSEN, Specification
 
 MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Shares by which each quantity is moved alone."""
 FEW = 3
 """How many of them are looked at first."""
+COEFFICIENTS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
+"""μ_i of the particle that are looked at: about those of a rolling ball, of PTFE, and of dry metals."""
 WITHIN = 1.1
 """How much above the stated worst case one may come that is moved, where no limit says it."""
 
@@ -39,7 +43,10 @@ class Together:
 
 
 def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Margin]]:
-    """Move each quantity alone, ever further, until a limit or the bound is exceeded."""
+    """Move each quantity alone, ever further, until a limit or the bound is exceeded.
+
+    So is the friction of the particle in its cavity, from none, where it was assumed that there is none.
+    """
     moved: dict[tuple[str, int], list[tuple[float, Build]]] = {}
     names = _moved(search, build)
     for name in names:
@@ -47,6 +54,12 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
             values = (_value(search, build, name, sign * share) for share in MOVES)
             kept = [each for each in values if each is not None]
             moved[name, sign] = [(each, build.with_values({name: each})) for each in kept]
+    if build.particle_mass_kg > 0.0 and _may_rub(search.asked):
+        names.append(PARTICLE_FRICTION.name)
+        moved[PARTICLE_FRICTION.name, -1] = []
+        moved[PARTICLE_FRICTION.name, 1] = [
+            (each, replace(build, cavity=Cavity(each))) for each in COEFFICIENTS
+        ]
     # a worst case can only grow: where the coarse look shows a failure, nothing beyond it needs a look, or a closer one
     near: dict[tuple[str, int], list[Build]] = {key: [] for key in moved}
     for first, last in ((0, FEW), (FEW, len(MOVES))):
@@ -64,7 +77,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
         ends: list[float] = []
         beyond: list[float | None] = []
         for sign in (-1, 1):
-            end, failed = getattr(build, name), None
+            end, failed = getattr(build, name, 0.0), None
             for value, each in moved[name, sign]:
                 if _fails(search, each, stated):
                     failed = value
@@ -93,6 +106,7 @@ def together_of(
     Together or None
         None of a single quantity, which is moved alone.
     """
+    alone = {name: margin for name, margin in alone.items() if name != PARTICLE_FRICTION.name}
     if len(alone) < 2:
         return None
     seen = [
@@ -124,6 +138,17 @@ def _moved(search: Search, build: Build) -> list[str]:
     if build.particle_mass_kg == 0.0:
         names = [name for name in names if name == "friction_force_n"]
     return names
+
+
+def _may_rub(asked: Specification) -> bool:
+    """Whether a particle that rubs can be computed beside all that is asked, where it was assumed not to."""
+    beside = (
+        asked.cavity.acts,
+        asked.cases,
+        any(each.motion.constant for each in asked.excitations),
+        any(asked.choices["restitution"].contact_times_s),
+    )
+    return asked.in_units and not any(beside)
 
 
 def _size(search: Search, build: Build, name: str) -> float:

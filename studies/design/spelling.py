@@ -14,6 +14,7 @@ UNITS = {
     "friction_force_n": "N",
     "particle_mass_kg": "kg",
     "restitution": "",
+    "particle_friction_coefficient": "",
 }
 OVER = {"1": "", "m": " Z", "m/s": " ω_n·Z", "m/s²": " ω_n²·Z", "N": " k·Z", "kg": " M"}
 """What a limit is over where there are no units, by the unit that it has else."""

@@ -1,7 +1,7 @@
 """A design's verdict: what to build, what that comes to, and what it depends on; what comes second, and one next step."""
 
 from collections.abc import Iterator
-from math import isfinite, isinf, pi
+from math import isinf, pi
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from damperlab.studies.design.spelling import (
     rounded_up,
     spelled,
 )
-from damperlab.studies.physical import PARTICLE_FRICTION, STANDARD_GRAVITY, TILT
+from damperlab.studies.physical import PARTICLE_FRICTION, TILT
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.understood import unusual_specification
@@ -272,7 +272,7 @@ def _holds(found: Found, damper: Damper) -> Iterator[str]:
     parts = [
         f"{NAMES[name]} {_span(asked, name, each.low, each.high)}"
         for name, each in found.margins.items()
-        if each.fails_below is not None or each.fails_above is not None
+        if name in NAMES and (each.fails_below is not None or each.fails_above is not None)
     ]
     if parts:
         holds = "Limits hold" if asked.limits_measure else "At most a tenth is lost"
@@ -286,25 +286,30 @@ def _span(asked: Specification, name: str, low: float, high: float) -> str:
 
 
 def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
-    """Say how the cavity of a particle lies and rubs, and from which friction on the particle would do nothing."""
-    asked, stated = found.asked, found.stated
+    """Say how the cavity of a particle lies and rubs, and up to which friction of the particle the damper does its work."""
+    asked = found.asked
     if CAVITY.intersection(asked.document):
         cavity = asked.cavity
         lies = f"cavity tilted by {cavity.tilt_deg:.3g}°" if cavity.tilt_deg else "lying"
         yield "given", f"{lies}, μ_i = {cavity.particle_friction_coefficient:.3g}", ""
-        return
-    if not asked.choices["particle_mass_kg"].stop:
-        return
-    limit = ""
-    if (
-        damper in ("hybrid", "particle_alone")
-        and asked.in_units
-        and asked.measure.name == "worst_displacement"
-        and isfinite(stated.value * stated.frequency_ratio)
-    ):
-        speed = 2.0 * pi * stated.frequency_ratio * asked.structure.natural_frequency_hz
-        limit = f"dead mass from about μ_i = {stated.value * speed**2 / STANDARD_GRAVITY:.2g}"
-    yield "assumed", "lying, frictionless", limit
+    elif asked.choices["particle_mass_kg"].stop:
+        yield (
+            "assumed",
+            "lying, frictionless",
+            _with_friction(found) if damper == kind_of(found.build) else "",
+        )
+
+
+def _with_friction(found: Found) -> str:
+    """Say up to which friction of the particle the damper keeps what is stated; empty where that was not computed."""
+    margin = found.margins.get(PARTICLE_FRICTION.name)
+    if margin is None or isinf(found.stated.most):
+        return ""
+    kept = "limits hold" if found.asked.limits_measure else "at most a tenth is lost"
+    if margin.high == 0.0:
+        return f"not so from μ_i = {margin.fails_above:.3g}"
+    beyond = "" if margin.fails_above is None else f", not at {margin.fails_above:.3g}"
+    return f"{kept} up to μ_i = {margin.high:.3g}{beyond}"
 
 
 def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[str, str, str]]:

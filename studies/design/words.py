@@ -32,6 +32,7 @@ CALLED = {
     "friction_force_n": "friction force",
     "particle_mass_kg": "particle mass",
     "restitution": "coefficient of restitution",
+    "particle_friction_coefficient": "friction coefficient of the particle",
 }
 
 

@@ -8,6 +8,7 @@ from tests.studies.design.test_design import pursued, solved
 
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.design.answer import answer_document
+from damperlab.studies.design.margins import WITHIN
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.specification.cavity import LEVEL
 from damperlab.studies.specification.reading import parse_specification
@@ -56,6 +57,39 @@ def test_a_level_cavity_without_friction_asks_for_the_studies_of_one_of_which_no
     assert said.asked.cavity is LEVEL
     assert said.stated == plain.stated
     assert not any("gravity_ratio" in cube.sizes for cube in cubes.values())
+
+
+def test_the_friction_of_the_particle_that_a_damper_bears_is_computed_with_it() -> None:
+    found, _ = pursued(FLOOR | {"choose": {}, "clearance_m": 0.004}, 20_000)
+    bears = found.margins["particle_friction_coefficient"]
+    assert bears.low == 0.0
+    assert bears.fails_above is not None
+    physical = {
+        "mass_kg": 250, "natural_frequency_hz": 7.6, "base_amplitude_m": 0.001, "particle_mass_kg": 20,
+        "clearance_m": 0.004, "friction_force_n": 300,
+    }  # fmt: skip
+    band = {"start": 6.5 / 7.6, "stop": 9 / 7.6, "num": 201}
+    worst = {
+        friction: 0.001
+        * np.max(
+            solved(
+                parse_harmonic(
+                    {
+                        "damping_ratio": 0.02,
+                        "physical": physical | {"particle_friction_coefficient": friction},
+                        "axes": {"restitution": 0.5, "frequency_ratio": band},
+                    }
+                )
+            )["amplitude_ratio"].values
+        )
+        for friction in (bears.high, bears.fails_above)
+        if friction
+    }
+    assert worst[bears.fails_above] > WITHIN * found.stated.value
+    assert worst.get(bears.high, 0.0) <= WITHIN * found.stated.most
+    row = answer_document(found)["verdict"]["rows"][0]
+    assert row[:2] == ["assumed", "lying, frictionless"]
+    assert f"{bears.fails_above:.3g}" in row[2]
 
 
 @pytest.mark.parametrize(
