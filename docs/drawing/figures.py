@@ -5,6 +5,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from docs.drawing.cavity import draw_friction_of_the_particle, draw_standing, draw_table_3
 from docs.drawing.contact import draw_contact
 from docs.drawing.motion import EXAMPLES, draw_class
 from docs.drawing.sketches import draw_cluster, draw_friction, draw_layers, draw_scene, draw_stores
@@ -16,6 +17,9 @@ from damperlab.service.figures.style import styled
 FIGURES: dict[str, Callable[[], Figure]] = {
     **{f"response-{name}": partial(draw_class, name) for name in EXAMPLES},
     "contact": draw_contact,
+    "cavity-friction": draw_friction_of_the_particle,
+    "cavity-standing": draw_standing,
+    "cavity-table-3": draw_table_3,
     "scene": draw_scene,
     "friction": draw_friction,
     "cluster": draw_cluster,
