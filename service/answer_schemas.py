@@ -328,7 +328,7 @@ _WORST = _object(
     },
     record_name={
         "type": ["string", "null"],
-        "description": "What it is called: its id, or which sweep it is.",
+        "description": "What it is called: its id, or what it was generated from.",
     },
     scale=NUMBER,
 )
