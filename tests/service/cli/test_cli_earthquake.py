@@ -105,6 +105,7 @@ def test_a_fragility_curve_is_printed_in_the_units_of_its_result(tmp_path: Path)
     assert "5 mm" in short
     assert "0.005" not in short + said
     assert head.split("  ")[-1].strip() == "highest [mm]"
+    assert all(f"{name} [mm]" in head for name in ("mean", "rms", "quantile"))
     highest = json.loads(run(*asked, "--json").stdout)["highest"]
     assert [row.split()[-1] for row in rows] == [f"{1e3 * each:.6g}" for each in highest]
     assert [row.split()[0] for row in rows] == ["0.5", "2"]
