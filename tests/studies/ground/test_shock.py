@@ -9,10 +9,10 @@ import pytest
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.generated import GENERATED
 from damperlab.studies.ground.motion import STANDARD_GRAVITY
-from damperlab.studies.ground.response_spectrum import response_spectrum
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.shock import Shock, shock_of
 from damperlab.studies.ground.source import read_source
+from damperlab.worker.ground.response_spectrum import response_spectrum
 
 HALF_SINE: dict[str, Any] = {"shape": "half_sine", "peak_g": 15, "duration_ms": 11}
 SAMPLES = 50
