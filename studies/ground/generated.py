@@ -5,20 +5,26 @@ from functools import partial
 from typing import Any
 
 from damperlab.studies.faults import Fault, StudyFaults
-from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
+from damperlab.studies.ground.kanai_tajimi import kanai_tajimi_schema, read_kanai_tajimi
 from damperlab.studies.ground.motion import GroundMotion, checked
-from damperlab.studies.ground.random_vibration import random_vibration_of, random_vibration_schema
-from damperlab.studies.ground.recipe import Recipe
-from damperlab.studies.ground.shock import shock_of, shock_schema
+from damperlab.studies.ground.random_vibration import (
+    RandomVibration,
+    random_vibration_of,
+    random_vibration_schema,
+)
+from damperlab.studies.ground.shock import Shock, shock_of, shock_schema
+from damperlab.studies.ground.sweep import Sweep
 from damperlab.studies.ground.sweep_reading import sweep_of, sweep_schema
 from damperlab.studies.quantity import read_count
 
+Recipe = Sweep | RandomVibration | Shock
+"""What says itself what the base does."""
 RECIPES: dict[str, Callable[[object], Recipe]] = {
     "sweep": sweep_of,
     "random_vibration": random_vibration_of,
     "shock": shock_of,
 }
-"""How what says itself what the base does is read, without its samples."""
+"""How each of these is read, without its samples."""
 
 
 def _generate(way: str, document: object) -> GroundMotion:
@@ -32,7 +38,7 @@ GENERATED: dict[str, Callable[[object], GroundMotion]] = {
 }
 """How each is generated; every fault of a reader begins with the name."""
 SCHEMAS: dict[str, dict[str, Any]] = {
-    "kanai_tajimi": {"type": "object"},
+    "kanai_tajimi": kanai_tajimi_schema(),
     "sweep": sweep_schema(),
     "random_vibration": random_vibration_schema(),
     "shock": shock_schema(),
@@ -45,9 +51,7 @@ SEEDED = ("kanai_tajimi", "random_vibration")
 MOST_SEEDS = 100
 SEEDS_SCHEMA = {"type": "integer", "minimum": 1, "maximum": MOST_SEEDS, "default": 1}
 LISTED_SCHEMAS = {
-    way: schema | {"properties": schema["properties"] | {"seeds": SEEDS_SCHEMA}}
-    if way == "random_vibration"
-    else schema
+    way: schema | {"properties": schema["properties"] | ({"seeds": SEEDS_SCHEMA} if way in SEEDED else {})}
     for way, schema in SCHEMAS.items()
 }
 """The same of an entry that may stand for several records."""

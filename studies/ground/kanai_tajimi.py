@@ -1,13 +1,14 @@
 """Artificial records with the spectrum of Kanai and Tajimi: white noise in the rock, filtered by the soil above it."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.ground.motion import STANDARD_GRAVITY, GroundMotion, checked
-from damperlab.studies.ground.recipe import read_numbers, read_seed, too_many_samples
+from damperlab.studies.ground.recipe import SEED_SCHEMA, read_numbers, read_seed, schema_of, too_many_samples
 from damperlab.studies.portable import cos, sin
 from damperlab.studies.quantity import Quantity
 
@@ -59,6 +60,11 @@ def read_kanai_tajimi(document: object) -> GroundMotion:
     if faults:
         raise StudyFaults(faults)
     return kanai_tajimi(seed, name=given.get("name", ""), **values)
+
+
+def kanai_tajimi_schema() -> dict[str, Any]:
+    """Return the JSON schema of what is read."""
+    return schema_of("An artificial record with the spectrum of Kanai and Tajimi.", _QUANTITIES, SEED_SCHEMA)
 
 
 def kanai_tajimi(

@@ -13,11 +13,11 @@ from damperlab.studies.faults import Fault, StudyFaults, describe, listing
 from damperlab.studies.ground.motion import STANDARD_GRAVITY, GroundMotion
 from damperlab.studies.ground.ramp import ramps
 from damperlab.studies.ground.recipe import (
-    LARGEST_SEED,
-    NAME_SCHEMA,
+    SEED_SCHEMA,
     one_of,
     read_numbers,
     read_seed,
+    schema_of,
     too_many_samples,
 )
 from damperlab.studies.portable import cos, expm1, log, sin
@@ -35,6 +35,7 @@ LEVELS: dict[str, Quantity] = {
 }
 """One of them is given."""
 DURATION = Quantity("duration_s", "time at full level [s]", 0.01, 1e5, "some tens of seconds are usual")
+NUMBERS = {DURATION.name: (DURATION, None)}
 MOST_POINTS = 100
 SAMPLES_PER_CYCLE = 8
 """Of the highest frequency. Straight lines between samples weaken a line of frequency f by sinc²(fh), which is made up for, and
@@ -170,7 +171,7 @@ def random_vibration_of(document: object) -> RandomVibration:
         With every fault.
     """
     others = (FREQUENCY.name, *LEVELS, "seed")
-    given, found, faults = read_numbers(document, PLACE, {"duration_s": (DURATION, None)}, others, EXAMPLE)
+    given, found, faults = read_numbers(document, PLACE, NUMBERS, others, EXAMPLE)
     seed = read_seed(given, PLACE, faults)
     key = one_of(LEVELS, given, PLACE, faults, "what the levels are", "psd_g2_per_hz")
     frequencies = _column(FREQUENCY, given, faults)
@@ -221,16 +222,5 @@ def random_vibration_schema() -> dict[str, Any]:
         each.name: {"type": "array", "minItems": 2, "maxItems": MOST_POINTS, "items": each.schema()}
         for each in (FREQUENCY, *LEVELS.values())
     }
-    return {
-        "type": "object",
-        "description": "A Gaussian acceleration of the base with the power spectral density of a table: `frequency_hz` and one "
-        f"of {listing(LEVELS)}.",
-        "required": [FREQUENCY.name, DURATION.name],
-        "additionalProperties": False,
-        "properties": {
-            **columns,
-            DURATION.name: DURATION.schema(),
-            "seed": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED, "default": 0},
-            "name": NAME_SCHEMA,
-        },
-    }
+    told = f"A Gaussian acceleration of the base with a power spectral density: `frequency_hz`, and one of {listing(LEVELS)}."
+    return schema_of(told, NUMBERS, columns | SEED_SCHEMA, (FREQUENCY.name,))

@@ -2,45 +2,25 @@
 
 from collections.abc import Mapping
 from math import isnan
-from typing import Any, Protocol
+from typing import Any
 
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, path, unknown_key
-from damperlab.studies.ground.motion import MOST_SAMPLES, GroundMotion
+from damperlab.studies.ground.motion import MOST_SAMPLES
 from damperlab.studies.quantity import Quantity, read_count
 
 MOST_LETTERS = 200
 LARGEST_SEED = 2**63 - 1
-NAME_SCHEMA = {"type": "string", "maxLength": MOST_LETTERS, "default": ""}
+SEED_SCHEMA = {"seed": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED, "default": 0}}
+Numbers = Mapping[str, tuple[Quantity, float | None]]
+"""Bounds and default of each number: None where it must be given, `OPTIONAL` where it may be missing."""
 OPTIONAL = float("nan")
 """The default of a number that may be missing."""
-
-
-class Recipe(Protocol):
-    """What a record is generated from."""
-
-    @property
-    def noun(self) -> str:
-        """What kind of thing it is."""
-
-    @property
-    def name(self) -> str:
-        """What it is called."""
-
-    @property
-    def shorter(self) -> str:
-        """What makes its record shorter, as advice."""
-
-    def words_at(self, scale: float) -> str:
-        """Say what the base does, times a factor."""
-
-    def motion(self, name: str = "") -> GroundMotion:
-        """Give the record; called by its own name where `name` is empty."""
 
 
 def read_numbers(
     document: object,
     place: str,
-    numbers: Mapping[str, tuple[Quantity, float | None]],
+    numbers: Numbers,
     others: tuple[str, ...],
     example: str,
 ) -> tuple[Mapping[Any, Any], dict[str, float], list[Fault]]:
@@ -52,8 +32,8 @@ def read_numbers(
         As it is written.
     place : str
         The way of generating it, with which every fault begins.
-    numbers : mapping
-        Bounds and default of each number: None where it must be given, `OPTIONAL` where it may be missing.
+    numbers : Numbers
+        What they are.
     others : tuple of str
         Keys besides these and ``name``.
     example : str
@@ -92,6 +72,23 @@ def read_numbers(
     if not isinstance(name, str) or len(name) > MOST_LETTERS or not name.isprintable():
         faults.append(Fault(f"{place}.name", describe(name), "a short text on one line", "shorten it"))
     return document, found, faults
+
+
+def schema_of(
+    description: str, numbers: Numbers, more: Mapping[str, Any] | None = None, required: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    """Return the JSON schema of what `read_numbers` reads; `more` properties, and which of them must be there."""
+    return {
+        "type": "object",
+        "description": description,
+        "required": [*required, *(name for name, (_, default) in numbers.items() if default is None)],
+        "additionalProperties": False,
+        "properties": {
+            **(more or {}),
+            **{name: quantity.schema(default) for name, (quantity, default) in numbers.items()},
+            "name": {"type": "string", "maxLength": MOST_LETTERS, "default": ""},
+        },
+    }
 
 
 def read_seed(document: Mapping[Any, Any], place: str, faults: list[Fault]) -> int:

@@ -8,7 +8,7 @@ import numpy as np
 
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing, write_nearest
 from damperlab.studies.ground.motion import STANDARD_GRAVITY, GroundMotion
-from damperlab.studies.ground.recipe import NAME_SCHEMA, read_numbers, too_many_samples
+from damperlab.studies.ground.recipe import read_numbers, schema_of, too_many_samples
 from damperlab.studies.portable import sin
 from damperlab.studies.quantity import Quantity
 
@@ -122,14 +122,5 @@ def shock_of(document: object) -> Shock:
 
 def shock_schema() -> dict[str, Any]:
     """Return the JSON schema of a shock."""
-    return {
-        "type": "object",
-        "description": "A pulse of the base acceleration by IEC 60068-2-27, and rest after it.",
-        "required": ["shape", "peak_g", "duration_ms"],
-        "additionalProperties": False,
-        "properties": {
-            "shape": {"type": "string", "enum": list(SHAPES)},
-            **{name: quantity.schema(default) for name, (quantity, default) in NUMBERS.items()},
-            "name": NAME_SCHEMA,
-        },
-    }
+    told = "A pulse of the base acceleration by IEC 60068-2-27, and rest after it."
+    return schema_of(told, NUMBERS, {"shape": {"type": "string", "enum": list(SHAPES)}}, ("shape",))

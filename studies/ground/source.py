@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key
-from damperlab.studies.ground.generated import GENERATED, RECIPES, each_of, recipe_in
+from damperlab.studies.ground.generated import GENERATED, RECIPES, Recipe, each_of, recipe_in
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import read_record_reference
-from damperlab.studies.ground.recipe import Recipe
 from damperlab.studies.ground.shelf import Shelf
 
 _KEYS = ("id", "sha256", "step_s", "samples", *GENERATED)

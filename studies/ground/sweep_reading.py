@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from damperlab.studies.faults import Fault, StudyFaults, listing
-from damperlab.studies.ground.recipe import NAME_SCHEMA, OPTIONAL, one_of, read_numbers, too_many_samples
+from damperlab.studies.ground.recipe import OPTIONAL, one_of, read_numbers, schema_of, too_many_samples
 from damperlab.studies.ground.sweep import FEWEST_RAMP_CYCLES, SAMPLES_PER_CYCLE, Sweep
 from damperlab.studies.physical import BASE_AMPLITUDE
 from damperlab.studies.quantity import Quantity
@@ -93,19 +93,8 @@ def sweep_of(document: object) -> Sweep:
 
 def sweep_schema() -> dict[str, Any]:
     """Return the JSON schema of a sweep."""
-    quantities = ENDS | PACES | AMPLITUDES
-    return {
-        "type": "object",
-        "description": "A sine of the base whose frequency runs from `start_hz` to `stop_hz`: with one of "
-        f"{listing(PACES)}, and one of {listing(AMPLITUDES)}.",
-        "required": list(ENDS),
-        "additionalProperties": False,
-        "properties": {
-            **{name: quantity.schema() for name, quantity in quantities.items()},
-            RAMP_CYCLES.name: RAMP_CYCLES.schema(FEWEST_RAMP_CYCLES),
-            "name": NAME_SCHEMA,
-        },
-    }
+    told = "A sine of the base whose frequency runs from `start_hz` to `stop_hz`: with one of "
+    return schema_of(f"{told}{listing(PACES)}, and one of {listing(AMPLITUDES)}.", NUMBERS)
 
 
 def _duration_s(pace: str, value: float, start: float, stop: float) -> float:

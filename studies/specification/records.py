@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from damperlab.studies.ground.generated import Recipe
 from damperlab.studies.ground.motion import GroundMotion
-from damperlab.studies.ground.recipe import Recipe
 from damperlab.studies.ground.source import RecordSource
 from damperlab.studies.specification.excitation import Amplitude
 
