@@ -1,7 +1,7 @@
 """A record as a study names it: its id, and what tells its samples from all others."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,8 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import read_record_reference
 from damperlab.studies.ground.shelf import Shelf
 
+Entry = tuple[str, str, object]
+"""A record as it is written: its place, the place that the faults of its reader are within, and the record."""
 _KEYS = ("id", "sha256", "step_s", "samples", *GENERATED)
 
 
@@ -155,6 +157,48 @@ def read_sources(raw: object, shelf: Shelf | None) -> list[tuple[RecordSource, G
         faults = [*faults, *caught.faults]
     if faults:
         raise StudyFaults(faults)
+    return found
+
+
+def read_entries(
+    entries: list[Entry], shelf: Shelf | None, named: set[str], faults: list[Fault]
+) -> list[tuple[str, RecordSource, GroundMotion | None]]:
+    """Read a list of records, each once; what is wrong goes to `faults`.
+
+    Parameters
+    ----------
+    entries : list of Entry
+        As they are written.
+    shelf : Shelf, optional
+        As in `read_source`.
+    named : set of str
+        Ids that are taken already, to which these are added.
+    faults : list of Fault
+        Those so far.
+
+    Returns
+    -------
+    list of tuple
+        Each record with the place of its entry, which with seeds has several.
+    """
+    found = []
+    for place, within, entry in entries:
+        try:
+            read = read_sources(entry, shelf)
+        except StudyFaults as caught:
+            # a record that is not found says so under a name of its own, which a list has no use for
+            faults += [
+                replace(each, field=place) if each.field == "record" else each.under(within)
+                for each in caught.faults
+            ]
+            continue
+        for source, motion in read:
+            if source.id in named:
+                told = f"{{field}} names {source.called} a second time."
+                words = f"{source.called} a second time"
+                faults.append(Fault(place, words, "each record once", "remove the duplicate", told))
+            named.add(source.id)
+            found.append((place, source, motion))
     return found
 
 

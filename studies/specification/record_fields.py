@@ -1,15 +1,13 @@
 """Ground-motion records as the excitation of a specification, read from a document."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing
+from damperlab.studies.faults import NOTHING, Fault, describe, listing
 from damperlab.studies.ground.generated import GENERATED
-from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.ground.source import RecordSource, read_sources
+from damperlab.studies.ground.source import Entry, RecordSource, read_entries
 from damperlab.studies.ground.suite import windows_of
 from damperlab.studies.ground.suite_reading import MOST_WINDOWS
 from damperlab.studies.specification.fields import Fields
@@ -21,8 +19,6 @@ OF_RECORDS = ("records", *GENERATED)
 RECORD_KEYS = (*OF_RECORDS, "scales", "tail_s")
 MOST_CASES = 50
 """Records times scales, of all excitations."""
-Entry = tuple[str, str, object]
-"""A record as it is written: its place, the place that the faults of its reader are within, and the record."""
 SCALE, TAIL = (QUANTITIES[name][0] for name in ("scale", "tail_s"))
 WITHOUT_BASE = ("clearance_ratio", "friction_ratio")
 """Ratios to an amplitude of the base, which records do not have."""
@@ -124,7 +120,7 @@ class RecordFields(Fields):
         else:
             # its faults name the key themselves
             entries = [(f"{place}.{first}", place, {first: raw[first]})]
-        found = self._sources(entries, named)
+        found = read_entries(entries, self._shelf, named, self.faults)
         scales = self._scales(f"{place}.scales", raw.get("scales", 1.0))
         tail = self._read(f"{place}.tail_s", raw.get("tail_s", 0.0), TAIL)
         if len(self.faults) > before or tail is None:
@@ -157,30 +153,6 @@ class RecordFields(Fields):
             return []
         places = [f"{field}[{index}]" for index in range(len(entries))]
         return list(zip(places, places, entries, strict=True))
-
-    def _sources(
-        self, entries: list[Entry], named: set[str]
-    ) -> list[tuple[str, RecordSource, GroundMotion | None]]:
-        """Read entries; each record with the place of its entry, which with seeds has several."""
-        found: list[tuple[str, RecordSource, GroundMotion | None]] = []
-        for place, within, entry in entries:
-            try:
-                read = read_sources(entry, self._shelf)
-            except StudyFaults as caught:
-                # a record that is not found says so under a name of its own, which a list has no use for
-                self.faults.extend(
-                    replace(each, field=place) if each.field == "record" else each.under(within)
-                    for each in caught.faults
-                )
-                continue
-            for source, motion in read:
-                if source.id in named:
-                    told = f"{{field}} names {source.called} a second time."
-                    words = f"{source.called} a second time"
-                    self._fault(place, words, "each record once", "remove one", told)
-                named.add(source.id)
-                found.append((place, source, motion))
-        return found
 
     def _scales(self, field: str, raw: object) -> tuple[float, ...]:
         entries = list(raw) if isinstance(raw, list | tuple) else [raw]
