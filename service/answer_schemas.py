@@ -10,6 +10,7 @@ from typing import Any, get_args
 
 from pydantic import TypeAdapter
 
+from damperlab.studies.answers.over_records import OverRecords
 from damperlab.studies.answers.verdict import DOUBTS
 from damperlab.studies.brief import Damper, Severity
 from damperlab.studies.kinds import EVERY_DIMENSION
@@ -246,6 +247,8 @@ _FRAGILITY = _of_cube(
     lowest=NUMBERS,
     median=NUMBERS,
     highest=NUMBERS,
+    **dict.fromkeys(OverRecords._fields, NUMBERS),
+    quantile_share=NUMBER,
     threshold=NUMBER,
     metric=TEXT,
     records=COUNT,
@@ -328,7 +331,7 @@ _WORST = _object(
     },
     record_name={
         "type": ["string", "null"],
-        "description": "What it is called: its id, or which sweep it is.",
+        "description": "What it is called: its id, or what it was generated from.",
     },
     scale=NUMBER,
 )

@@ -200,7 +200,7 @@ def _excitations(found: Found) -> Iterable[str]:
             (each.source.called, f"{each.scale:g}", response(asked, value)) for each, value in cases_of(found)
         )
         kind = transients(asked)
-        each = "sweep" if kind.startswith("sweep") else "record"
+        each = {"sweeps": "sweep", "shocks": "shock"}.get(kind, "record" if "record" in kind else kind)
         yield f"<h2>Under each {each}</h2>"
         yield table(kind.capitalize(), (each, "scale", "as drawn"), cases)
     if len(asked.excitations) + len(asked.records) < 2:

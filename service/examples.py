@@ -126,6 +126,21 @@ RECORD_BODY: dict[str, Any] = {
                         }
                     },
                 },
+                "random-vibration": {
+                    "summary": "Random vibration of the base",
+                    "value": {
+                        "random_vibration": {
+                            "frequency_hz": [5, 50],
+                            "psd_g2_per_hz": [0.002, 0.002],
+                            "duration_s": 20,
+                            "seed": 1,
+                        }
+                    },
+                },
+                "shock": {
+                    "summary": "A shock",
+                    "value": {"shock": {"shape": "half_sine", "peak_g": 15, "duration_ms": 11}},
+                },
             },
         },
     },

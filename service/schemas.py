@@ -5,7 +5,7 @@ from typing import Any, get_args
 from damperlab.service.parameters import described
 from damperlab.service.simulation import HISTORY_CYCLES, SAMPLES
 from damperlab.studies.field import fields_of
-from damperlab.studies.ground.generated import GENERATED
+from damperlab.studies.ground.generated import SCHEMAS
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.quantity import RATIOS
 from damperlab.studies.questions import Compared, Simulated
@@ -74,7 +74,13 @@ def comparison_schema() -> dict[str, Any]:
             "record": {
                 "default": Compared.record,
                 "description": "Id of a record, an earthquake's name, or what to generate.",
-                "anyOf": [{"type": "string"}, *({"type": "object", "required": [way]} for way in GENERATED)],
+                "anyOf": [
+                    {"type": "string"},
+                    *(
+                        {"type": "object", "required": [way], "properties": {way: schema}}
+                        for way, schema in SCHEMAS.items()
+                    ),
+                ],
             },
             "contact": _contact("Instant", "Dwell"),
         },

@@ -175,6 +175,12 @@ class Fragile:
         "Result that exceeds the limit; peak_relative_displacement_m by default.",
         allowed=EVERY_VARIABLE,
     )
+    quantile: float = asked(
+        0.9,
+        "Share of the records whose result stays below the quantile that is given.",
+        least=0.01,
+        most=0.99,
+    )
     at: At = asked_at()
 
 

@@ -34,6 +34,12 @@ MUTANTS = (
         "tests/studies/store/test_folder.py",
     ),
     Mutant(
+        "studies/ground/random_vibration.py",
+        "(np.arange(1, length // 2 + 1) - 0.5)",
+        "np.arange(1, length // 2 + 1)",
+        "tests/studies/ground/test_random_vibration.py",
+    ),
+    Mutant(
         "studies/fit/asking.py",
         "settings, share, confidence, seed)",
         "settings, share, 0.9, seed)",

@@ -7,7 +7,14 @@ from typing import Annotated, Any
 import typer
 
 from damperlab.service.cli.asked import Values, asks, names_a_design
-from damperlab.service.cli.generated_record import RECIPE_OPTIONS, Duration, Generate, PeakG, Swept, recipe_of
+from damperlab.service.cli.generated_record import (
+    RECIPE_OPTIONS,
+    Duration,
+    Generate,
+    PeakG,
+    Written,
+    recipe_of,
+)
 from damperlab.service.cli.options import (
     CONTACT_OPTIONS,
     AsJson,
@@ -86,18 +93,18 @@ def records(
     seed: Generate = None,
     duration_s: Duration = None,
     peak_g: PeakG = None,
-    sweep: Swept = None,
+    generate: Written = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
     """List the ground-motion records, or store a new one."""
     from damperlab.studies.ground.shelf import Shelf
 
-    recipe = recipe_of(seed, duration_s, peak_g, sweep)
+    recipe = recipe_of(seed, duration_s, peak_g, generate)
     if file is None:
         check_alone({"--units": units}, "FILE")
     if file is None and recipe is None:
-        check_alone({"--name": name}, "FILE, --kanai-tajimi or --sweep")
+        check_alone({"--name": name}, "FILE, --kanai-tajimi or --generate")
     shelf = Shelf(data_folder(data_dir))
     if file is None and recipe is None:
         listed = shelf.summaries()
@@ -122,7 +129,7 @@ def records(
         return
     if file is not None and recipe is not None:
         raise typer.BadParameter(
-            "A FILE cannot be combined with --kanai-tajimi or --sweep. Leave one of them out."
+            "A FILE cannot be combined with --kanai-tajimi or --generate. Leave one of them out."
         )
     with in_options(RECIPE_OPTIONS):
         motion = read_file(file, units, name) if file is not None else _generated(recipe or {}, name)
@@ -154,7 +161,7 @@ def earthquake(
     kanai_tajimi: Generate = None,
     duration_s: Duration = None,
     peak_g: PeakG = None,
-    sweep: Swept = None,
+    generate: Written = None,
     output: Annotated[
         Path | None,
         file_option(
@@ -172,13 +179,13 @@ def earthquake(
     Parameters that are not given are those of the paper's prototype.
     """
     check_file(output)
-    recipe = recipe_of(kanai_tajimi, duration_s, peak_g, sweep)
+    recipe = recipe_of(kanai_tajimi, duration_s, peak_g, generate)
     is_file = recipe is None and Path(record).suffix.lower() in RECORD_SUFFIXES
     if not is_file:
         check_alone({"--units": units}, "a file as RECORD")
     if recipe is not None and record != Compared.record:
         raise typer.BadParameter(
-            f"{record} and a generated record cannot be combined. Leave RECORD out, or --kanai-tajimi and --sweep."
+            f"{record} and a generated record cannot be combined. Leave RECORD out, or --kanai-tajimi and --generate."
         )
     from damperlab.service.earthquakes import answer_comparison
     from damperlab.studies.ground.question import read_earthquake
@@ -239,7 +246,7 @@ def _generated(recipe: dict[str, Any], name: str) -> Any:
     from damperlab.studies.ground.generated import GENERATED
 
     ((way, values),) = recipe.items()
-    return GENERATED[way](values | {"name": name})
+    return GENERATED[way](values | {"name": name} if name and isinstance(values, dict) else values)
 
 
 def _write_csv(answer: dict[str, Any], output: Path) -> None:

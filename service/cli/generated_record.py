@@ -1,5 +1,6 @@
 """Options that generate a ground-motion record, and the document that they make."""
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -14,16 +15,18 @@ Generate = Annotated[
 ]
 Duration = Annotated[float | None, typer.Option(help="Duration of the artificial record, in seconds.")]
 PeakG = Annotated[float | None, typer.Option(help="Peak acceleration of the artificial record, in g.")]
-Swept = Annotated[
+Written = Annotated[
     str | None,
     typer.Option(
-        "--sweep",
-        metavar="KEY=NUMBER,…",
-        help="Generate a swept sine of the base in place of a file, as in "
-        "start_hz=6,stop_hz=10,rate_hz_per_s=0.2,base_amplitude_m=0.001.",
+        "--generate",
+        metavar="YAML",
+        help="Generate a record in place of a file: a sweep, random_vibration or a shock as a study has it, or the name of a "
+        "file with one, as in '{shock: {shape: half_sine, peak_g: 15, duration_ms: 11}}'.",
     ),
 ]
 
+FILES = (".yaml", ".yml", ".json")
+"""What the name of a file that says what to generate ends in; JSON is YAML."""
 RECIPE_OPTIONS = {
     "kanai_tajimi.seed": "--kanai-tajimi",
     "kanai_tajimi.duration_s": "--duration-s",
@@ -33,33 +36,43 @@ RECIPE_OPTIONS = {
 
 
 def recipe_of(
-    seed: int | None, duration_s: float | None, peak_g: float | None, sweep: str | None
+    seed: int | None, duration_s: float | None, peak_g: float | None, written: str | None
 ) -> dict[str, Any] | None:
     """Give what the options generate a record from, as documents have it; None where they generate none.
 
     Raises
     ------
     typer.BadParameter
-        Where options do not belong together, or a sweep is not made of keys and numbers.
+        Where options do not belong together, or what is written generates nothing.
+    StudyFaults
+        Where it is no YAML.
     """
     for option, value in (("--duration-s", duration_s), ("--peak-g", peak_g)):
         if seed is None and value is not None:
             message = f"found {value:g}, allowed: only with --kanai-tajimi; leave it out, or name a seed"
             raise typer.BadParameter(message, param_hint=option)
-    if seed is not None and sweep is not None:
-        raise typer.BadParameter("--kanai-tajimi and --sweep cannot be combined. Leave one of them out.")
-    if sweep is not None:
-        return {"sweep": dict(_pair(part) for part in sweep.split(","))}
+    if seed is not None and written is not None:
+        raise typer.BadParameter("--kanai-tajimi and --generate cannot be combined. Leave one of them out.")
+    if written is not None:
+        return _read(written)
     if seed is None:
         return None
     given = {"seed": seed, "duration_s": duration_s, "peak_g": peak_g}
     return {"kanai_tajimi": {key: value for key, value in given.items() if value is not None}}
 
 
-def _pair(part: str) -> tuple[str, float]:
-    key, _, number = part.partition("=")
-    try:
-        return key.strip(), float(number)
-    except ValueError:
-        message = f"found {part!r}, allowed: a key, an equals sign and a number, such as start_hz=6"
-        raise typer.BadParameter(message, param_hint="--sweep") from None
+def _read(written: str) -> dict[str, Any]:
+    from damperlab.studies.ground.generated import WRITTEN, recipe_in
+    from damperlab.studies.text import load_text
+
+    text: str | bytes = written
+    if Path(written).suffix.lower() in FILES:
+        try:
+            text = Path(written).read_bytes()
+        except OSError as error:
+            message = f"found {written}, which cannot be read ({error.strerror})"
+            raise typer.BadParameter(message, param_hint="--generate") from None
+    document = load_text(text, "yaml")
+    if not isinstance(document, dict) or len(document) != 1 or not recipe_in(document):
+        raise typer.BadParameter(f"found {written!r}, allowed: {WRITTEN}", param_hint="--generate")
+    return document

@@ -205,7 +205,9 @@ def fragility(
 
     def tell() -> None:
         print_brief(answer.attrs["brief"], [answer.attrs["note"]], details)
-        of_metric = dict.fromkeys(("lowest", "median", "highest"), str(answer.attrs["metric"]))
+        shares = ("exceeded", "probability")
+        metric = str(answer.attrs["metric"])
+        of_metric = {str(name): metric for name in answer.data_vars if name not in shares}
         if details:
             print_table(*rows_table(answer, Phrases.of(cube), of_metric))
 

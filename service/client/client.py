@@ -458,9 +458,9 @@ class Client:
     ) -> "DamperComparison":
         """Compare dampers under a ground motion, as the paper's Table A1.
 
-        The record may be a `GroundRecord`, ``{"kanai_tajimi": {"seed": 1}}`` for an artificial one, or ``{"sweep":
-        {…}}`` for a swept sine. The ``contact`` is written as in a study, ``{"model": "dwell", "contact_time":
-        0.1}``. Keywords say what differs from the paper's prototype: ``scale`` of the record, ``mass_kg``,
+        The record may be a `GroundRecord`, or what to generate: ``{"kanai_tajimi": {"seed": 1}}``, ``{"sweep": {…}}``,
+        ``{"random_vibration": {…}}`` or ``{"shock": {…}}``. The ``contact`` is written as in a study, ``{"model":
+        "dwell", "contact_time": 0.1}``. Keywords say what differs from the paper's prototype: ``scale``, ``mass_kg``,
         ``natural_frequency_hz``, ``damping_ratio``, ``particle_mass_kg``, ``clearance_m``, ``restitution``,
         ``friction_force_n``, ``tmd_mass_kg``, ``tail_s``, ``perturbation_m``.
 

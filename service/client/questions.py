@@ -186,7 +186,13 @@ class Questions(Asked):
         return read_importance(self._question("importance", Varied(metric, ranges)))
 
     @explained(Fragile)
-    def fragility(self, threshold: float, metric: str | None = None, **at: float | str) -> "Fragility":
+    def fragility(
+        self,
+        threshold: float,
+        metric: str | None = None,
+        quantile: float = Fragile.quantile,
+        **at: float | str,
+    ) -> "Fragility":
         """Fit how likely a damper of a ground-motion suite exceeds a limit, as its records are scaled up.
 
         Returns
@@ -196,7 +202,7 @@ class Questions(Asked):
         """
         from damperlab.service.client.answers import read_fragility
 
-        return read_fragility(self._question("fragility", Fragile(threshold, metric, at)))
+        return read_fragility(self._question("fragility", Fragile(threshold, metric, quantile, at)))
 
     def work_precision(self) -> "WorkPrecision":
         """Sort the points by run time, and say how exact those of each time are.

@@ -1,26 +1,30 @@
-/** What shakes the structure: one excitation, several that act one at a time, a sweep, or ground-motion records. */
+/** What shakes the structure: one excitation, several that act one at a time, or records, found or generated. */
 
 import { el, picker } from "./dom.js";
-import { group, number, read, span } from "./specified.js";
+import { group, number, read, span, titled } from "./specified.js";
 import { recordsField } from "./survey_fields.js";
 import { WORDS } from "./words.js";
 
 /** @typedef {import("./specified.js").Held} Held */
-/** @typedef {"band" | "sweep" | "records"} Kind */
+/** @typedef {"band" | "sweep" | "random_vibration" | "shock" | "records"} Kind */
 
-const { motions, frequency, sweep, most, tail } = WORDS.specification.excitation;
+const { motions, frequency, sweep, random_vibration, shock, most, tail } = WORDS.specification.excitation;
 const { measures, measures_under_records } = WORDS.specification.tables;
 const PLACE = "excitation";
 
 /** Kinds of excitation. */
-const KINDS = /** @type {[string, string][]} */ ([["band", "over a band of frequencies"], ["sweep", "a sweep"], ["records", "ground-motion records"]]);
-const TITLES = { band: "Excitation", sweep: "Sweep", records: "Ground-motion records" };
+const KINDS = /** @type {[string, string][]} */ ([["band", "over a band of frequencies"], ["sweep", "a sweep"], ["random_vibration", "random vibration"], ["shock", "a shock"], ["records", "ground-motion records"]]);
+const TITLES = { band: "Excitation", sweep: "Sweep", random_vibration: "Random vibration", shock: "Shock", records: "Ground-motion records" };
 /** What a form begins with that is told to be about the other kind. */
 const BEGINNING = {
   band: { base_amplitude_m: 0.001, frequency_hz: 2.5 },
   sweep: { sweep: { start_hz: 2, stop_hz: 3, rate_hz_per_s: 0.1, base_amplitude_m: 0.001 } },
+  random_vibration: { random_vibration: { frequency_hz: [1, 50], psd_g2_per_hz: [0.0001, 0.0001], duration_s: 30, seeds: 4 } },
+  shock: { shock: { shape: "half_sine", peak_g: 5, duration_ms: 11 } },
   records: { records: ["el-centro-180"], scales: 1 },
 };
+/** Kinds of records that are generated. */
+const GENERATED = /** @type {Kind[]} */ (["sweep", "random_vibration", "shock"]);
 /** What a field of a sweep begins with that takes the place of another. */
 const USUAL = /** @type {Record<string, number>} */ ({ rate_hz_per_s: 0.1, rate_octaves_per_minute: 1, duration_s: 30, base_amplitude_m: 0.001, base_velocity_m_per_s: 0.05, base_acceleration_m_per_s2: 1 });
 /** What is over an amplitude of the base, which records do not have. */
@@ -28,11 +32,11 @@ const IN_UNITS = { clearance_ratio: "clearance_m", friction_ratio: "friction_for
 
 /** The kind of one excitation. @param {any} each @returns {Kind} */
 function kindOf(each) {
-  if (each?.sweep !== undefined) return "sweep";
-  return each?.records === undefined ? "band" : "records";
+  const kind = [...GENERATED, /** @type {Kind} */ ("records")].find((name) => each?.[name] !== undefined);
+  return kind ?? "band";
 }
 
-/** What shakes the structure: bands of frequencies, records (sweeps are such), or both. @param {Held} held */
+/** What shakes the structure: bands of frequencies, records (generated ones too), or both. @param {Held} held */
 export function shakenBy(held) {
   const kinds = [held.get(PLACE)].flat().map(kindOf);
   return { bands: kinds.includes("band"), records: kinds.some((kind) => kind !== "band") };
@@ -59,29 +63,51 @@ export function excitationFields(held, records) {
 /** @param {Held} held @param {any[]} records @param {string} place @param {Kind} kind */
 function fieldsOfKind(held, records, place, kind) {
   if (kind === "band") return fieldsAt(held, place);
-  return kind === "sweep" ? sweepFields(held, place) : recordFields(held, records, place);
+  if (kind === "records") return recordFields(held, records, place);
+  const fields = { sweep: sweepFields, random_vibration: vibrationFields, shock: shockFields }[kind];
+  return [...fields(held, `${place}.${kind}`), ...scaleFields(held, place)];
 }
 
-/** Where a sweep begins and ends, how fast it is, what is constant, its scales and what follows. @param {Held} held @param {string} place */
-function sweepFields(held, place) {
-  const path = `${place}.sweep`;
+/** Where a sweep begins and ends, how fast it is, and what is constant. @param {Held} held @param {string} path */
+function sweepFields(held, path) {
   return [
     ...sweep.ends.map((each) => number(held, `${path}.${each.name}`, each)),
     ...oneFieldOf(held, path, "How fast", sweep.paces),
     ...oneFieldOf(held, path, "Constant in the sweep", sweep.amplitudes),
-    ...scaleFields(held, place),
   ];
 }
 
-/** Which of some fields is given, and that one. @param {Held} held @param {string} path @param {string} title @param {import("./words.js").SpecifiedField[]} fields */
-function oneFieldOf(held, path, title, fields) {
+/** The table of a power spectral density, and the draws. @param {Held} held @param {string} path */
+function vibrationFields(held, path) {
+  return [
+    list(held, `${path}.frequency_hz`, random_vibration.frequency),
+    ...oneFieldOf(held, path, "Unit of the levels", random_vibration.levels, list),
+    ...random_vibration.numbers.map((each) => number(held, `${path}.${each.name}`, each)),
+  ];
+}
+
+/** Shape, size and length of a pulse. @param {Held} held @param {string} path */
+function shockFields(held, path) {
+  const change = (/** @type {string} */ shape) => held.set(`${path}.shape`, shape);
+  return [picker("Shape of the pulse", Object.entries(shock.shapes), held.get(`${path}.shape`), change), ...shock.numbers.map((each) => number(held, `${path}.${each.name}`, each))];
+}
+
+/** Numbers with commas between them. @param {Held} held @param {string} path @param {import("./words.js").SpecifiedField} each @param {any} [usual] */
+function list(held, path, each, usual = "") {
+  const box = el("input", { type: "text", value: [held.get(path) ?? usual].flat().join(", "), oninput: () => held.set(path, box.value.split(",").map((/** @type {string} */ part) => read(part, each))) });
+  return el("label", { class: "field", "data-field": path }, el("span", {}, titled(each)), box, el("span", { class: "faults" }));
+}
+
+/** Which of some fields is given, and that one. @param {Held} held @param {string} path @param {string} title @param {import("./words.js").SpecifiedField[]} fields @param {typeof list} [drawn] */
+function oneFieldOf(held, path, title, fields, drawn = number) {
   const now = fields.find((each) => held.get(`${path}.${each.name}`) !== undefined) ?? fields[0];
   const change = (/** @type {string} */ name) => {
+    const value = USUAL[name] ?? held.get(`${path}.${now.name}`);
     held.set(`${path}.${now.name}`, undefined);
-    held.set(`${path}.${name}`, USUAL[name]);
+    held.set(`${path}.${name}`, value);
     held.again();
   };
-  return [picker(title, fields.map((each) => [each.name, each.label]), now.name, change), number(held, `${path}.${now.name}`, now)];
+  return [picker(title, fields.map((each) => [each.name, each.label]), now.name, change), drawn(held, `${path}.${now.name}`, now)];
 }
 
 /** Records, their scales, and what follows them. @param {Held} held @param {any[]} records @param {string} place */
@@ -94,11 +120,8 @@ function recordFields(held, records, place) {
 
 /** @param {Held} held @param {string} place */
 function scaleFields(held, place) {
-  const path = `${place}.scales`;
-  const scales = held.get(path) ?? 1;
-  const box = el("input", { type: "text", value: [scales].flat().join(", "), oninput: () => held.set(path, box.value.split(",").map((/** @type {string} */ part) => read(part, { name: "scale", label: "scale", unit: "", scale: 1 }))) });
   return [
-    el("label", { class: "field", "data-field": path }, el("span", {}, "Scales, one after the other"), box, el("span", { class: "faults" })),
+    list(held, `${place}.scales`, { name: "scales", label: "scales, one after the other", unit: "", scale: 1 }, 1),
     number(held, `${place}.tail_s`, tail),
   ];
 }
@@ -116,7 +139,8 @@ function everyOne(held, records) {
       "div",
       { class: "row" },
       el("button", { type: "button", class: "small", onclick: () => add(held, likeLast(held)) }, "Add another excitation"),
-      el("button", { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING.sweep)) }, "Add a sweep"),
+      KINDS.filter(([name]) => GENERATED.includes(/** @type {Kind} */ (name))).map(([name, words]) =>
+        el("button", { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING[/** @type {Kind} */ (name)])) }, `Add ${words}`)),
       ![raw].flat().some((each) => kindOf(each) === "records") && el("button", { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING.records)) }, "Add ground-motion records"),
     ),
     several && el("p", { class: "quiet" }, "They act one at a time; the worst of them is judged."),

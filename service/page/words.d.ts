@@ -64,6 +64,8 @@ export const WORDS: {
       motions: SpecifiedField[];
       frequency: SpecifiedField[];
       sweep: { ends: SpecifiedField[]; paces: SpecifiedField[]; amplitudes: SpecifiedField[] };
+      random_vibration: { frequency: SpecifiedField; levels: SpecifiedField[]; numbers: SpecifiedField[] };
+      shock: { shapes: Record<string, string>; numbers: SpecifiedField[] };
       most: number;
       tail: SpecifiedField;
     };

@@ -9,6 +9,8 @@ from damperlab.studies.answers.phrases import PRINTED
 from damperlab.studies.choices import Steady
 from damperlab.studies.ground.paper import BASE_AMPLITUDES_M
 from damperlab.studies.ground.quantities import QUANTITIES
+from damperlab.studies.ground.random_vibration import DURATION, FREQUENCY, LEVELS
+from damperlab.studies.ground.shock import NUMBERS, SHAPES
 from damperlab.studies.ground.sweep_reading import AMPLITUDES as AMPLITUDES_OF_SWEEP
 from damperlab.studies.ground.sweep_reading import ENDS, PACES
 from damperlab.studies.ground.variables import DAMPER
@@ -126,6 +128,19 @@ def _specification() -> dict[str, Any]:
             "sweep": {
                 name: [_specified(key, quantity.meaning) for key, quantity in fields.items()]
                 for name, fields in (("ends", ENDS), ("paces", PACES), ("amplitudes", AMPLITUDES_OF_SWEEP))
+            },
+            "random_vibration": {
+                "frequency": _specified(FREQUENCY.name, "frequencies of the table, ascending [Hz]"),
+                "levels": [_specified(key, quantity.meaning) for key, quantity in LEVELS.items()],
+                "numbers": [
+                    _specified(DURATION.name, DURATION.meaning),
+                    _specified("seed", "seed of the first draw"),
+                    _specified("seeds", "number of draws"),
+                ],
+            },
+            "shock": {
+                "shapes": SHAPES,
+                "numbers": [_specified(key, quantity.meaning) for key, (quantity, _) in NUMBERS.items()],
             },
             "most": MOST_EXCITATIONS,
             "tail": _specified("tail_s", TAIL.meaning),

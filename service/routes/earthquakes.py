@@ -27,6 +27,7 @@ from damperlab.studies.guard import MAX_KEYS
 from damperlab.studies.text import load_text
 from damperlab.studies.vocabulary import AccelerationUnits
 from damperlab.worker.ground.comparison import scenes_of
+from damperlab.worker.ground.response_spectrum import SCENE
 from damperlab.worker.scenes import Scene
 
 router = APIRouter(prefix="/api/v1", tags=["earthquakes"])
@@ -170,6 +171,7 @@ async def show_record(
 ) -> Document:
     """Give a record with its acceleration over time, and the spectrum of structures of 5 % damping."""
     whole, motion = await run_sync(service.settings.records.get, record_id)
+    await run_sync(service.kernels.require, [SCENE], limiter=service.compiling)
     shown = await service.work.run(request, looked_at, motion, query.samples)
     return Document({"id": whole, **motion.summary(), **shown})
 

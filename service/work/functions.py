@@ -19,7 +19,6 @@ from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.ground.files import Layout, read_record
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake
-from damperlab.studies.ground.response_spectrum import response_spectrum
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.specification.reading import load_specification, parse_specification
 from damperlab.studies.specification.specification import Specification
@@ -30,6 +29,7 @@ from damperlab.worker.fit.estimate import fit_response
 from damperlab.worker.fit.history.estimate import fit_history
 from damperlab.worker.fit.history.march import scenes_of as scenes_of_history
 from damperlab.worker.fit.model import scenes_of
+from damperlab.worker.ground.response_spectrum import response_spectrum
 from damperlab.worker.scenes import Scene
 
 

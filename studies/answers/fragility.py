@@ -12,6 +12,7 @@ from scipy.special import log_ndtr, ndtr
 
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.leading import leading_place
+from damperlab.studies.answers.over_records import OverRecords, enough_records, over_records
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.selection import (
     as_float,
@@ -83,7 +84,8 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     -------
     Dataset
         Dimension scale. Variables: `exceeded`, the share of the records whose result exceeds the limit there or at a lower
-        scale; `probability`, the fitted curve; `lowest`, `median` and `highest` of the result over the records. Attributes:
+        scale; `probability`, the fitted curve; `lowest`, `median` and `highest` of the result over the records, and the
+        fields of `OverRecords`. Attributes:
         `threshold`, `metric`, `records`, `never` (records under which the limit is never exceeded), `median_scale` and
         `dispersion` with their intervals, where they could be fitted, `complete`, `points`, `points_failed`, `note`.
 
@@ -146,9 +148,13 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
             "median_scale_interval": list(fitted.median_interval),
             "dispersion_interval": list(fitted.dispersion_interval),
         }
+    scattered = [over_records(each, asked.quantile) for each in values.T]
+    attributes["quantile_share"] = asked.quantile
     where = say(cube, index, asked.at, Phrases.of(cube), lead)
-    attributes["note"] = _note(cube, metric, attributes, where, may_be_one(*observed), int(beyond.sum()))
-    attributes["brief"] = _brief(cube, index, attributes).document()
+    scatter = _scatter(cube, metric, scattered[-1], int(known[:, -1].sum()), asked.quantile)
+    note = _note(cube, metric, attributes, where, may_be_one(*observed), int(beyond.sum()))
+    attributes["note"] = f"{note} {scatter}".strip()
+    attributes["brief"] = _brief(cube, index, attributes, scatter).document()
     nothing = np.full(scales.size, np.nan)
     by, not_by = (high[:, None] <= scales).sum(axis=0), (low[:, None] >= scales).sum(axis=0)
     variables: Mapping[str, tuple[Floats, str]] = {
@@ -160,11 +166,19 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
             nothing if fitted is None else ndtr(np.log(scales / fitted.median) / fitted.dispersion),
             "probability of exceeding the limit",
         ),
+        **{
+            name: (
+                np.array([getattr(each, name) for each in scattered]),
+                f"{name.replace('_', ' ')} over the records",
+            )
+            for name in OverRecords._fields
+        },
         "lowest": (np.fmin.reduce(values, axis=0), "smallest over the records"),
         "median": (_median(values), "median over the records"),
         "highest": (np.fmax.reduce(values, axis=0), "largest over the records"),
     }
-    units = {name: cube[metric].attrs.get("units", "1") for name in ("lowest", "median", "highest")}
+    counts = ("exceeded", "probability")
+    units = {name: cube[metric].attrs.get("units", "1") for name in variables if name not in counts}
     described = {
         name: (SCALE, array, {"units": units.get(name, "1"), "long_name": words})
         for name, (array, words) in variables.items()
@@ -341,7 +355,25 @@ def _note(
     return " ".join(filter(None, sentences))
 
 
-def _brief(cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any]) -> Brief:
+def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, share: float) -> str:
+    """Say how the result scatters over the records at the largest scale."""
+    if records < 2:
+        return ""
+    units = cube[metric].attrs.get("units", "1")
+    factor, unit = (1e3, " mm") if units == "m" else (1.0, f" {units}".removesuffix(" 1"))
+    low, high = (
+        f"{factor * end:.3g}" if np.isfinite(end) else "no bound"
+        for end in (found.quantile_low, found.quantile_high)
+    )
+    return (
+        f"At a scale of {cube[SCALE].values[-1]:g} the rms over {counted(records, 'record')} is {factor * found.rms:.4g} ± "
+        f"{factor * found.rms_error:.2g}{unit} (standard error), and the mean {factor * found.mean:.4g} ± "
+        f"{factor * found.mean_error:.2g}{unit}. {100 * share:g} % stay below {factor * found.quantile:.3g}{unit} (95 % from "
+        f"{low} to {high}; {enough_records(share)} records bound it)."
+    )
+
+
+def _brief(cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any], scatter: str) -> Brief:
     """Say how many records exceed the limit, from which scale on, and whether that is settled."""
     units = cube[found["metric"]].attrs.get("units", "1")
     limit = (
@@ -365,11 +397,17 @@ def _brief(cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any])
         sentences.append(
             f"Median scale {found['median_scale']:.3g} ({_interval(low, high)}){'' if settled else ': not settled'}."
         )
-    else:
+    elif scales.size > 1:
         sentences.append("No curve can be fitted to these records.")
+    if scatter:
+        sentences.append(scatter)
     following = "damperlab optimum to rank the dampers."
     if found["complete"] < 1:
         following = "damperlab run the suite to its end."
+    elif scales.size == 1:
+        enough = enough_records(found["quantile_share"])
+        if found["records"] < enough:
+            following = f"{enough} records or seeds, which bound the quantile; several scales, for a curve."
     elif not settled:
         wider = f", scales up to {2 * scales.max():g}" if found["never"] else ""
         following = (

@@ -82,8 +82,8 @@ def _worst(found: Found) -> Iterator[str]:
     if isinstance(stated.under, Case):
         records = asked.records_of(stated.under)
         shaken, name = under_records(records), records.name
-        # a sweep at its one scale is what the sentence begins with
-        one = len(records.cases) == 1 and records.sweeps
+        # one that is generated, at its one scale, is what the sentence begins with
+        one = len(records.cases) == 1 and records.alone is not None
         near = "" if one else f", under {stated.under.name}"
     elif not asked.excitations:  # no record lets anything move
         shaken, name, near = under_records(asked.records[0]), asked.records[0].name, ""

@@ -1,22 +1,91 @@
 """Records that are generated from what a document says, by the name of the way."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-from damperlab.studies.ground.kanai_tajimi import read_kanai_tajimi
-from damperlab.studies.ground.motion import GroundMotion
-from damperlab.studies.ground.sweep_reading import read_sweep
+from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.ground.kanai_tajimi import kanai_tajimi_schema, read_kanai_tajimi
+from damperlab.studies.ground.motion import GroundMotion, checked
+from damperlab.studies.ground.random_vibration import (
+    RandomVibration,
+    random_vibration_of,
+    random_vibration_schema,
+)
+from damperlab.studies.ground.shock import Shock, shock_of, shock_schema
+from damperlab.studies.ground.sweep import Sweep
+from damperlab.studies.ground.sweep_reading import sweep_of, sweep_schema
+from damperlab.studies.quantity import read_count
+
+Recipe = Sweep | RandomVibration | Shock
+"""What says itself what the base does."""
+RECIPES: dict[str, Callable[[object], Recipe]] = {
+    "sweep": sweep_of,
+    "random_vibration": random_vibration_of,
+    "shock": shock_of,
+}
+"""How each of these is read, without its samples."""
+
+
+def _generate(way: str, document: object) -> GroundMotion:
+    recipe = RECIPES[way](document)
+    return checked(recipe.motion(document.get("name", "") if isinstance(document, dict) else ""), way)
+
 
 GENERATED: dict[str, Callable[[object], GroundMotion]] = {
     "kanai_tajimi": read_kanai_tajimi,
-    "sweep": read_sweep,
+    **{way: partial(_generate, way) for way in RECIPES},
 }
-"""How each is read; every fault of a reader begins with the name."""
-WRITTEN = '{"kanai_tajimi": {"seed": 1}} or {"sweep": {"start_hz": 6, …}}'
+"""How each is generated; every fault of a reader begins with the name."""
+SCHEMAS: dict[str, dict[str, Any]] = {
+    "kanai_tajimi": kanai_tajimi_schema(),
+    "sweep": sweep_schema(),
+    "random_vibration": random_vibration_schema(),
+    "shock": shock_schema(),
+}
+"""The JSON schema of each."""
+WRITTEN = '{"kanai_tajimi": {"seed": 1}} or one of sweep, random_vibration and shock with its keys'
 """How a document has them."""
+SEEDED = ("kanai_tajimi", "random_vibration")
+"""Ways that draw."""
+MOST_SEEDS = 100
+SEEDS_SCHEMA = {"type": "integer", "minimum": 1, "maximum": MOST_SEEDS, "default": 1}
+LISTED_SCHEMAS = {
+    way: schema | {"properties": schema["properties"] | ({"seeds": SEEDS_SCHEMA} if way in SEEDED else {})}
+    for way, schema in SCHEMAS.items()
+}
+"""The same of an entry that may stand for several records."""
 
 
 def recipe_in(document: dict[Any, Any]) -> str:
     """Give the way by which a document generates a record; empty where it has none, or several."""
     ways = [way for way in GENERATED if way in document]
     return ways[0] if len(ways) == 1 else ""
+
+
+def each_of(entry: object) -> tuple[list[object], list[Fault]]:
+    """Give the records that one entry of a list stands for: as many as its `seeds`, from `seed` on.
+
+    Returns
+    -------
+    entries : list
+        Each with one seed.
+    faults : list of Fault
+        Where `seeds` is no count.
+    """
+    way = recipe_in(entry) if isinstance(entry, dict) else ""
+    if not isinstance(entry, dict) or way not in SEEDED or not isinstance(entry[way], dict):
+        return [entry], []
+    one = {key: value for key, value in entry[way].items() if key != "seeds"}
+    count = 1
+    faults: list[Fault] = []
+    try:
+        count = read_count(entry[way].get("seeds", 1), 1, MOST_SEEDS, f"{way}.seeds")
+    except StudyFaults as caught:
+        faults = list(caught.faults)
+    first = one.get("seed", 0)
+    first = int(first) if isinstance(first, float) and first.is_integer() else first
+    if count == 1 or isinstance(first, bool) or not isinstance(first, int):
+        # a seed that is no whole number is refused by the reader
+        return [entry | {way: one}], faults
+    return [entry | {way: one | {"seed": first + place}} for place in range(count)], faults

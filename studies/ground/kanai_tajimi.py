@@ -1,16 +1,18 @@
 """Artificial records with the spectrum of Kanai and Tajimi: white noise in the rock, filtered by the soil above it."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from damperlab.studies.faults import Fault, StudyFaults, describe, path, unknown_key
-from damperlab.studies.ground.motion import MOST_SAMPLES, STANDARD_GRAVITY, GroundMotion, checked
+from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.ground.motion import STANDARD_GRAVITY, GroundMotion, checked
+from damperlab.studies.ground.recipe import SEED_SCHEMA, read_numbers, read_seed, schema_of, too_many_samples
 from damperlab.studies.portable import cos, sin
-from damperlab.studies.quantity import Quantity, read_count
+from damperlab.studies.quantity import Quantity
 
-_QUANTITIES: dict[str, tuple[Quantity, float]] = {
+_QUANTITIES: dict[str, tuple[Quantity, float | None]] = {
     name: (Quantity(name, meaning, low, high, advice), default)
     for name, meaning, low, high, advice, default in (
         ("duration_s", "duration [s]", 0.1, 1000.0, "some tens of seconds are usual", 30.0),
@@ -31,8 +33,6 @@ _QUANTITIES: dict[str, tuple[Quantity, float]] = {
 }
 SECOND_FREQUENCY, SECOND_DAMPING = 0.1, 0.6
 """Of the second filter: natural frequency over that of the soil, and damping ratio."""
-
-_LARGEST_SEED = 2**63 - 1
 
 
 def spectrum(
@@ -55,28 +55,16 @@ def read_kanai_tajimi(document: object) -> GroundMotion:
     StudyFaults
         With every fault.
     """
-    if not isinstance(document, dict):
-        raise StudyFaults([Fault("kanai_tajimi", describe(document), "a mapping", 'write {"seed": 1}')])
-    known = ("seed", *_QUANTITIES, "name")
-    faults = [
-        unknown_key(path(("kanai_tajimi", key)), key, known, document) for key in document if key not in known
-    ]
-    values: dict[str, float] = {}
-    seed, name = 0, document.get("name", "")
-    for key, (quantity, default) in _QUANTITIES.items():
-        try:
-            values[key] = quantity.read(document.get(key, default), f"kanai_tajimi.{key}")
-        except StudyFaults as caught:
-            faults.extend(caught.faults)
-    try:
-        seed = read_count(document.get("seed", 0), 0, _LARGEST_SEED, "kanai_tajimi.seed")
-    except StudyFaults as caught:
-        faults.extend(caught.faults)
-    if not isinstance(name, str) or len(name) > 200 or not name.isprintable():
-        faults.append(Fault("kanai_tajimi.name", describe(name), "a short text on one line", "shorten it"))
+    given, values, faults = read_numbers(document, "kanai_tajimi", _QUANTITIES, ("seed",), '{"seed": 1}')
+    seed = read_seed(given, "kanai_tajimi", faults)
     if faults:
         raise StudyFaults(faults)
-    return kanai_tajimi(seed, name=name, **values)
+    return kanai_tajimi(seed, name=given.get("name", ""), **values)
+
+
+def kanai_tajimi_schema() -> dict[str, Any]:
+    """Return the JSON schema of what is read."""
+    return schema_of("An artificial record with the spectrum of Kanai and Tajimi.", _QUANTITIES, SEED_SCHEMA)
 
 
 def kanai_tajimi(
@@ -126,19 +114,11 @@ def kanai_tajimi(
     bring the drift back.
     """
     count = round(duration_s / step_s) + 1
-    if count > MOST_SAMPLES:
-        allowed = f"at most {MOST_SAMPLES:,} samples"
-        raise StudyFaults(
-            [
-                Fault(
-                    "kanai_tajimi.step_s",
-                    f"{count:,} samples",
-                    allowed,
-                    "take a longer step",
-                    f"{{field}} = {step_s:g} makes {count:,} samples; a record may have at most {MOST_SAMPLES:,}.",
-                )
-            ]
-        )
+    faults = too_many_samples(
+        "kanai_tajimi.step_s", count, f"one every {step_s:g} s over {duration_s:g} s", "take a longer step"
+    )
+    if faults:
+        raise StudyFaults(faults)
     if rise_s + fall_s > duration_s:
         found, advice = f"{rise_s + fall_s:g} s of rise and fall", "shorten rise_s or fall_s"
         told = f"The record takes {rise_s + fall_s:g} s to rise and fall, but lasts only {duration_s:g} s."

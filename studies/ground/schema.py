@@ -3,11 +3,10 @@
 from typing import Any
 
 from damperlab.studies.axes import axis_schema
-from damperlab.studies.ground.generated import WRITTEN
+from damperlab.studies.ground.generated import LISTED_SCHEMAS, WRITTEN
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.suite import AXES, NUMBERS
 from damperlab.studies.ground.suite_reading import MOST_NAME, MOST_RECORDS
-from damperlab.studies.ground.sweep_reading import sweep_schema
 from damperlab.studies.ground.variables import VARIABLES
 from damperlab.studies.questions import MOST_STARTS
 
@@ -20,7 +19,7 @@ def suite_json_schema() -> dict[str, Any]:
             {
                 "type": "object",
                 "description": f"{WRITTEN}, or a record as a stored study has it",
-                "properties": {"sweep": sweep_schema()},
+                "properties": LISTED_SCHEMAS,
             },
         ]
     }

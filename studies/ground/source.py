@@ -1,19 +1,19 @@
 """A record as a study names it: its id, and what tells its samples from all others."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key
-from damperlab.studies.ground.generated import GENERATED, recipe_in
+from damperlab.studies.ground.generated import GENERATED, RECIPES, Recipe, each_of, recipe_in
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import read_record_reference
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.ground.sweep import Sweep
-from damperlab.studies.ground.sweep_reading import sweep_of
 
+Entry = tuple[str, str, object]
+"""A record as it is written: its place, the place that the faults of its reader are within, and the record."""
 _KEYS = ("id", "sha256", "step_s", "samples", *GENERATED)
 
 
@@ -62,16 +62,16 @@ class RecordSource:
         return held | (json.loads(self.recipe) if self.recipe else {})
 
     @property
-    def sweep(self) -> Sweep | None:
-        """The sweep that it was generated from, of a record that is one."""
+    def generated(self) -> Recipe | None:
+        """What it was generated from, where that says what the base does."""
         recipe = json.loads(self.recipe) if self.recipe else {}
-        return sweep_of(recipe["sweep"]) if "sweep" in recipe else None
+        return next((RECIPES[way](recipe[way]) for way in recipe if way in RECIPES), None)
 
     @property
     def called(self) -> str:
-        """What it is called in a sentence: its id, or which sweep it is."""
-        sweep = self.sweep
-        return self.id if sweep is None else sweep.name
+        """What it is called in a sentence: its id, or what it was generated from."""
+        generated = self.generated
+        return self.id if generated is None else generated.name
 
     def read(self, content: bytes) -> GroundMotion:
         """Read the file of a cube back.
@@ -124,8 +124,9 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
     if "id" not in raw and not ways:
         raise StudyFaults([Fault("id", "nothing", "the id of a record", "add `id`, or write the id alone")])
     if shelf is None and "sha256" in raw:
-        if "sweep" in raw:
-            sweep_of(raw["sweep"])
+        for way in ways:
+            if way in RECIPES:
+                RECIPES[way](raw[way])
         return _stored(raw), None
     if ways:
         motion = GENERATED[ways[0]](raw[ways[0]])
@@ -138,6 +139,67 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
         told = f"The samples of record {source.id} have changed: their SHA-256 is {source.sha256} now."
         raise StudyFaults([Fault("sha256", found, f"{source.sha256}, that of the record here", advice, told)])
     return source, motion
+
+
+def read_sources(raw: object, shelf: Shelf | None) -> list[tuple[RecordSource, GroundMotion | None]]:
+    """Read one entry of ``records`` as `read_source` does; with ``seeds`` it stands for as many records.
+
+    Raises
+    ------
+    StudyFaults
+        As `read_source`.
+    """
+    entries, faults = each_of(raw)
+    found = []
+    try:
+        found = [read_source(each, shelf) for each in entries]
+    except StudyFaults as caught:
+        faults = [*faults, *caught.faults]
+    if faults:
+        raise StudyFaults(faults)
+    return found
+
+
+def read_entries(
+    entries: list[Entry], shelf: Shelf | None, named: set[str], faults: list[Fault]
+) -> list[tuple[str, RecordSource, GroundMotion | None]]:
+    """Read a list of records, each once; what is wrong goes to `faults`.
+
+    Parameters
+    ----------
+    entries : list of Entry
+        As they are written.
+    shelf : Shelf, optional
+        As in `read_source`.
+    named : set of str
+        Ids that are taken already, to which these are added.
+    faults : list of Fault
+        Those so far.
+
+    Returns
+    -------
+    list of tuple
+        Each record with the place of its entry, which with seeds has several.
+    """
+    found = []
+    for place, within, entry in entries:
+        try:
+            read = read_sources(entry, shelf)
+        except StudyFaults as caught:
+            # a record that is not found says so under a name of its own, which a list has no use for
+            faults += [
+                replace(each, field=place) if each.field == "record" else each.under(within)
+                for each in caught.faults
+            ]
+            continue
+        for source, motion in read:
+            if source.id in named:
+                told = f"{{field}} names {source.called} a second time."
+                words = f"{source.called} a second time"
+                faults.append(Fault(place, words, "each record once", "remove the duplicate", told))
+            named.add(source.id)
+            found.append((place, source, motion))
+    return found
 
 
 def _found(record_id: str, motion: GroundMotion) -> tuple[RecordSource, GroundMotion]:

@@ -13,7 +13,7 @@ from damperlab.studies.faults import Fault, StudyFaults, counted, describe, unkn
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.ground.source import RecordSource, read_source
+from damperlab.studies.ground.source import RecordSource, read_entries
 from damperlab.studies.ground.suite import AXES, NUMBERS, Suite, windows_of
 from damperlab.studies.ground.variables import available_variables
 from damperlab.studies.guard import guard
@@ -118,23 +118,12 @@ def _records(
         allowed = f"a list of 1 to {MOST_RECORDS} records"
         faults.append(Fault("records", describe(raw), allowed, 'write ["loma-prieta"]'))
         return []
-    found: dict[str, tuple[RecordSource, GroundMotion | None]] = {}
-    for index, one in enumerate(raw):
-        place = f"records[{index}]"
-        try:
-            source, motion = read_source(one, shelf)
-        except StudyFaults as caught:
-            # a record that is not found says so under a name of its own, which a list has no use for
-            faults.extend(
-                replace(f, field=place) if f.field == "record" else f.under(place) for f in caught.faults
-            )
-            continue
-        if source.id in found:
-            words = f"{source.id} a second time"
-            told = f"{{field}} names {source.id} a second time."
-            faults.append(Fault(place, words, "each record once", "remove the duplicate", told))
-        found[source.id] = source, motion
-    return list(found.values())
+    entries = [(f"records[{place}]", f"records[{place}]", one) for place, one in enumerate(raw)]
+    found = read_entries(entries, shelf, set(), faults)
+    if len(found) > MOST_RECORDS:
+        words, allowed = f"{len(found)} records", f"at most {MOST_RECORDS} records"
+        faults.append(Fault("records", words, allowed, "use fewer records or seeds"))
+    return [(source, motion) for _, source, motion in found]
 
 
 def _too_much(

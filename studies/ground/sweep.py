@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.ramp import ramps
 from damperlab.studies.portable import cos, exp, expm1, sin
 
 Floats = NDArray[np.float64]
@@ -55,6 +56,9 @@ class Sweep:
     amplitude: float
     order: int
     ramp_cycles: float
+
+    noun = "sweep"
+    shorter = "sweep faster, over a narrower band, or at lower frequencies"
 
     @property
     def highest_hz(self) -> float:
@@ -115,7 +119,7 @@ class Sweep:
         level = self.amplitude / omega**n
         level_1 = -n * slope * level
         level_2 = (n * (n + 1) * slope**2 - n * bend) * level
-        ramp, ramp_1, ramp_2 = self._ramps(time)
+        ramp, ramp_1, ramp_2 = ramps(time, self.duration_s, self.rise_s, self.fall_s)
         envelope = ramp * level
         envelope_1 = ramp_1 * level + ramp * level_1
         envelope_2 = ramp_2 * level + 2.0 * ramp_1 * level_1 + ramp * level_2
@@ -125,16 +129,6 @@ class Sweep:
             envelope_1 * sine + envelope * omega * cosine,
             (envelope_2 - envelope * omega**2) * sine
             + (2.0 * envelope_1 + envelope * slope) * omega * cosine,
-        )
-
-    def _ramps(self, time: Floats) -> tuple[Floats, Floats, Floats]:
-        """Give w and two derivatives of it: both ramps, which do not overlap."""
-        rise, rise_1, rise_2 = _step(time / self.rise_s)
-        fall, fall_1, fall_2 = _step((self.duration_s - time) / self.fall_s)
-        return (
-            rise * fall,
-            rise_1 / self.rise_s * fall - rise * fall_1 / self.fall_s,
-            rise_2 / self.rise_s**2 * fall + rise * fall_2 / self.fall_s**2,
         )
 
     def motion(self, name: str = "") -> GroundMotion:
@@ -176,18 +170,3 @@ class Sweep:
             octaves = abs(math.log2(self.stop_hz / self.start_hz))
             return f"{ends} at {60.0 * octaves / self.duration_s:.4g} octaves per minute"
         return f"{ends} at {abs(self.stop_hz - self.start_hz) / self.duration_s:.4g} Hz/s"
-
-
-def _step(share: Floats) -> tuple[Floats, Floats, Floats]:
-    """Give a smooth step from 0 at 0 to 1 at 1 and its first two derivatives; the first three vanish at both ends.
-
-    So the acceleration of the base has no kink where a ramp meets what is beside it.
-    """
-    s = np.clip(share, 0.0, 1.0)
-    rest = 1.0 - s
-    square, both = s * s, s * rest
-    return (
-        square * square * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s))),
-        140.0 * both * both * both,
-        420.0 * both * both * (1.0 - 2.0 * s),
-    )

@@ -1,9 +1,10 @@
 """A swept sine read from a document, with every fault of it."""
 
 import math
+from typing import Any
 
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing, path, unknown_key
-from damperlab.studies.ground.motion import MOST_SAMPLES, GroundMotion, checked
+from damperlab.studies.faults import Fault, StudyFaults, listing
+from damperlab.studies.ground.recipe import OPTIONAL, one_of, read_numbers, schema_of, too_many_samples
 from damperlab.studies.ground.sweep import FEWEST_RAMP_CYCLES, SAMPLES_PER_CYCLE, Sweep
 from damperlab.studies.physical import BASE_AMPLITUDE
 from damperlab.studies.quantity import Quantity
@@ -43,12 +44,15 @@ RAMP_CYCLES = Quantity(
     1000.0,
     f"{FEWEST_RAMP_CYCLES:g} is the default",
 )
-KEYS = (*ENDS, *PACES, *AMPLITUDES, RAMP_CYCLES.name, "name")
-MOST_LETTERS = 200
+NUMBERS: dict[str, tuple[Quantity, float | None]] = {
+    **{name: (quantity, None) for name, quantity in ENDS.items()},
+    **{name: (quantity, OPTIONAL) for name, quantity in (PACES | AMPLITUDES).items()},
+    RAMP_CYCLES.name: (RAMP_CYCLES, FEWEST_RAMP_CYCLES),
+}
 
 
-def read_sweep(document: object) -> GroundMotion:
-    """Generate the record of a sweep from a document.
+def sweep_of(document: object) -> Sweep:
+    """Read a sweep from a document.
 
     Parameters
     ----------
@@ -60,40 +64,10 @@ def read_sweep(document: object) -> GroundMotion:
     StudyFaults
         With every fault.
     """
-    sweep = sweep_of(document)
-    assert isinstance(document, dict)  # or it was refused
-    return checked(sweep.motion(document.get("name", "")), PLACE)
-
-
-def sweep_of(document: object) -> Sweep:
-    """Read a sweep, as `read_sweep` does, without its samples.
-
-    Raises
-    ------
-    StudyFaults
-        With every fault.
-    """
-    if not isinstance(document, dict):
-        advice = 'write {"start_hz": 6, "stop_hz": 10, "rate_hz_per_s": 0.2, "base_amplitude_m": 0.001}'
-        raise StudyFaults([Fault(PLACE, describe(document), "a mapping", advice)])
-    faults = [unknown_key(path((PLACE, key)), key, KEYS, document) for key in document if key not in KEYS]
-    found: dict[str, float] = {}
-    for key, quantity in (ENDS | PACES | AMPLITUDES | {RAMP_CYCLES.name: RAMP_CYCLES}).items():
-        if key in document:
-            try:
-                found[key] = quantity.read(document[key], f"{PLACE}.{key}")
-            except StudyFaults as caught:
-                faults.extend(caught.faults)
-    faults += [
-        Fault(f"{PLACE}.{key}", NOTHING, ENDS[key].allowed, f"add `{key}`")
-        for key in ENDS
-        if key not in document
-    ]
-    name = document.get("name", "")
-    if not isinstance(name, str) or len(name) > MOST_LETTERS or not name.isprintable():
-        faults.append(Fault(f"{PLACE}.name", describe(name), "a short text on one line", "shorten it"))
-    pace = _one_of(PACES, document, faults, "how fast the frequency changes", "rate_hz_per_s")
-    amplitude = _one_of(AMPLITUDES, document, faults, "how far the base moves", "base_amplitude_m")
+    example = '{"start_hz": 6, "stop_hz": 10, "rate_hz_per_s": 0.2, "base_amplitude_m": 0.001}'
+    given, found, faults = read_numbers(document, PLACE, NUMBERS, (), example)
+    pace = one_of(PACES, given, PLACE, faults, "how fast the frequency changes", "rate_hz_per_s")
+    amplitude = one_of(AMPLITUDES, given, PLACE, faults, "how far the base moves", "base_amplitude_m")
     start, stop = (found.get(key) for key in ENDS)
     if start is not None and start == stop:
         told = f"{{field}} = {stop:g} is where the sweep begins: it must be another frequency."
@@ -108,44 +82,19 @@ def sweep_of(document: object) -> Sweep:
         pace == "rate_octaves_per_minute",
         found[amplitude],
         list(AMPLITUDES).index(amplitude),
-        found.get(RAMP_CYCLES.name, FEWEST_RAMP_CYCLES),
+        found[RAMP_CYCLES.name],
     )
-    faults = [*_too_short(sweep, pace), *_too_long(sweep, pace)]
+    why = f"{SAMPLES_PER_CYCLE} in each cycle of {sweep.highest_hz:g} Hz over {sweep.duration_s:.4g} s"
+    faults = _too_short(sweep, pace) + too_many_samples(f"{PLACE}.{pace}", sweep.samples, why, sweep.shorter)
     if faults:
         raise StudyFaults(faults)
     return sweep
 
 
-def sweep_schema() -> dict[str, object]:
+def sweep_schema() -> dict[str, Any]:
     """Return the JSON schema of a sweep."""
-    quantities = ENDS | PACES | AMPLITUDES
-    return {
-        "type": "object",
-        "description": "A sine of the base whose frequency runs from `start_hz` to `stop_hz`: with one of "
-        f"{listing(PACES)}, and one of {listing(AMPLITUDES)}.",
-        "required": list(ENDS),
-        "additionalProperties": False,
-        "properties": {
-            **{name: quantity.schema() for name, quantity in quantities.items()},
-            RAMP_CYCLES.name: RAMP_CYCLES.schema(FEWEST_RAMP_CYCLES),
-            "name": {"type": "string", "maxLength": MOST_LETTERS, "default": ""},
-        },
-    }
-
-
-def _one_of(
-    known: dict[str, Quantity], document: dict[object, object], faults: list[Fault], what: str, usual: str
-) -> str:
-    """Give which of them the document has; a fault where it has none, and one for each beyond the first."""
-    given = [key for key in known if key in document]
-    if not given:
-        told = f"{{field}} does not say {what}: give one of {listing(known)}."
-        faults.append(Fault(PLACE, NOTHING, f"one of {listing(known)}", f"add `{usual}`", told))
-    for key in given[1:]:
-        told = f"{{field}} and `{PLACE}.{given[0]}` both say {what}."
-        found, allowed = describe(document[key]), f"one of {listing(known)}"
-        faults.append(Fault(f"{PLACE}.{key}", found, allowed, "keep one of them", told))
-    return given[0] if given else ""
+    told = "A sine of the base whose frequency runs from `start_hz` to `stop_hz`: with one of "
+    return schema_of(f"{told}{listing(PACES)}, and one of {listing(AMPLITUDES)}.", NUMBERS)
 
 
 def _duration_s(pace: str, value: float, start: float, stop: float) -> float:
@@ -166,15 +115,3 @@ def _too_short(sweep: Sweep, pace: str) -> list[Fault]:
         f"{sweep.ramp_cycles:g} cycles at either end."
     )
     return [Fault(f"{PLACE}.{pace}", found, allowed, "sweep slower, or over a wider band", told)]
-
-
-def _too_long(sweep: Sweep, pace: str) -> list[Fault]:
-    if sweep.samples <= MOST_SAMPLES:
-        return []
-    found, allowed = f"{sweep.samples:,} samples", f"at most {MOST_SAMPLES:,} samples"
-    told = (
-        f"{{field}} makes {found}: {SAMPLES_PER_CYCLE} in each cycle of {sweep.highest_hz:g} Hz over "
-        f"{sweep.duration_s:.4g} s; a record may have at most {MOST_SAMPLES:,}."
-    )
-    advice = "sweep faster, over a narrower band, or at lower frequencies"
-    return [Fault(f"{PLACE}.{pace}", found, allowed, advice, told)]

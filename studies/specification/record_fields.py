@@ -1,27 +1,24 @@
 """Ground-motion records as the excitation of a specification, read from a document."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing
-from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.faults import NOTHING, Fault, describe, listing
+from damperlab.studies.ground.generated import GENERATED
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.ground.source import RecordSource, read_source
+from damperlab.studies.ground.source import Entry, RecordSource, read_entries
 from damperlab.studies.ground.suite import windows_of
 from damperlab.studies.ground.suite_reading import MOST_WINDOWS
 from damperlab.studies.specification.fields import Fields
 from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Structure
 
-OF_RECORDS = ("records", "sweep")
-"""What makes an excitation one of records: a sweep is short for records that are this one alone."""
+OF_RECORDS = ("records", *GENERATED)
+"""What makes an excitation one of records: one that is generated is short for records that are this one alone."""
 RECORD_KEYS = (*OF_RECORDS, "scales", "tail_s")
 MOST_CASES = 50
 """Records times scales, of all excitations."""
-Entry = tuple[str, str, object]
-"""A record as it is written: its place, the place that the faults of its reader are within, and the record."""
 SCALE, TAIL = (QUANTITIES[name][0] for name in ("scale", "tail_s"))
 WITHOUT_BASE = ("clearance_ratio", "friction_ratio")
 """Ratios to an amplitude of the base, which records do not have."""
@@ -52,7 +49,7 @@ class RecordFields(Fields):
 
     @property
     def _by_records(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Those of them that are ground-motion records, or a sweep."""
+        """Those of them that are records, or generate one."""
         return [
             (place, each)
             for place, each in self._shakers
@@ -111,31 +108,31 @@ class RecordFields(Fields):
         before = len(self.faults)
         raw = self._mapping(place, RECORD_KEYS if place == "excitation" else ("name", *RECORD_KEYS), given)
         assert raw is not None  # it is a mapping
-        if "sweep" in raw and "records" in raw:
-            told = f"{{field}} and `{place}.records` are given together: one excitation has one of them."
-            advice = "write the sweep among the records, or make a list of two excitations"
-            self._fault(
-                f"{place}.sweep", describe(raw["sweep"]), f"one of {listing(OF_RECORDS)}", advice, told
-            )
+        first, *others = [key for key in OF_RECORDS if key in raw]
+        for key in others:
+            told = f"{{field}} and `{place}.{first}` are given together: one excitation has one of them."
+            advice = "write all of them among the records, or make a list of excitations"
+            self._fault(f"{place}.{key}", describe(raw[key]), f"one of {listing(OF_RECORDS)}", advice, told)
+        if others:
             return None
-        if "sweep" in raw:
-            # its faults name the key themselves
-            entries: list[Entry] = [(f"{place}.sweep", place, {"sweep": raw["sweep"]})]
-        else:
+        if first == "records":
             entries = self._entries(f"{place}.records", raw["records"])
-        found = self._sources(entries, named)
+        else:
+            # its faults name the key themselves
+            entries = [(f"{place}.{first}", place, {first: raw[first]})]
+        found = read_entries(entries, self._shelf, named, self.faults)
         scales = self._scales(f"{place}.scales", raw.get("scales", 1.0))
         tail = self._read(f"{place}.tail_s", raw.get("tail_s", 0.0), TAIL)
         if len(self.faults) > before or tail is None:
             return None
         if structure is not None:
-            for (field, *_), (source, _) in zip(entries, found, strict=True):
+            for field, source in {field: source for field, source, _ in found}.items():
                 self._too_long(field, source, structure, tail)
-        found.sort(key=lambda one: one[0].id)
-        motions = {source.id: motion for source, motion in found if motion is not None}
+        found.sort(key=lambda one: one[1].id)
+        motions = {source.id: motion for _, source, motion in found if motion is not None}
         number = 1 + [field for field, _ in self._shakers].index(place)
         name = "" if place == "excitation" else str(raw.get("name", f"excitation {number}")).strip()
-        return RecordCases(tuple(source for source, _ in found), scales, tail, motions, name)
+        return RecordCases(tuple(source for _, source, _ in found), scales, tail, motions, name)
 
     def _unknown_ratios(self) -> None:
         for place in ("", "choose", "tolerances"):
@@ -156,28 +153,6 @@ class RecordFields(Fields):
             return []
         places = [f"{field}[{index}]" for index in range(len(entries))]
         return list(zip(places, places, entries, strict=True))
-
-    def _sources(
-        self, entries: list[Entry], named: set[str]
-    ) -> list[tuple[RecordSource, GroundMotion | None]]:
-        found: list[tuple[RecordSource, GroundMotion | None]] = []
-        for place, within, entry in entries:
-            try:
-                source, motion = read_source(entry, self._shelf)
-            except StudyFaults as caught:
-                # a record that is not found says so under a name of its own, which a list has no use for
-                self.faults.extend(
-                    replace(each, field=place) if each.field == "record" else each.under(within)
-                    for each in caught.faults
-                )
-                continue
-            if source.id in named:
-                told = f"{{field}} names {source.called} a second time."
-                words = f"{source.called} a second time"
-                self._fault(place, words, "each record once", "remove one", told)
-            named.add(source.id)
-            found.append((source, motion))
-        return found
 
     def _scales(self, field: str, raw: object) -> tuple[float, ...]:
         entries = list(raw) if isinstance(raw, list | tuple) else [raw]
@@ -200,8 +175,8 @@ class RecordFields(Fields):
             found = f"{steps:,.0f} steps of {source.called}"
             told = f"{{field}} takes about {found} a damper; at most {MOST_WINDOWS:,} are allowed."
             advice = "use a shorter record or tail, or a slower structure"
-            if source.sweep is not None:
-                advice = "sweep faster, over a narrower band, or at lower frequencies"
+            if source.generated is not None:
+                advice = source.generated.shorter
             self._fault(field, found, f"at most {MOST_WINDOWS:,} steps", advice, told)
 
 

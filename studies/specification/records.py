@@ -1,11 +1,11 @@
-"""What shakes a structure for once: ground-motion records and sweeps, each at every one of some scales."""
+"""What shakes a structure for once: records, found or generated, each at every one of some scales."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from damperlab.studies.ground.generated import Recipe
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.source import RecordSource
-from damperlab.studies.ground.sweep import Sweep
 from damperlab.studies.specification.excitation import Amplitude
 
 ONCE = (1.0,)
@@ -63,9 +63,15 @@ class RecordCases:
         return tuple(Case(source, scale) for source in self.sources for scale in self.scales)
 
     @property
-    def sweeps(self) -> tuple[Sweep, ...]:
-        """Those of the records that are sweeps."""
-        return tuple(sweep for sweep in (source.sweep for source in self.sources) if sweep is not None)
+    def alone(self) -> Recipe | None:
+        """What the one record is generated from, where there is one and that says what the base does."""
+        return self.sources[0].generated if len(self.sources) == 1 else None
+
+    @property
+    def nouns(self) -> tuple[str, ...]:
+        """What each of the records is."""
+        every = [source.generated for source in self.sources]
+        return tuple("ground-motion record" if each is None else each.noun for each in every)
 
 
 Under = Amplitude | Case

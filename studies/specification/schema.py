@@ -3,7 +3,7 @@
 from typing import Any
 
 from damperlab.studies.definition import MAX_NAME
-from damperlab.studies.ground.sweep_reading import sweep_schema
+from damperlab.studies.ground.generated import LISTED_SCHEMAS
 from damperlab.studies.physical import (
     DAMPING,
     EXCITATION_FREQUENCY,
@@ -120,20 +120,20 @@ def specification_schema() -> Schema:
 
 def _records(more: Schema | None = None) -> Schema:
     entry = {
-        "anyOf": [{"type": "string"}, {"type": "object", "properties": {"sweep": sweep_schema()}}],
+        "anyOf": [{"type": "string"}, {"type": "object", "properties": LISTED_SCHEMAS}],
     }
     scales = {"type": "array", "minItems": 1, "maxItems": MOST_CASES, "items": SCALE.schema()}
     return {
         "type": "object",
-        "description": "Ground-motion records, or a sweep, each at every scale: the worst is judged.",
+        "description": "Ground-motion records, or one that is generated, each at every scale: the worst is judged.",
         "oneOf": [{"required": [key]} for key in OF_RECORDS],
         "additionalProperties": False,
         "properties": {
             "records": {
-                "description": "Ids of records, names of earthquakes, `{kanai_tajimi: {…}}` or `{sweep: {…}}`.",
+                "description": "Ids of records, names of earthquakes, or what to generate, such as `{sweep: {…}}`.",
                 "anyOf": [entry, {"type": "array", "minItems": 1, "maxItems": MOST_CASES, "items": entry}],
             },
-            "sweep": sweep_schema(),
+            **LISTED_SCHEMAS,
             "scales": {"description": SCALE.meaning, "default": 1, "anyOf": [SCALE.schema(), scales]},
             "tail_s": TAIL.schema(0.0),
         }

@@ -286,6 +286,8 @@ BODIES: list[tuple[str, Any, set[str]]] = [
     ("earthquake-comparisons", {"record": "nowhere"}, {"record"}),
     ("earthquake-comparisons", {"record": {"kanai_tajimi": {"seed": "x"}}}, {"kanai_tajimi.seed"}),
     ("earthquake-comparisons", {"record": {"sweep": SWEEP | {"stop_hz": 2}}}, {"sweep.stop_hz"}),
+    ("earthquake-comparisons", {"record": {"shock": {"shape": "square", "peak_g": -1}}},
+     {"shock.shape", "shock.peak_g", "shock.duration_ms"}),
     ("earthquake-comparisons", {"record": {"kanai_tajimi": {"seed": 1}, "sweep": SWEEP}}, {"record"}),
     ("earthquake-comparisons", {"clearance_m": -1}, {"clearance_m"}),
     ("earthquake-comparisons", {"tmd_criterion": "best"}, {"tmd_criterion"}),

@@ -11,6 +11,8 @@ from damperlab.studies.fit.asking import make_question
 from damperlab.studies.fit.fitted import Estimate
 from damperlab.studies.fit.measured import Measurement
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi
+from damperlab.studies.ground.random_vibration import RandomVibration
+from damperlab.studies.ground.shock import Shock
 from damperlab.studies.ground.sweep import Sweep
 from damperlab.studies.plan import Block
 from damperlab.worker.block import solve_block
@@ -35,6 +37,8 @@ def records() -> Iterator[tuple[str, str]]:
         for logarithmic in (False, True):
             sweep = Sweep(1.3, 7.1, 31.0, logarithmic, 0.7, order, 2.0)
             yield f"sweep {order} {logarithmic}", sweep.motion().sha256
+    yield "random vibration", RandomVibration((1.3, 7.1, 31.0), (2.0, 0.3, 0.7), 3.0, 7).motion().sha256
+    yield "shock", Shock("half_sine", 3.0, 11.0, 0.1).motion().sha256
     yield "record of a spectrum", kanai_tajimi(seed=3).sha256
 
 

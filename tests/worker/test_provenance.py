@@ -79,7 +79,8 @@ NEUTRAL = {
     "studies": "base_motion digest examples faults field guard html kind kinds metrics paper pydantic_faults questions reads "
     "spelled_numbers unit_names user_error",
     # the samples of a record are in the digest
-    "studies.ground": "builtin files generated kanai_tajimi paper question response_spectrum shelf sweep sweep_reading",
+    "studies.ground": "builtin files generated kanai_tajimi paper question ramp random_vibration recipe shelf shock sweep "
+    "sweep_reading",
     "studies.store": "faults kept_quota record solver submitter",
     "studies.store.cube": "checksum coding cube chunks decoded definition",
     "studies.store.files": "durable sealed shelf",

@@ -23,12 +23,18 @@ def test_records_are_listed_and_kept(tmp_path: Path) -> None:
     assert "Line 3" in refused.stderr
     made = run("records", "--kanai-tajimi", "4", "--duration-s", "15", "--data-dir", tmp_path)
     assert "Stored" in made.stdout
-    sweep = "start_hz=2, stop_hz=3,rate_hz_per_s=0.1,base_amplitude_m=0.001"
+    sweep = "{sweep: {start_hz: 2, stop_hz: 3, rate_hz_per_s: 0.1, base_amplitude_m: 0.001}}"
     swept = json.loads(
-        run("records", "--sweep", sweep, "--name", "run-up", "--data-dir", tmp_path, "--json").stdout
+        run("records", "--generate", sweep, "--name", "run-up", "--data-dir", tmp_path, "--json").stdout
     )
     assert (swept["name"], swept["duration_s"]) == ("run-up", pytest.approx(10.0))
     assert swept["source"] == "Swept from 2 to 3 Hz at 0.1 Hz/s with a base amplitude of 1 mm"
+    definition = tmp_path / "drop.yaml"
+    definition.write_text("shock: {shape: half_sine, peak_g: 5, duration_ms: 11, rest_s: 1}\n")
+    shocked = run("records", "--generate", definition, "--data-dir", tmp_path, "--json").stdout
+    assert json.loads(shocked)["name"] == "half-sine shock of 5 g and 11 ms"
+    dampers = run("earthquake", "--generate", definition, "--data-dir", tmp_path, "--json").stdout
+    assert json.loads(dampers)["record"]["digest"] == json.loads(shocked)["digest"]
 
 
 def test_a_suite_is_run_and_told_like_any_study(tmp_path: Path) -> None:
@@ -99,6 +105,7 @@ def test_a_fragility_curve_is_printed_in_the_units_of_its_result(tmp_path: Path)
     assert "5 mm" in short
     assert "0.005" not in short + said
     assert head.split("  ")[-1].strip() == "highest [mm]"
+    assert all(f"{name} [mm]" in head for name in ("mean", "rms", "quantile"))
     highest = json.loads(run(*asked, "--json").stdout)["highest"]
     assert [row.split()[-1] for row in rows] == [f"{1e3 * each:.6g}" for each in highest]
     assert [row.split()[0] for row in rows] == ["0.5", "2"]

@@ -196,6 +196,42 @@ def test_a_sweep_is_asked_for_in_the_form(open_page: Callable[..., Any], helpers
 
 
 @pytest.mark.night
+def test_random_vibration_and_a_shock_are_asked_for_in_the_form(
+    open_page: Callable[..., Any], helpers: Any
+) -> None:
+    watched = open_page()
+    watched.allowed = ("422",)
+    page = watched.go("#/designs/new")
+    text = page.get_by_label("The specification as JSON")
+    text.fill(json.dumps({**helpers.SPECIFICATION, "limits": {}}))
+
+    def excitation() -> Any:
+        return json.loads(text.input_value())["excitation"]
+
+    page.get_by_label("Kind of excitation").select_option("random_vibration")
+    page.locator('[data-field="excitation.random_vibration.frequency_hz"] input').fill("1, 5, 50")
+    page.get_by_label("Unit of the levels").select_option("psd_m2_per_s3")
+    levels = page.locator('[data-field="excitation.random_vibration.psd_m2_per_s3"]')
+    levels.locator("input").fill("0.01, 0.02")
+    expect(levels.locator(".faults")).to_contain_text("2 levels for 3 frequencies")
+    levels.locator("input").fill("0.01, 0.02, 0.001")
+    expect(page.locator(".estimate")).to_contain_text("At most 500 points")
+    vibration = {
+        "frequency_hz": [1, 5, 50],
+        "psd_m2_per_s3": [0.01, 0.02, 0.001],
+        "duration_s": 30,
+        "seeds": 4,
+    }
+    assert excitation() == {"random_vibration": vibration}
+    page.get_by_role("button", name="Add a shock").click()
+    page.get_by_label("Shape of the pulse").select_option("sawtooth")
+    page.locator('[data-field="excitation.1.shock.peak_g"] input').fill("8")
+    assert excitation()[1] == {"shock": {"shape": "sawtooth", "peak_g": 8, "duration_ms": 11}}
+    expect(page.get_by_role("group", name="Excitation 2: shock")).to_be_visible()
+    expect(page.locator(".estimate")).to_contain_text("At most 500 points")
+
+
+@pytest.mark.night
 def test_records_are_chosen_in_the_form_and_the_answer_is_shown_under_each(
     open_page: Callable[..., Any], client: httpx.Client, helpers: Any
 ) -> None:

@@ -80,3 +80,31 @@ def test_a_run_down_beside_a_run_up_and_a_band() -> None:
     told = " ".join(answer["words"])
     assert all(each in told for each in ("`up` binds", "under `down`", "a base amplitude of 1.5 mm"))
     assert design_report(found).count("Under each excitation") == 1
+
+
+def test_every_draw_and_the_shock_is_a_case_and_the_worst_of_them_is_judged() -> None:
+    random = {"frequency_hz": [1, 10], "psd_m2_per_s3": [0.2, 0.1], "duration_s": 15}
+    shock = {"shape": "half_sine", "peak_g": 1, "duration_ms": 40}
+    excitation = [
+        {"name": "road", "random_vibration": random | {"seeds": 3}},
+        {"name": "kerb", "shock": shock},
+    ]
+    found = pursued(SWEPT | {"excitation": excitation}, 120)[0]
+    axes = {
+        **{"natural_frequency_hz": 2.5, "damping_ratio": 0.02, "restitution": 0.5, "particle_mass_kg": 4.0},
+        **{"clearance_m": found.build.clearance_m, "friction_force_n": 8.0},
+    }
+    study = parse_study(
+        {
+            "records": [{"random_vibration": random | {"seeds": 3}}, {"shock": shock}],
+            "mass_kg": 40.0,
+            "axes": axes,
+        }
+    )
+    alone = solved(study)["peak_relative_displacement_m"]
+    cases = answer_document(found)["cases"]
+    assert {each["record"]: each["value"] for each in cases} == pytest.approx(
+        dict(zip(alone["record"].values.tolist(), alone.values.ravel().tolist(), strict=True)), rel=1e-9
+    )
+    assert found.nominal.value == pytest.approx(float(alone.max()), rel=1e-9)
+    assert "Under each record" in design_report(found)

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from damperlab.studies.faults import StudyFaults
+from damperlab.studies.ground.generated import GENERATED
 from damperlab.studies.ground.motion import MOST_SAMPLES
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.source import read_source
 from damperlab.studies.ground.sweep import INTERPOLATION
-from damperlab.studies.ground.sweep_reading import read_sweep, sweep_of
+from damperlab.studies.ground.sweep_reading import sweep_of
 
 UP: dict[str, Any] = {"start_hz": 6, "stop_hz": 10, "rate_hz_per_s": 0.5, "base_amplitude_m": 0.001}
 DOWN = UP | {"start_hz": 10, "stop_hz": 6}
@@ -94,7 +95,7 @@ def test_a_duration_is_a_rate() -> None:
     lasting = {key: value for key, value in UP.items() if key != "rate_hz_per_s"} | {"duration_s": 8.0}
     assert sweep_of(lasting) == sweep_of(UP)
     assert sweep_of(OCTAVES).duration_s == 6.0
-    assert read_sweep(lasting).digest == read_sweep(UP).digest
+    assert GENERATED["sweep"](lasting).digest == GENERATED["sweep"](UP).digest
 
 
 def without(key: str, **more: Any) -> dict[str, Any]:
@@ -123,7 +124,7 @@ def without(key: str, **more: Any) -> dict[str, Any]:
 )
 def test_what_is_no_sweep_is_refused_where_it_stands(document: object, field: str, words: str) -> None:
     with pytest.raises(StudyFaults, match=words) as caught:
-        read_sweep(document)
+        GENERATED["sweep"](document)
     assert [fault.field for fault in caught.value.faults] == [field]
 
 
@@ -142,8 +143,8 @@ def test_a_sweep_is_a_record_with_one_digest() -> None:
     assert motion.source == "Swept from 6 to 10 Hz at 0.5 Hz/s with a base amplitude of 1 mm"
     # whatever it is called, however its numbers are written and in whatever order its keys stand
     other = dict(reversed([(key, float(value)) for key, value in UP.items()])) | {"name": "run-up"}
-    assert read_sweep(other).digest == motion.digest
-    assert read_sweep(DOWN).digest != motion.digest
+    assert GENERATED["sweep"](other).digest == motion.digest
+    assert GENERATED["sweep"](DOWN).digest != motion.digest
     # and as a stored study has it: with its samples looked up, or without
     held = json.loads(json.dumps(source.document()))
     assert read_source(held, Shelf.none())[0] == read_source(held, None)[0] == source

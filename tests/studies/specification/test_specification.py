@@ -317,13 +317,44 @@ def test_a_sweep_reads_as_records_that_are_it_alone() -> None:
         "sweep from 2 to 3 Hz at 0.1 Hz/s × 0.5",
         "sweep from 2 to 3 Hz at 0.1 Hz/s × 1",
     ]
-    assert records.sweeps[0].amplitude == 0.001
+    assert records.alone.words_at(1.0).endswith("of 1 mm")
     # what is kept reads back as the same
     assert asked.document["excitation"] == {"sweep": SWEEP, "scales": [0.5, 1.0], "tail_s": 2.0}
     kept = json.loads(json.dumps(asked.document))
     assert parse_specification(kept).digest == parse_specification(kept, Shelf.none()).digest == asked.digest
     assert parse_specification(kept).records == asked.records
     assert under_records(records).endswith("1 mm, at 2 scales")
+
+
+def test_vibration_and_shocks_read_as_records_and_each_seed_is_one() -> None:
+    shock = {"shape": "half_sine", "peak_g": 3, "duration_ms": 20}
+    random = {"frequency_hz": [1, 20], "psd_m2_per_s3": [0.2, 0.2], "duration_s": 20, "seeds": 3}
+    document = SHAKEN | {
+        "excitation": [{"random_vibration": random}, {"name": "drop", "shock": shock, "tail_s": 1}]
+    }
+    asked = parse_specification(document)
+    assert [under_records(each) for each in asked.records] == [
+        "under 3 random vibration records",
+        "under a half-sine shock of 3 g and 20 ms",
+    ]
+    assert transients(asked) == "random vibration records and shocks"
+    assert [case.name for case in asked.cases if "seed 2" in case.name] == [
+        "random vibration from 1 to 20 Hz, seed 2 × 1"
+    ]
+    kept = json.loads(json.dumps(asked.document))
+    assert parse_specification(kept, Shelf.none()).digest == asked.digest
+    (one,) = parse_specification(SHAKEN | {"excitation": {"random_vibration": random | {"seeds": 1}}}).records
+    assert (
+        under_records(one)
+        == "under random vibration from 1 to 20 Hz with an rms of 1.949 m/s² (0.199 g), seed 0"
+    )
+    both = {"random_vibration": random | {"duration_s": 0}, "shock": shock}
+    assert set(faults_of(SHAKEN | {"excitation": both})) == {"excitation.shock"}
+    long = random | {"seeds": 51, "duration_s": 30}
+    assert (
+        "51 cases"
+        in faults_of(SHAKEN | {"excitation": {"random_vibration": long}})["excitation.random_vibration"]
+    )
 
 
 def test_sweeps_stand_in_a_list_beside_bands_and_records() -> None:

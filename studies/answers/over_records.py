@@ -1,0 +1,75 @@
+"""How a result scatters over records that are draws of one motion: its rms and a quantile, each with how well it is known."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+BEYOND = 0.025
+"""Share of the draws that may lie beyond either end of an interval of 95 %."""
+
+
+class OverRecords(NamedTuple):
+    """What is known of a result over records.
+
+    Attributes
+    ----------
+    mean, mean_error : float
+        And the standard error of it.
+    rms, rms_error : float
+        Root of the mean square, and the standard error of it.
+    quantile, quantile_low, quantile_high : float
+        The quantile that was asked for, and the ends of its interval of 95 %; NaN where so few records bound it nowhere.
+    """
+
+    mean: float
+    mean_error: float
+    rms: float
+    rms_error: float
+    quantile: float
+    quantile_low: float
+    quantile_high: float
+
+
+def over_records(values: Floats, share: float) -> OverRecords:
+    """Sum up results of several records.
+
+    Parameters
+    ----------
+    values : ndarray, (n,)
+        One of each record, positive; NaN where unknown.
+    share : float
+        Of the records that stay below the quantile.
+
+    Notes
+    -----
+    The interval of the quantile is that of order statistics, whatever the distribution: the number of results below the
+    quantile is binomial. H. A. David, H. N. Nagaraja, Order Statistics (2003), section 7.1.
+    """
+    from scipy.special import bdtr
+
+    known = np.sort(values[~np.isnan(values)])
+    n = known.size
+    if not n:
+        return OverRecords(*[np.nan] * len(OverRecords._fields))
+    mean, rms = float(known.mean()), float(np.sqrt(np.mean(known**2)))
+    spread = [float(each.std(ddof=1)) if n > 1 else np.nan for each in (known, known**2)]
+    # the chance that at most so many of n results are below the quantile
+    below = bdtr(np.arange(n), n, share)
+    low, high = int((below <= BEYOND).sum()) - 1, int((below < 1.0 - BEYOND).sum())
+    return OverRecords(
+        mean,
+        spread[0] / n**0.5,
+        rms,
+        spread[1] / n**0.5 / (2.0 * rms) if rms > 0.0 else 0.0,
+        float(np.quantile(known, share, method="median_unbiased")),
+        float(known[low]) if low >= 0 else np.nan,
+        float(known[high]) if high < n else np.nan,
+    )
+
+
+def enough_records(share: float) -> int:
+    """Give from how many records on the quantile's interval has both ends."""
+    return int(np.ceil(np.log(BEYOND) / np.log(max(share, 1.0 - share))))

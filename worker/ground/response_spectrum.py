@@ -1,0 +1,54 @@
+"""What a ground-motion record does to structures without a damper: the response spectrum by which engineers know it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.worker.ground.design import Damper, Structure
+from damperlab.worker.ground.response import ground_response
+from damperlab.worker.scenes import Scene
+
+Floats = NDArray[np.float64]
+
+DAMPING = 0.05
+"""Damping ratio for which spectra are usually drawn."""
+PERIODS = np.geomspace(0.05, 5.0, 81)
+"""Natural periods of the structures [s]."""
+SCENE = Scene("record", False, "")
+"""What is computed."""
+
+
+@dataclass(frozen=True)
+class ResponseSpectrum:
+    """Peaks of structures under one record.
+
+    Parameters
+    ----------
+    period_s : ndarray, (n,)
+        Natural periods [s].
+    displacement_m : ndarray, (n,)
+        Largest displacement against the base [m], also between samples.
+    damping_ratio : float
+        Of every structure.
+    """
+
+    period_s: Floats
+    displacement_m: Floats
+    damping_ratio: float
+
+    @property
+    def pseudo_acceleration_m_s2(self) -> Floats:
+        """Give ω² times the largest displacement, (n,) [m/s²]."""
+        found: Floats = (2.0 * np.pi / self.period_s) ** 2 * self.displacement_m
+        return found
+
+
+def response_spectrum(
+    motion: GroundMotion, period_s: Floats = PERIODS, damping_ratio: float = DAMPING
+) -> ResponseSpectrum:
+    """Compute structures of given periods, (n,) [s], and damping ratio, from 0 to less than 1, under a record."""
+    structures = [Structure(1.0, 1.0 / period, damping_ratio) for period in period_s.tolist()]
+    peaks = [ground_response(each, Damper(), motion).peak_relative_displacement_m for each in structures]
+    return ResponseSpectrum(np.asarray(period_s), np.array(peaks), damping_ratio)
