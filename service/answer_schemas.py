@@ -178,7 +178,18 @@ _DESIGNS = _of_cube(
     pareto=_list(_enum(RESPECTS)),
 )
 _MAP = _of_cube(
-    ("over", "reduce", "status", "computed_share", "thinned", "other", "difference", "studies", "preview"),
+    (
+        "over",
+        "reduce",
+        "status",
+        "computed_share",
+        "thinned",
+        "other",
+        "difference",
+        "studies",
+        "preview",
+        "notes",
+    ),
     x_dimension=TEXT,
     y_dimension=TEXT,
     x=NUMBERS,
@@ -195,6 +206,7 @@ _MAP = _of_cube(
     other=PLANE,
     difference=PLANE,
     studies=TEXTS,
+    notes=_NOTES,
     preview=_object(
         study=TEXT, x=NUMBERS, y=NUMBERS, values=PLANE, at=_by_name(NUMBER), complete=NUMBER, note=TEXT
     )
@@ -220,6 +232,7 @@ _TMD = _of_cube(
     band=RANGE,
     verdict=TEXTS,
     brief=_BRIEF,
+    notes=_NOTES,
     hybrid_better=_list(RANGE),
     exact=_object(frequency_ratio=NUMBERS, tmd=NUMBERS, no_damper=NUMBERS),
     judged=FLAG,
@@ -282,6 +295,7 @@ _REFINEMENT_FIELDS: Schema = {
     "definition": {"type": ["object", "null"]},
     "definitions": _list({"type": "object"}),
     "note": TEXT,
+    "notes": _NOTES,
     "brief": _or_null(_BRIEF),
 }
 _GROUND_MOTION: Schema = {

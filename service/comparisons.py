@@ -6,6 +6,7 @@ import xarray as xr
 
 from damperlab.service.columns import columns
 from damperlab.studies.answers.follow_up import Refinement
+from damperlab.studies.brief import notes_document
 from damperlab.studies.variables import VARIABLES
 
 
@@ -50,6 +51,7 @@ def refinement_document(refinement: Refinement) -> dict[str, Any]:
         "spent": refinement.spent,
         "definition": definitions[0] if definitions else None,
         "definitions": definitions,
-        "note": refinement.note,
+        "note": refinement.say(),
+        "notes": notes_document(list(refinement.notes)),
         "brief": refinement.brief and refinement.brief.document(),
     }

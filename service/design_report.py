@@ -8,28 +8,28 @@ import damperlab
 from damperlab.service.figures.design import draw_alternatives, draw_amplitudes, draw_front
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.design.absorber import DETUNED
-from damperlab.studies.design.alternatives import CALLED
+from damperlab.studies.design.alternatives import CALLED as ALONE
 from damperlab.studies.design.answer import cases_of, limits_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.spelling import (
+    CALLED,
     frequency,
     length,
     limited,
     quantity,
     response,
-    spelled,
     spelled_out,
     transients,
     under_records,
 )
 from damperlab.studies.design.starts import Reached
 from damperlab.studies.design.verdict import verdict_of
-from damperlab.studies.design.words import CALLED as QUANTITIES
 from damperlab.studies.design.words import words_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import CHOSEN, JUDGES, Specification
+from damperlab.studies.spelling import spelled
 
 OF_THE_STRUCTURE = {
     "mass_kg": "mass of the structure",
@@ -234,7 +234,7 @@ def _drawing(found: Found) -> Iterable[tuple[str, ...]]:
         tolerance = asked.tolerances.get(name)
         margin = found.margins.get(name)
         yield (
-            QUANTITIES[name],
+            CALLED[name],
             quantity(asked, name, value),
             "" if tolerance is None else f"± {quantity(asked, name, tolerance.of(value))}",
             ""
@@ -247,7 +247,7 @@ def _dampers(found: Found) -> Iterable[tuple[str, ...]]:
     asked = found.asked
     for name, build, judged in (
         (found.called, found.build, found.compared),
-        *((CALLED[name], other.build, other.score) for name, other in found.others.items()),
+        *((ALONE[name], other.build, other.score) for name, other in found.others.items()),
     ):
         yield _damper(found, name, build, response(asked, judged.value) + _exceeding(judged.violation > 0.0))
     if found.absorber is not None:

@@ -12,8 +12,8 @@ from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.made import Made
 from damperlab.studies.fit.specification_text import specification_text
-from damperlab.studies.fit.spelling import heading, number
 from damperlab.studies.fit.verdict import told, verdict
+from damperlab.studies.spelling import unit_of
 from damperlab.worker.fit.curve import Curve
 
 COLUMNS = ("parameter", "value", "low", "high", "deviation", "range")
@@ -88,14 +88,24 @@ def estimates_document(estimates: Sequence[Estimate], correlation: NDArray[np.fl
     }
 
 
+def _heading(name: str) -> str:
+    """Name a parameter at the head of a row, with the unit that its values have there: lengths are in millimetres."""
+    return f"{name.removesuffix('_m').replace('_', ' ')} [mm]" if unit_of(name) == "m" else name
+
+
+def _number(name: str, value: float, digits: int = 4) -> str:
+    """Write a value of a parameter without its unit; see `_heading`."""
+    return f"{1e3 * value if unit_of(name) == 'm' else value:.{digits}g}"
+
+
 def parameter_rows(estimates: Sequence[Estimate]) -> list[tuple[str, ...]]:
     """Give the parameters as rows of text, under `COLUMNS`."""
     return [
         (
-            heading(each.name),
-            *(number(each.name, value) for value in (each.value, each.low, each.high)),
-            number(each.name, each.spread, 2),
-            f"{number(each.name, each.lowest)} to {number(each.name, each.highest)}",
+            _heading(each.name),
+            *(_number(each.name, value) for value in (each.value, each.low, each.high)),
+            _number(each.name, each.spread, 2),
+            f"{_number(each.name, each.lowest)} to {_number(each.name, each.highest)}",
         )
         for each in estimates
     ]

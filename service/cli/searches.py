@@ -97,6 +97,7 @@ class Pursuit:
         self, study: str, question: str, judge: "Judge", dry_run: bool, as_json: bool, details: bool
     ) -> None:
         """Judge, compute the follow-ups, and judge again, until nothing is left to compute."""
+        from damperlab.studies.answers.phrases import Phrases
         from damperlab.studies.answers.suite import require_harmonic
         from damperlab.studies.definition import parse_harmonic
 
@@ -104,12 +105,14 @@ class Pursuit:
         record = store.find(study)
         require_harmonic(record.dimensions, question)
         asked = parse_harmonic(record.definition)
+        phrases = Phrases.of(store.cube(record.id))
         ids = [record.id]
         while True:
             cubes = {name: store.cube(name) for name in ids}
             with working("Judging"):
                 found = judge(asked, cubes)
-            note(found.note)
+            told = found.say(phrases)
+            note(told)
             if not found.studies or dry_run:
                 break
             for each in found.studies:
@@ -122,12 +125,10 @@ class Pursuit:
 
             print_json(answered(record, {**refinement_document(found), "with": ids[1:]}))
             return
-        from damperlab.studies.answers.phrases import Phrases
-
-        told = [found.note, found_sentence(found.found, Phrases.of(cubes[record.id]))]
-        brief = found.brief or Brief(None, (told[1][:1].upper() + told[1][1:] + ".",))
-        told += [f"Follow-up studies: {', '.join(ids[1:])}."] if ids[1:] else []
-        print_brief(brief.document(), told, details)
+        details_told = [told, found_sentence(found.found, phrases)]
+        brief = found.brief or Brief(None, (details_told[1][:1].upper() + details_told[1][1:] + ".",))
+        details_told += [f"Follow-up studies: {', '.join(ids[1:])}."] if ids[1:] else []
+        print_brief(brief.document(), details_told, details)
 
     def _compute(self, asked: "Study", parent: "Record") -> "Record":
         """Run a follow-up to its end; what is done of it is kept if it stops."""

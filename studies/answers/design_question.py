@@ -1,7 +1,7 @@
 """The question for the best designs, checked against the cube it is put to."""
 
 import math
-from collections.abc import Container
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -189,6 +189,18 @@ def within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] 
                 fault = replace(fault, advice=advice)
         raise QueryFault(fault)
     return found
+
+
+def axes_within(cube: xr.Dataset, ranges: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
+    """Give the grid points along every dimension that are within ranges, of which some may be in units."""
+    judging = judging_in_ratios(cube, Judging(ranges=ranges))
+    wanted = dict(judging.ranges)
+    if judging.band is not None:
+        wanted[FREQUENCY] = judging.band
+    dimensions = tuple(map(str, cube["status"].dims))
+    for name in wanted:
+        check_dimension(cube, name, name, [each for each in dimensions if cube[each].dtype.kind == "U"])
+    return {name: within(cube, name, name, wanted.get(name)) for name in dimensions}
 
 
 def _check_limits(field: str, limits: tuple[float, float]) -> str:

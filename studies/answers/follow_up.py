@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.brief import Brief
+from damperlab.studies.answers.notes import sentences_of
+from damperlab.studies.answers.phrases import RATIOS, Phrases
+from damperlab.studies.brief import Brief, Note
 from damperlab.studies.definition import MAX_NAME, Study, parse_harmonic
 from damperlab.studies.units import STRUCTURE
 from damperlab.studies.variables import BEFORE, DIMENSIONS, dimensions_of
@@ -39,8 +41,8 @@ class Refinement:
         Of a grid that would give the same answer; 0 where no grid is known to.
     spent : dict
         What has been computed: `points`, `cycles` and `seconds` of run time where the studies store them.
-    note : str
-        The same in words.
+    notes : tuple of Note
+        The same as data; `say` has the sentences.
     brief : Brief or None
         The short answer, in the units of the study; None where the search has none.
     """
@@ -52,8 +54,12 @@ class Refinement:
     points: int = 0
     fine_points: int = 0
     spent: dict[str, float] = field(default_factory=dict)
-    note: str = ""
+    notes: tuple[Note, ...] = ()
     brief: Brief | None = None
+
+    def say(self, phrases: Phrases = RATIOS) -> str:
+        """Spell what is known, and what it has cost."""
+        return sentences_of(self.notes, phrases)
 
 
 def follow_up(
@@ -160,16 +166,6 @@ def _computed(cubes: Mapping[str, xr.Dataset]) -> list[np.ndarray]:
         earlier.append((settings, cube))
         found.append(new)
     return found
-
-
-def say_spent(spent: Mapping[str, float]) -> str:
-    """Put it into words."""
-    parts = [f"{spent['points']:,} points"]
-    if "cycles" in spent:
-        parts.append(f"{spent['cycles']:,} cycles")
-    if "seconds" in spent:
-        parts.append(f"{spent['seconds']:.3g} s of run time")
-    return f"Computed so far: {', '.join(parts)}."
 
 
 def found_of(best: xr.Dataset) -> dict[str, Any]:

@@ -30,6 +30,7 @@ from damperlab.studies.faults import Fault, counted, describe
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import SUITE, kind_of
 from damperlab.studies.questions import Fragile
+from damperlab.studies.spelling import spelled
 from damperlab.studies.variables import Status
 
 Floats = NDArray[np.float64]
@@ -325,10 +326,7 @@ def _median(values: Floats) -> Floats:
 def _note(
     cube: xr.Dataset, metric: str, found: Mapping[str, Any], where: str, alike: bool, failed: int
 ) -> str:
-    units = cube[metric].attrs.get("units", "1")
-    limit = f"{found['threshold']:g}" + ("" if units == "1" else f" {units}")
-    if units == "m":
-        limit = f"{1e3 * found['threshold']:g} mm"
+    limit = spelled(found["threshold"], cube[metric].attrs.get("units", "1"), 6)
     long_name = cube[metric].attrs.get("long_name", metric)
     sentences = [where, f"The {long_name} exceeds {limit} under"]
     sentences[-1] += (
@@ -375,12 +373,7 @@ def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, sh
 
 def _brief(cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any], scatter: str) -> Brief:
     """Say how many records exceed the limit, from which scale on, and whether that is settled."""
-    units = cube[found["metric"]].attrs.get("units", "1")
-    limit = (
-        f"{1e3 * found['threshold']:g} mm"
-        if units == "m"
-        else f"{found['threshold']:g} {units}".removesuffix(" 1")
-    )
+    limit = spelled(found["threshold"], cube[found["metric"]].attrs.get("units", "1"), 6)
     phrases, scales = Phrases.of(cube), cube[SCALE].values
     damper = ", ".join(
         phrases.equal(name, float(cube[name].values[index[name]]), ".3g")

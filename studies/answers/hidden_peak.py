@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.nearness import nearest_place
-from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.brief import Note
 from damperlab.studies.store.export.slabs import BUDGET
 from damperlab.studies.variables import ResponseClass
 
@@ -18,8 +19,6 @@ HIGHER = 1.1
 """A peak that is no more than this times as high as the largest value is no surprise."""
 PER_BANDWIDTH = 4
 """Steps in the bandwidth of a resonance that see it: what they miss of its height is 3 % at most."""
-FAR = 4.0
-"""Bandwidths between two frequencies from which on a resonance may all but vanish between them."""
 MOST_FREQUENCIES = 1001
 """No more are advised at once."""
 
@@ -124,10 +123,8 @@ def hidden_of(cube: xr.Dataset, r: NDArray[np.float64], design: Mapping[str, Any
     return np.asarray(hidden(r, values[None], kinds[None], zeta, beta)[0])
 
 
-def hidden_on(
-    cube: xr.Dataset, metric: str, plane: tuple[str, str], index: Mapping[str, int]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.float64]]:
-    """Ask as `hidden` for every place of a map of the largest values over the frequency.
+def hidden_on(cube: xr.Dataset, metric: str, plane: tuple[str, str], index: Mapping[str, int]) -> list[Note]:
+    """Ask as `hidden` for every place of a map of the largest values over the frequency, and note where some hide.
 
     Parameters
     ----------
@@ -139,11 +136,6 @@ def hidden_on(
         Dimensions of the map.
     index : mapping of int
         Grid points of the other dimensions.
-
-    Returns
-    -------
-    (r, where, damping_ratio)
-        As `say_hidden` takes them, a row for each place; none where the frequencies are close enough, of which nothing is read.
     """
     order = np.argsort(cube[FREQUENCY].values)
     r = cube[FREQUENCY].values[order]
@@ -155,7 +147,7 @@ def hidden_on(
 
     zeta, beta = each("damping_ratio"), each("mass_ratio")
     if not (np.diff(r) > zeta.min()).any():
-        return r, np.zeros((0, r.size - 1), np.bool_), zeta[:0]
+        return []  # close enough, whatever was computed
     where = np.zeros((zeta.size, r.size - 1), np.bool_)
     extent, across = (part.sizes[name] for name in plane)
     step = max(1, BUDGET // (across * r.size))
@@ -169,46 +161,33 @@ def hidden_on(
         values = load(metric).astype(np.float64)
         kinds = load("response_class") if "response_class" in cube else np.full(values.shape, -1, np.int8)
         where[rows] = hidden(r, values, kinds, zeta[rows], beta[rows])
-    return r, where, zeta
+    places = {"places": int(where.any(axis=1).sum()), "of": len(where)}
+    return hidden_note(r, where, zeta, places)
 
 
-def say_hidden(
-    whose: str,
+def hidden_note(
     r: NDArray[np.float64],
     where: NDArray[np.bool_],
     damping_ratio: NDArray[np.float64],
-    phrases: Phrases,
-) -> str:
-    """Say that a largest value over a band is not that of the peak, and which frequencies to compute; nothing if none hides.
+    whose: Mapping[str, Any] = MappingProxyType({}),
+) -> list[Note]:
+    """Note that a largest value over a band is not that of the peak, and which frequencies show it; nothing if none hides.
 
     Parameters
     ----------
-    whose : str
-        What may be higher: the subject of the sentence.
     r, where : ndarray, (n,) and (designs, n − 1)
         Of `hidden`.
     damping_ratio : ndarray, (designs,)
         ζ of each.
-    phrases : Phrases
-        How quantities are spelled.
+    whose : mapping
+        What may be higher, as `notes.sentence_of` spells it.
     """
     if not where.any():
-        return ""
-    steps = np.diff(r)
-    apart = float(steps[where.any(axis=0)].max())
+        return []
     bandwidth = 2.0 * float(damping_ratio[where.any(axis=1)].min())
-    higher = "far higher" if apart > FAR * bandwidth else "more than a tenth higher"
-    return (
-        f"{whose} may be {higher} between two frequencies, which are up to {phrases.value(FREQUENCY, apart, '.3g')} apart. "
-        f"Compute {advised_axis(r, bandwidth, phrases)}."
-    )
-
-
-def advised_axis(r: NDArray[np.float64], bandwidth: float, phrases: Phrases) -> str:
-    """Write the axis of frequencies that sees a resonance of this half-power bandwidth, as a study has it."""
-    name = "excitation_frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
-    start, stop = (phrases.number(FREQUENCY, end, ".10g") for end in (r[0], r[-1]))
-    return f"`{name}: {{start: {start}, stop: {stop}, num: {_number(r, bandwidth)}}}`"
+    axis = {"start": float(r[0]), "stop": float(r[-1]), "num": _number(r, bandwidth)}
+    apart = float(np.diff(r)[where.any(axis=0)].max())
+    return [Note("hidden_peak", "danger", {**whose, "apart": apart, "bandwidth": bandwidth, **axis})]
 
 
 def _number(r: NDArray[np.float64], bandwidth: float) -> int:

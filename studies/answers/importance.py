@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.design_question import judging_in_ratios, within
+from damperlab.studies.answers.design_question import axes_within
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
     as_float,
-    check_dimension,
     check_metric,
     coded,
     completeness,
@@ -21,13 +20,12 @@ from damperlab.studies.answers.selection import (
     main_metric,
 )
 from damperlab.studies.answers.slab import slabs_of
-from damperlab.studies.faults import Fault, counted, describe
+from damperlab.studies.faults import Fault, counted
 from damperlab.studies.kinds import kind_of
-from damperlab.studies.questions import Judging, Varied
+from damperlab.studies.questions import Varied
 from damperlab.studies.units import results_in_units
 from damperlab.studies.variables import Status
 
-FREQUENCY = "frequency_ratio"
 ROUNDING = 1e-12
 """Relative spread of a result below which it is the same everywhere."""
 
@@ -77,7 +75,7 @@ def importance(cube: xr.Dataset, asked: Varied = Varied()) -> xr.Dataset:
                 "metric", source, "a quantity", "codes have no variance: choose a result that is a quantity"
             )
         )
-    axes = _axes(cube, asked.ranges)
+    axes = axes_within(cube, asked.ranges)
     over = kind_of(cube.sizes).uncontrolled
     names = tuple(name for name in dimensions_of(cube) if name != over)
     sums = _Sums(tuple(axes[name].size for name in names))
@@ -86,27 +84,6 @@ def importance(cube: xr.Dataset, asked: Varied = Varied()) -> xr.Dataset:
         status, values = (slab.read(name).reshape(*slab.shape, -1) for name in ("status", source))
         sums.take(places, status, as_float(values))
     return _answer(cube, names, axes, sums, {"metric": metric, "over": over, "quantity": quantity})
-
-
-def _axes(cube: xr.Dataset, ranges: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
-    """Choose the grid points along every dimension."""
-    judging = judging_in_ratios(cube, Judging(ranges=ranges))
-    wanted = dict(judging.ranges)
-    if judging.band is not None:
-        wanted[FREQUENCY] = judging.band
-    for name in wanted:
-        check_dimension(cube, name, name)
-        if cube[name].dtype.kind == "U":
-            raise QueryFault(
-                Fault(
-                    name,
-                    describe(list(wanted[name])),
-                    "a dimension of numbers",
-                    "leave it out",
-                    "{field} holds texts, so it has no range.",
-                )
-            )
-    return {name: within(cube, name, name, wanted.get(name)) for name in dimensions_of(cube)}
 
 
 class _Sums:

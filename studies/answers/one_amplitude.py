@@ -11,6 +11,7 @@ from damperlab.studies.answers.phrases import noted
 from damperlab.studies.answers.selection import choose
 from damperlab.studies.faults import Fault
 from damperlab.studies.field import At
+from damperlab.studies.spelling import spelled
 from damperlab.studies.unit_names import RESULT_NAMES
 
 
@@ -70,7 +71,7 @@ def said_of_it(answer: xr.Dataset, cube: xr.Dataset, whole: xr.Dataset) -> xr.Da
     if constant is None:
         called = amplitude_called(cube).capitalize()
         first = {"note": f"{called} Z = {metres:g} m."}
-        in_units = {"note": f"{called} Z = {1e3 * metres:g} mm."}
+        in_units = {"note": f"{called} Z = {spelled(metres, 'm', 6)}."}
     else:  # what follows names the base amplitude among the other dimensions
         power = {1: "", 2: "²"}[CONSTANT[constant]]
         first = in_units = {

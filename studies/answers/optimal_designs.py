@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -74,10 +73,10 @@ def optimal_designs(
         is needed.
     """
     ranked = _Ranked.of(cube, DesignQuestion.ask(cube, judging, top))
-    answer, flat = ranked.designs, ranked.flatness
-    answer.attrs["flatness"] = flat
+    answer = ranked.designs
+    flat = _flatness(cube, ranked.question, answer)
     judgement = verdict(cube, ranked.question, answer, best_with_impacts(ranked.active), flat)
-    answer.attrs |= together(ranked.note(), judgement)
+    answer.attrs |= {"flatness": flat} | together(ranked.note(flat), judgement)
     return answer.isel(rank=slice(top))
 
 
@@ -132,14 +131,13 @@ def merged_designs(
     incomplete, designs = (sum(tally[name] for tally in tallies) for name in ("incomplete", "designs"))
     answer.attrs["complete"] = 1 - incomplete / designs
     merged = f"Merged with {counted(len(ids) - 1, 'follow-up')}."
-    words = noted(first.note(), said(cube, lambda _: {"note": merged}))
-    flat, active = [], None
-    if answer.sizes["rank"]:
-        strikes = np.flatnonzero(answer["impact_share"].values > 0)[:1]
-        active = best_with_impacts(answer.isel(rank=strikes))
-        flat = _flatness(cubes[str(answer["study"].values[0])], question, answer)
-    answer.attrs["flatness"] = flat
-    answer.attrs |= together(words, verdict(cube, question, answer, active, flat, cubes))
+    around = _flatness(cube, question, first.designs)
+    words = noted(first.note(around), said(cube, lambda _: {"note": merged}))
+    active = best_with_impacts(answer.isel(rank=np.flatnonzero(answer["impact_share"].values > 0)[:1]))
+    home = cubes[str(answer["study"].values[0])] if answer.sizes["rank"] else cube
+    flat = _flatness(home, question, answer)
+    judgement = verdict(cube, question, answer, active, flat, cubes)
+    answer.attrs |= {"flatness": flat} | together(words, judgement)
     return answer.isel(rank=slice(top))
 
 
@@ -151,17 +149,14 @@ class _Ranked:
     ----------
     cube, question : Dataset, DesignQuestion
         The study, and what counts.
-    found : dict of ndarray
-        The best `MOST_DESIGNS`, the best first.
     designs, active : Dataset
-        The same with their coordinates, and the best of those whose particle strikes.
+        The best `MOST_DESIGNS`, the best first, and the best of those whose particle strikes.
     tally : dict of int
         Of those that were left out.
     """
 
     cube: xr.Dataset
     question: DesignQuestion
-    found: Found
     designs: xr.Dataset
     active: xr.Dataset
     tally: Mapping[str, int]
@@ -179,17 +174,9 @@ class _Ranked:
             best = _folded(least(best, found, MOST_DESIGNS))
         designs, acting = (_described(cube, question, each) for each in (best, active))
         designs.attrs = attributes_of(question, tally)
-        return cls(cube, question, best, designs, acting, tally)
+        return cls(cube, question, designs, acting, tally)
 
-    @cached_property
-    def flatness(self) -> list[dict[str, Any]]:
-        """How far each parameter of the best may move."""
-        if not self.found["value"].size:
-            return []
-        first = {name: int(self.found[name][0]) for name in self.question.design}
-        return flatness(self.cube, self.question, first, float(self.found["value"][0]))
-
-    def note(self) -> dict[str, Any]:
+    def note(self, flat: list[dict[str, Any]]) -> dict[str, Any]:
         """Say how they were judged, and how flat the optimum is."""
 
         def note(phrases: Phrases) -> dict[str, Any]:
@@ -198,8 +185,8 @@ class _Ranked:
                 say_judged(self.question, self.cube.sizes[FREQUENCY], phrases),
                 say_limits(self.question, phrases),
                 say_left_out(self.tally),
-                "" if self.found["value"].size else "No design is left.",
-                say_flatness(self.flatness, phrases),
+                "" if self.designs.sizes["rank"] else "No design is left.",
+                say_flatness(flat, phrases),
             ]
             return {"note": " ".join(filter(None, sentences))}
 
@@ -255,7 +242,9 @@ def _joined(parts: Mapping[str, xr.Dataset], question: DesignQuestion) -> xr.Dat
 
 
 def _flatness(home: xr.Dataset, question: DesignQuestion, ranked: xr.Dataset) -> list[dict[str, Any]]:
-    """Look around the best design as its own study shows it."""
+    """Look around the best design as its own study shows it; nothing where there is none."""
+    if not ranked.sizes["rank"]:
+        return []
     axes = {name: np.arange(home.sizes[name]) for name in question.design}
     axes[FREQUENCY] = np.array([nearest_place(home[FREQUENCY].values, r) for r in question.frequencies])
     design = {name: nearest_place(home[name].values, ranked[name].values[0]) for name in question.design}

@@ -16,18 +16,18 @@ from damperlab.studies.answers.follow_up import (
     Refinement,
     follow_up,
     found_of,
-    say_spent,
     spent_on,
 )
 from damperlab.studies.answers.limits import check
 from damperlab.studies.answers.nearness import nearest_place
+from damperlab.studies.answers.notes import sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
-from damperlab.studies.answers.phrases import RATIOS, Phrases
+from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.answers.verdict import HELD
-from damperlab.studies.brief import Brief, command, listed
+from damperlab.studies.brief import Brief, Note, command, listed
 from damperlab.studies.definition import Study
-from damperlab.studies.faults import Fault, counted
+from damperlab.studies.faults import Fault
 from damperlab.studies.field import At
 from damperlab.studies.questions import Judging, Search, Step
 from damperlab.studies.variables import ResponseClass, Status
@@ -99,15 +99,12 @@ def refine_optimum(
     clamped = float(best["impact_share"].values[0]) == 0 and float(best["locked_share"].values[0]) >= HELD
     short = _brief(study, parent, found, steps, int(spent["points"]), clamped)
     answer = Refinement((), False, found, steps, spent=spent, brief=short)
-    words = _say_search(
-        int(promising.sum()), bool(blurred.any() and not near.any()), steps, tolerance, value_tolerance
-    )
+    notes = [_note_search(int(promising.sum()), bool(blurred.any() and not near.any()), steps, search)]
     if not near.any() and not promising.any():
         fine = (
             0 if blurred.any() else _fine(parent, varied, tolerance, judging.ranges) * asked.frequencies.size
         )
-        cost = _cost(spent, fine)
-        return replace(answer, known=True, fine_points=fine, note=f"{words} {cost}")
+        return replace(answer, known=True, fine_points=fine, notes=(*notes, _note_cost(spent, fine)))
     parts = PARTS.get(len(varied), 2)
     chosen = [_grids(cells, np.flatnonzero(near), parts, tolerance, varied)]
     elsewhere = np.flatnonzero(promising)
@@ -120,14 +117,12 @@ def refine_optimum(
     points = sum(each.points for each in studies)
     more = spent["points"] - parent["status"].size + points
     if more > budget:
-        note = f"{words} The budget of {budget:,} points is spent, so nothing further is computed. {say_spent(spent)}"
+        notes.append(Note("budget", "caution", {"points": budget}))
         left = (*short.sentences[:2], f"Not settled: the budget of {budget:,} points is spent.")
         short = replace(short, sentences=left, next=command("refine", study.name, f"--budget {4 * budget}"))
-        return replace(answer, note=f"Not known: {note[0].lower()}{note[1:]}", brief=short)
-    note = (
-        f"{words} {counted(points, 'point')} in {counted(len(studies), 'follow-up')} next. {say_spent(spent)}"
-    )
-    return replace(answer, studies=studies, points=points, note=note)
+        return replace(answer, notes=(*notes, Note("spent", "hint", spent)), brief=short)
+    notes.append(Note("follow_ups", "hint", {"points": points, "studies": len(studies)}))
+    return replace(answer, studies=studies, points=points, notes=(*notes, Note("spent", "hint", spent)))
 
 
 def _brief(
@@ -154,7 +149,8 @@ def _brief(
     )
     danger = "Friction clamps the structure to its base at this optimum." if clamped else ""
     if cube.sizes[FREQUENCY] == 1:
-        danger = f"Only {phrases.equal(FREQUENCY, found[FREQUENCY], '.10g')} was computed: beside it this damper may resonate."
+        only = Note("one_frequency", "danger", {FREQUENCY: found[FREQUENCY], "computed": True})
+        danger = sentence_of(only, phrases)
     sentences = (danger, f"{value} at {design}{inside}", f"Known to {known} after {points:,} points.")
     following = say_beyond(ends, phrases) or command("tmd", study.name)
     if clamped:
@@ -179,30 +175,16 @@ def _grids(
     return grids
 
 
-def _say_search(
-    promising: int, blurred: bool, steps: Mapping[str, float], tolerance: float, value_tolerance: float
-) -> str:
-    where = f"{counted(promising, 'cell')} of the grid may hold a design better by more than {value_tolerance:.2g} of its value"
-    coarse = ", ".join(
-        f"{RATIOS.label(name)} to {step:.3g}"
-        for name, step in steps.items()
-        if step > tolerance * (1 + ROUNDING)
-    )
+def _note_search(promising: int, blurred: bool, steps: Mapping[str, float], search: Search) -> Note:
+    """Note where a better design may lie, or how well the best is known."""
+    better = {"better_by": search.value_tolerance}
+    coarse = {name: step for name, step in steps.items() if step > search.tolerance * (1 + ROUNDING)}
     if promising:
-        return f"{where}."
-    if blurred and coarse:
-        return (
-            f"No {where[where.index('cell') :].replace('cells', 'cell')}; the optimum is known in its value, and in its "
-            f"place as far as the errors tell neighbours apart: {coarse}. A smaller `steady.tolerance` tells them "
-            "farther apart."
-        )
+        return Note("promising", "hint", {"cells": promising, **better})
     if coarse:
-        return f"No other {where[where.index('cell') :].replace('cells', 'cell')}; the place is known so far: {coarse}."
-    return (
-        f"The optimum is known to {tolerance:g} in every parameter, and no other "
-        f"{where[where.index('cell') :].replace('cells', 'cell')}; a dip narrower than a cell that none of its corners "
-        "shows cannot be excluded."
-    )
+        kind = "place_within_errors" if blurred else "place_not_known"
+        return Note(kind, "caution", {"steps": coarse, **better})
+    return Note("known", "hint", {"tolerance": search.tolerance, **better})
 
 
 def refine_boundary(
@@ -262,17 +244,19 @@ def refine_boundary(
     span = float(np.ptp(parent[along].values))
     fine = math.ceil(span / tolerance - ROUNDING) + 1
     spent = spent_on(cubes)
-    where = f"{along} changes from {names[0]} to {names[1]} between {low:.10g} and {high:.10g}."
+    change_at = Note(
+        "boundary", "hint", {name: found[name] for name in ("along", "low", "high", "below", "above")}
+    )
     if high - low <= tolerance * (1 + ROUNDING):
-        note = f"The response along {where} {_cost(spent, fine)}"
-        return Refinement((), True, found, {along: high - low}, 0, fine, spent, note)
+        notes = change_at, _note_cost(spent, fine)
+        return Refinement((), True, found, {along: high - low}, 0, fine, spent, notes)
     parts = min(BOUNDARY_PARTS, math.ceil((high - low) / tolerance - ROUNDING))
     inner = np.linspace(low, high, parts + 1)
     more = follow_up(
         study, chosen | {along: inner[1:-1].tolist() if parts > 1 else inner.tolist()}, "refined"
     )
-    note = f"The response along {where} {_cost(spent, fine, more.points)}"
-    return Refinement((more,), False, found, {along: high - low}, more.points, fine, spent, note)
+    notes = change_at, _note_cost(spent, fine, more.points)
+    return Refinement((more,), False, found, {along: high - low}, more.points, fine, spent, notes)
 
 
 def _line(
@@ -303,14 +287,8 @@ def _fine(
     return math.prod(math.ceil(span / tolerance - ROUNDING) + 1 for span in spans)
 
 
-def _cost(spent: Mapping[str, float], fine: int, more: int = 0) -> str:
-    """Say what the search has cost, beside a grid whose steps would give its answer where there is one."""
-    points = int(spent["points"]) + more
+def _note_cost(spent: Mapping[str, float], fine: int, more: int = 0) -> Note:
+    """Note what the search has cost, beside a grid whose steps would give its answer where there is one."""
     if not fine:
-        return say_spent(spent)
-    if points >= fine:
-        return f"With it {counted(points, 'point')}; a grid with these steps has {counted(fine, 'point')}."
-    return (
-        f"{counted(points, 'point')} in all, {fine - points:,} fewer than the {fine:,} of a grid with these steps "
-        f"({fine / points:.3g} times fewer)."
-    )
+        return Note("spent", "hint", spent)
+    return Note("cost", "hint", {"points": int(spent["points"]) + more, "fine_points": fine})

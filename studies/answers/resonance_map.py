@@ -11,8 +11,9 @@ from damperlab.studies.answers.band import FREQUENCY, say_frequency, say_worst, 
 from damperlab.studies.answers.between import INTERPOLATED, Between
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.fold import Extremum, Mean
-from damperlab.studies.answers.hidden_peak import hidden_on, say_hidden
+from damperlab.studies.answers.hidden_peak import hidden_on
 from damperlab.studies.answers.leading import leading_place
+from damperlab.studies.answers.notes import sentences_of
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
     as_float,
@@ -30,6 +31,7 @@ from damperlab.studies.answers.selection import (
     say,
     scalars,
 )
+from damperlab.studies.brief import Note, notes_document
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.field import At
 from damperlab.studies.kinds import HARMONIC, kind_of
@@ -46,7 +48,6 @@ from damperlab.studies.vocabulary import REDUCTIONS
 
 PEAKS = ("amplitude_ratio", "amplitude_ratio_max")
 """Amplitudes of the structure, whose resonance may lie between the frequencies."""
-NO_PEAKS = np.zeros(0), np.zeros((0, 0), np.bool_), np.zeros(0)
 BUDGET = 2**20
 """Points that are reduced at once, four variables of them; a chunk that is cut between two slabs is read twice."""
 
@@ -162,7 +163,11 @@ def resonance_map(
         answer = _reduced(cube, (y, x), metric, (over, inner), reduce, index)
     # a study over base amplitudes has no ratios of mass and damping that its places could be asked by
     peaks = (over, reduce) == (FREQUENCY, "max") and metric in PEAKS and kind_of(cube.sizes) is HARMONIC
-    r, where, zeta = hidden_on(cube, metric, (y, x), index) if peaks else NO_PEAKS
+    notes = hidden_on(cube, metric, (y, x), index) if peaks else []
+    if over is not None and answer.attrs["complete"] < 1:
+        notes.append(Note("incomplete", "caution", {"complete": answer.attrs["complete"], "reduce": reduce}))
+    if (reduce == "max" or inner is not None) and answer.attrs["points_failed"]:
+        notes.append(Note("failed", "caution", {"points": answer.attrs["points_failed"]}))
 
     def note(phrases: Phrases) -> dict[str, Any]:
         sentences = [say(cube, index, at, phrases, lead)]
@@ -178,18 +183,10 @@ def resonance_map(
         elif FREQUENCY in index:
             alone = float(cube[FREQUENCY].values[index[FREQUENCY]])
             sentences.append(say_frequency(cube, alone, coded(cube, metric), phrases))
-        hides = int(where.any(axis=1).sum())
-        whose = f"The largest {'value' if hides == 1 else 'values'} of {hides:,} of {where.shape[0]:,} places"
-        sentences.append(say_hidden(whose, r, where, zeta, phrases))
-        if over is not None and answer.attrs["complete"] < 1:
-            sentences.append(f"Not everything is computed: the {reduce} is that of what is there.")
-        if (reduce == "max" or inner is not None) and answer.attrs["points_failed"]:
-            sentences.append(
-                "Where a point failed, as an unbounded response does, the largest value is not known."
-            )
+        sentences.append(sentences_of(notes, phrases))
         return {"note": " ".join(filter(None, sentences))}
 
-    answer.attrs |= said(cube, note)
+    answer.attrs |= said(cube, note) | {"notes": notes_document(notes)}
     return answer
 
 

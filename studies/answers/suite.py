@@ -8,14 +8,13 @@ import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.comparing import Found, least
+from damperlab.studies.answers.design_question import axes_within
 from damperlab.studies.answers.ends import ends_of_damper, say_beyond
 from damperlab.studies.answers.excited import amplitude_called
-from damperlab.studies.answers.faults import QueryFault, empty_range
+from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.judging import say_left_out
-from damperlab.studies.answers.nearness import inside as within
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.selection import (
-    check_dimension,
     check_metric,
     coded,
     completeness,
@@ -30,7 +29,6 @@ from damperlab.studies.faults import Fault, counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
-from damperlab.studies.units import coordinates_in_units
 from damperlab.studies.variables import ResponseClass, Status
 
 MOST = 10_000
@@ -213,18 +211,7 @@ def _counting(
                 advice = "leave it out for all"
                 raise QueryFault(Fault(RECORD, describe(each), f"one or more of {listing(known)}", advice))
         index[RECORD] = np.flatnonzero(np.isin(known, [whole_id(each) for each in records]))
-    units = {each.name: each for each in coordinates_in_units(cube)}
-    for asked, (low, high) in ranges.items():
-        name = asked
-        if asked in units:
-            name, low, high = (units[asked].source, *(end / units[asked].factor for end in (low, high)))
-        check_dimension(cube, asked, name, (RECORD,))
-        values = cube[name].values
-        inside = np.flatnonzero(within(values, low, high))
-        if not inside.size:
-            raise QueryFault(empty_range(asked, name, low, high, values))
-        index[name] = inside
-    return index
+    return axes_within(cube, ranges) | index
 
 
 def _brief(

@@ -13,11 +13,13 @@ from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.leading import best_at
+from damperlab.studies.answers.notes import sentence_of
 from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.reach import within_reach
 from damperlab.studies.answers.selection import check_free, choose, in_ratios, require_stored
-from damperlab.studies.answers.tmd_verdict import brief_of, is_judged
+from damperlab.studies.answers.tmd_verdict import brief_of, is_judged, notes_of
 from damperlab.studies.answers.verdict import NEXT_BAND
+from damperlab.studies.brief import Note, notes_document
 from damperlab.studies.faults import Fault, describe, listing, write_nearest
 from damperlab.studies.field import At
 from damperlab.studies.kinds import kind_of
@@ -163,6 +165,7 @@ def tmd_comparison(
         "hybrid_better_share": float(better.sum() / (known | unbounded).sum()) if known.any() else math.nan,
     }
     answer.attrs["judged"] = is_judged(answer)
+    notes = notes_of(cube, answer)
     design = {
         name: float(answer[name])
         for name in (*BEFORE, *kind_of(cube.sizes).designs)
@@ -174,14 +177,14 @@ def tmd_comparison(
         spelled = phrases
         if excitation != excitation_of(cube):
             spelled = Phrases({name: each for name, each in phrases.quantities.items() if name in cube.sizes})
-        brief = brief_of(cube, answer, design, spelled)
+        brief = brief_of(cube, answer, design, notes, spelled)
         chosen = _say_best(best, called, bool(at), spelled)
-        note = " ".join([*chosen, _words(answer, spelled, excitation_of(cube))])
+        note = " ".join([*chosen, _words(answer, spelled, notes)])
         return {"verdict": list(brief.sentences), "brief": brief.document(), "note": note}
 
     if r.size == 1:
         answer.attrs["next_frequencies"] = dict(NEXT_BAND)
-    answer.attrs |= noted(curve.attrs, said(cube, words))
+    answer.attrs |= noted(curve.attrs, said(cube, words)) | {"notes": notes_document(notes)}
     return answer
 
 
@@ -227,7 +230,7 @@ def _above(r: np.ndarray, values: np.ndarray, level: float) -> float:
     return float(weights[known & (values > level)].sum() / total)
 
 
-def _words(answer: xr.Dataset, phrases: Phrases, excitation: str) -> str:
+def _words(answer: xr.Dataset, phrases: Phrases, notes: list[Note]) -> str:
     found: dict[str, Any] = answer.attrs
     r = answer[FREQUENCY].values
     in_units = bool(phrases.unit("mass_ratio") and phrases.unit(FREQUENCY))
@@ -242,12 +245,9 @@ def _words(answer: xr.Dataset, phrases: Phrases, excitation: str) -> str:
         f"ζ = {found['tmd_damping_ratio']:.6g} over its own frequency "
         f"({found['tmd_damping_over_structure']:.6g} over the structure's)."
     ]
-    if found["excitation"] != excitation:
-        sentences.append(
-            "It and the structure without a damper answer to a force here, X over the static displacement; the study's "
-            "damper is shaken through its base."
-        )
-    elif excitation == "force":
+    other = [sentence_of(each, phrases) for each in notes if each.kind == "other_excitation"]
+    sentences += other
+    if not other and found["excitation"] == "force":
         sentences.append("A force on the structure excites both; ratios are over its static displacement.")
     if r.size == 1:
         at = phrases.equal(FREQUENCY, r[0], ".10g")

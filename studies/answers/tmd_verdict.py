@@ -8,11 +8,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.band import FREQUENCY
-from damperlab.studies.answers.excited import name_of
-from damperlab.studies.answers.hidden_peak import advised_axis, hidden, may_hide
+from damperlab.studies.answers.excited import excitation_of, name_of
+from damperlab.studies.answers.hidden_peak import hidden, hidden_note, may_hide
+from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import AMPLITUDE, Phrases
 from damperlab.studies.answers.verdict import say_next
-from damperlab.studies.brief import Brief, Damper, command, damper_of
+from damperlab.studies.brief import Brief, Damper, Note, command, damper_of
 from damperlab.studies.variables import ResponseClass, Status
 
 
@@ -37,7 +38,32 @@ def is_judged(answer: xr.Dataset) -> bool:
     )
 
 
-def brief_of(cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], phrases: Phrases) -> Brief:
+def notes_of(cube: xr.Dataset, answer: xr.Dataset) -> list[Note]:
+    """Give what changes the comparison or its number, as data."""
+    found, r = answer.attrs, answer[FREQUENCY].values
+    notes = []
+    if r.size == 1:
+        only = {FREQUENCY: float(r[0]), "computed": cube.sizes[FREQUENCY] == 1}
+        notes.append(Note("one_frequency", "danger", only))
+    if np.isinf(found["hybrid_peak"]):
+        notes.append(Note("unbounded", "danger", {FREQUENCY: found["hybrid_peak_at"]}))
+    unknown = ~np.isfinite(answer["hybrid"].values)
+    if unknown.any():
+        waiting = int((answer["status"].values[unknown] == Status.NOT_COMPUTED).sum())
+        rest = int(unknown.sum()) - waiting
+        notes.append(Note("missing", "caution", {"waiting": waiting, "failed": rest, "of": r.size}))
+    notes += hidden_note(r, _hidden(answer), np.array([float(answer["damping_ratio"])]))
+    if found["excitation"] != excitation_of(cube):
+        notes.append(Note("other_excitation", "caution"))
+    if float(answer["mass_ratio"]) != found["tmd_mass_ratio"]:
+        masses = {"mass_ratio": float(answer["mass_ratio"]), "tmd_mass_ratio": found["tmd_mass_ratio"]}
+        notes.append(Note("masses_differ", "hint", masses))
+    return notes
+
+
+def brief_of(
+    cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], known: list[Note], phrases: Phrases
+) -> Brief:
     """Say which damper has the lower peak over the band, or why that is not known.
 
     Parameters
@@ -48,31 +74,31 @@ def brief_of(cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], 
         Of `tmd_comparison`, with its peaks, their `ratio`, and `judged`.
     varied : mapping of float
         The design of the study, in what varies over it.
+    known : list of Note
+        Of `notes_of`.
     phrases : Phrases
         How quantities are spelled.
     """
     found: dict[str, Any] = answer.attrs
-    r = answer[FREQUENCY].values
+    notes = {each.kind: each for each in known}
     study = name_of(cube)
-    if r.size == 1:
-        told = f"Only {phrases.equal(FREQUENCY, r[0], '.10g')} was computed, so nothing is said about which damper is better."
-        return Brief(None, (told,), (), say_next(phrases))
+    if "one_frequency" in notes:
+        return Brief(None, (sentence_of(notes["one_frequency"], phrases),), (), say_next(phrases))
     ours = phrases.value(AMPLITUDE, found["hybrid_peak"], ".3g")
     theirs = phrases.value(AMPLITUDE, found["tmd_peak"], ".3g")
-    missing = _missing(answer)
+    missing = sentence_of(notes["missing"], phrases) if "missing" in notes else ""
     if np.isnan(found["ratio"]):
-        told = f"No value of this damper's curve is known: {missing}."
+        told = f"No value of this damper's curve is known: {missing}"
         return Brief(None, (told,), (), command("run", study))
     damper: Damper | None = None
-    where = _hidden(answer)
     following = command("tmd", study, "--detuning 0.02")
     if np.isinf(found["hybrid_peak"]):
         at = phrases.equal(FREQUENCY, found["hybrid_peak_at"])
         damper, ours = "tuned_mass_damper", "grows without bound"
         told = f"Use the tuned mass damper, {theirs}: with the study's damper the response grows without bound at {at}."
     elif not found["judged"]:
-        why = missing or "between the frequencies computed its peak may be higher"
-        told = f"Not known which is better: the study's damper reaches {ours} so far, a tuned mass damper {theirs}; {why}."
+        why = missing or "between the frequencies computed its peak may be higher."
+        told = f"Not known which is better: the study's damper reaches {ours} so far, a tuned mass damper {theirs}; {why}"
         following = "compute more frequencies."
     else:
         lower = abs(1 - found["ratio"]) if found["ratio"] < 1 else 1 - 1 / found["ratio"]
@@ -92,10 +118,9 @@ def brief_of(cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], 
         if damper == "tuned_mass_damper":
             told = f"Use a tuned mass damper, {_tuned(found, phrases)}: {better} against {least}{other}, {apart}."
     hides = ""
-    if where.any():
-        bandwidth = 2.0 * float(answer["damping_ratio"])
+    if "hidden_peak" in notes:
         hides = "Between the frequencies computed the study's peak may be more than a tenth higher."
-        following = f"compute {advised_axis(r, bandwidth, phrases)}."
+        following = f"compute {advised_axis(notes['hidden_peak'].values, phrases)}."
     return Brief(damper, (told, hides), _rows(answer, varied, (ours, theirs), phrases), following)
 
 
@@ -141,15 +166,3 @@ def _hidden(answer: xr.Dataset) -> NDArray[np.bool_]:
     kinds = answer["response_class"].values if "response_class" in answer else np.full(r.size, -1, np.int8)
     zeta, beta = (np.array([float(answer[name])]) for name in ("damping_ratio", "mass_ratio"))
     return hidden(r, hybrid[None], kinds[None], zeta, beta)
-
-
-def _missing(answer: xr.Dataset) -> str:
-    """Say how many frequencies have no value, and why; nothing where all have one."""
-    unknown = ~np.isfinite(answer["hybrid"].values)
-    number = int(unknown.sum())
-    if not number:
-        return ""
-    waiting = int((answer["status"].values[unknown] == Status.NOT_COMPUTED).sum())
-    reasons = ((waiting, "not computed yet"), (number - waiting, "failed"))
-    why = ", ".join(f"{count:,} {reason}" for count, reason in reasons if count)
-    return f"{number:,} of {unknown.size:,} frequencies {'has' if number == 1 else 'have'} no value ({why})"

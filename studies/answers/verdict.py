@@ -14,8 +14,9 @@ from damperlab.studies.answers.ends import end_of, say_beyond
 from damperlab.studies.answers.excited import excitation_of, name_of
 from damperlab.studies.answers.flatness import flatness
 from damperlab.studies.answers.nearness import nearest_place
+from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import Phrases, said
-from damperlab.studies.answers.ranked_peaks import RankedPeaks
+from damperlab.studies.answers.ranked_peaks import hidden_peaks
 from damperlab.studies.brief import PLACES, Brief, Damper, Note, command, damper_of, listed, notes_document
 from damperlab.studies.faults import counted
 from damperlab.studies.tmd.transfer import highest, without_absorber
@@ -142,7 +143,7 @@ class _Known:
 
     cube: xr.Dataset
     question: DesignQuestion
-    peaks: RankedPeaks
+    peaks: list[Note]
     best: Row
     lead: Row
     others: list[Row]
@@ -175,7 +176,7 @@ class _Known:
                 lead_flat = flatness(cube, question, place, float(active["value"]))
         beside = [row for row in rows[1:] if row["value"] > lead["value"]][:OTHERS]
         tuned_peak, bare = _beside(cube, question, lead)
-        peaks = RankedPeaks.of(cube, question, ranked, active, homes)
+        peaks = hidden_peaks(cube, question, ranked, active, homes)
         complete = float(ranked.attrs.get("complete", 1.0))
         known = cls(
             cube, question, peaks, best, lead, beside, flat, lead_flat, tuned_peak, bare, complete, []
@@ -203,8 +204,7 @@ class _Known:
             notes.append(
                 Note("tuned_mass_damper", "danger", {"value": self.tuned, "mass_ratio": lead["mass_ratio"]})
             )
-        if self.peaks.where.any():
-            notes.append(Note("hidden_peak", "danger", {"designs": int(self.peaks.where.any(axis=1).sum())}))
+        notes.extend(self.peaks)
         if self.complete < 1:
             notes.append(Note("incomplete", "caution", {"complete": self.complete}))
         if cut:
@@ -223,38 +223,19 @@ class _Known:
 
     def doubts(self, phrases: Phrases) -> list[dict[str, str]]:
         """Spell the notes that are doubts, the gravest first."""
-        by_kind = {note.kind: note.values for note in self.notes}
+        by_kind = {note.kind: note for note in self.notes}
         return [
-            {"kind": kind, "sentence": self._said(kind, by_kind[kind], phrases)}
+            {"kind": kind, "sentence": sentence_of(by_kind[kind], phrases)}
             for kind in DOUBTS
             if kind in by_kind
         ]
 
-    def _said(self, kind: str, known: Mapping[str, Any], phrases: Phrases) -> str:
-        match kind:
-            case "one_frequency":
-                only = "was computed" if known["computed"] else "counts here"
-                at = phrases.equal(FREQUENCY, known[FREQUENCY], ".10g")
-                return f"Only {at} {only}, so nothing is recommended: a damper quiet there may resonate beside it."
-            case "hidden_peak":
-                return self.peaks.say(phrases)
-            case "cut_off":
-                return f"{known['responses']} of its {known['of']} responses ended at `max_cycles`: the error may be larger."
-            case "error":
-                return f"Its error is {known['share']:.1%}: compute it longer, with a smaller `steady.tolerance`."
-            case "end_of_range":
-                return f"It lies at the end of {listed(map(phrases.symbol, known))}: a better one may lie beyond."
-            case _:
-                where = listed(map(phrases.symbol, known["dimensions"]))
-                if kind == "rugged":
-                    return f"One grid step in {where} costs more than a tenth: a better one may lie between."
-                return f"Beside it in {where} nothing is known."
-
     def brief(self, phrases: Phrases) -> Brief:
         """Spell the short answer."""
-        kinds = {note.kind: note.values for note in self.notes}
+        kinds = {note.kind: note for note in self.notes}
         if "one_frequency" in kinds:
-            at = f"at {phrases.equal(FREQUENCY, kinds['one_frequency'][FREQUENCY], '.4g')}"
+            only = kinds["one_frequency"]
+            at = f"at {phrases.equal(FREQUENCY, only.values[FREQUENCY], '.4g')}"
             rows = [("least", self._value(self.lead, phrases), self._design(self.lead, phrases, True))]
             rows += self._idle_row(phrases)
             rows = [
@@ -263,20 +244,18 @@ class _Known:
             ]
             on = (
                 say_next(phrases)
-                if kinds["one_frequency"]["computed"]
+                if only.values["computed"]
                 else "judge by the peak over the band (--objective peak)."
             )
-            return Brief(
-                None, (self._said("one_frequency", kinds["one_frequency"], phrases),), tuple(rows), on
-            )
+            return Brief(None, (sentence_of(only, phrases),), tuple(rows), on)
         damper, decision = self._decision(phrases)
         sentences = [decision]
         if "incomplete" in kinds:
-            sentences.append(f"So far: {self.complete:.0%} of the designs are computed.")
+            sentences.append(sentence_of(kinds["incomplete"], phrases))
         if "hidden_peak" in kinds:
             sentences.append("Between the frequencies computed a peak may be more than a tenth higher.")
         if "cut_off" in kinds and self.lead is self.best:
-            sentences.append(self._said("cut_off", kinds["cut_off"], phrases))
+            sentences.append(sentence_of(kinds["cut_off"], phrases))
         sentences.append(self._breaks(phrases))
         return Brief(damper, tuple(sentences), tuple(self._rows(damper, phrases)), self._next(phrases))
 
@@ -335,8 +314,8 @@ class _Known:
         study = name_of(self.cube)
         if self.complete < 1:
             return command("run", study)
-        if self.peaks.where.any():
-            return f"compute {self.peaks.axis(phrases)}."
+        for hidden in self.peaks:
+            return f"compute {advised_axis(hidden.values, phrases)}."
         ends = _ends(self.cube, self.lead_flat)
         if ends:
             return say_beyond(ends, phrases)

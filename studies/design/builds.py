@@ -9,7 +9,6 @@ import numpy as np
 from damperlab.studies.design.book import SEED, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.frequencies import between
-from damperlab.studies.design.intervals import clopper_pearson
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step, within
@@ -44,6 +43,20 @@ class Builds:
     low: float
     high: float
     bound: float | None
+
+
+def clopper_pearson(passed: int, drawn: int, confidence: float) -> tuple[float, float]:
+    """Give the exact interval of a probability of which `passed` of `drawn` independent trials are known.
+
+    C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404: each end is where the tail beyond the count has half of what
+    the confidence leaves, a quantile of the beta distribution.
+    """
+    from scipy.special import betaincinv  # the light client imports this module, and has no scipy
+
+    tail = (1.0 - confidence) / 2.0
+    low = 0.0 if passed == 0 else float(betaincinv(passed, drawn - passed + 1, tail))
+    high = 1.0 if passed == drawn else float(betaincinv(passed + 1, drawn - passed, 1.0 - tail))
+    return low, high
 
 
 def drawn(search: Search, build: Build) -> Step[list[Build]]:

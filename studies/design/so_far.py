@@ -3,15 +3,9 @@
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from damperlab.studies.design.spelling import SYMBOLS, UNITS, spelled
+from damperlab.studies.design.spelling import CALLED, SYMBOLS
 from damperlab.studies.specification.specification import CHOSEN, RATIO_OF
-
-CALLED = {
-    "clearance_m": "clearance",
-    "friction_force_n": "friction force",
-    "particle_mass_kg": "particle",
-    "restitution": "restitution",
-}
+from damperlab.studies.spelling import quantity, spelled
 
 
 def best_so_far(known: Mapping[str, Any]) -> str:
@@ -29,9 +23,9 @@ def best_so_far(known: Mapping[str, Any]) -> str:
 def _worst(worst: Mapping[str, Any]) -> str:
     if worst["value"] is None:
         return "no bounded response"
-    value = f"{worst['value']:.4g} times the base amplitude"
-    if worst["units"] != "1":
-        value = spelled(worst["value"], worst["units"])
+    value = spelled(worst["value"], worst["units"])
+    if worst["units"] == "1":
+        value += " times the base amplitude"
     if worst.get("record"):
         return f"{value} under {worst.get('record_name') or worst['record']} × {worst['scale']:g}"
     if worst.get("frequency_hz"):
@@ -43,6 +37,6 @@ def _quantities(design: Mapping[str, Any]) -> Iterator[str]:
     for name in CHOSEN:
         value, ratio = design.get(name), design.get(RATIO_OF[name])
         if value is not None:
-            yield f"{CALLED[name]} {spelled(value, UNITS[name])}"
+            yield f"{CALLED[name]} {quantity(name, value)}"
         elif ratio is not None:
             yield f"{SYMBOLS[name]} = {ratio:.4g}"

@@ -3,20 +3,22 @@
 from collections import Counter
 from math import ceil, floor, isfinite, log10
 
+from damperlab.studies import spelling
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Specification
+from damperlab.studies.spelling import spelled
 
-UNITS = {
-    "clearance_m": "m",
-    "cavity_length_m": "m",
-    "friction_force_n": "N",
-    "particle_mass_kg": "kg",
-    "restitution": "",
-    "particle_friction_coefficient": "",
+CALLED = {
+    "clearance_m": "clearance",
+    "friction_force_n": "friction force",
+    "particle_mass_kg": "particle mass",
+    "restitution": "coefficient of restitution",
+    "particle_friction_coefficient": "friction coefficient of the particle",
 }
+"""What the quantities of a damper are called."""
 NOUNS = {
     "ground-motion record": "records",
     "sweep": "sweeps",
@@ -29,17 +31,10 @@ OVER = {"1": "", "m": " Z", "m/s": " ω_n·Z", "m/s²": " ω_n²·Z", "N": " k·
 SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
 
 
-def spelled(value: float, unit: str, digits: int = 4) -> str:
-    """Write a quantity for a drawing: millimetres and grams where metres and kilograms would be fractions."""
-    if unit in ("m", "kg") and abs(value) < 1.0:
-        return f"{1e3 * value:.{digits}g} {'mm' if unit == 'm' else 'g'}"
-    return f"{value:.{digits}g} {unit}".rstrip()
-
-
 def quantity(asked: Specification, name: str, value: float, digits: int = 4) -> str:
     """Write a quantity of the damper in its unit, or as the ratio that it makes where there are no units."""
     if asked.in_units or name == "restitution":
-        return spelled(value, UNITS[name], digits)
+        return spelling.quantity(name, value, digits)
     return f"{SYMBOLS[name]} = {value:.{digits}g}"
 
 
@@ -62,7 +57,7 @@ def limited(asked: Specification, limit: str, value: float) -> str:
     """Write a value of what a limit is about, given as the document has it: in its unit, or as a ratio."""
     unit = (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).unit
     if asked.in_units:
-        return spelled(value, unit.strip("1"))
+        return spelled(value, unit)
     return f"{value:.4g}{OVER[unit]}"
 
 

@@ -18,18 +18,17 @@ from damperlab.studies.design.responses import NO_DAMPER
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.spelling import (
     OVER,
-    UNITS,
     frequency,
     level,
     limited,
     quantity,
     response,
     rounded_up,
-    spelled,
 )
 from damperlab.studies.physical import PARTICLE_FRICTION, TILT
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import Specification
+from damperlab.studies.spelling import spelled, unit_of
 from damperlab.studies.understood import unusual_specification
 from damperlab.studies.variables import ResponseClass
 
@@ -280,9 +279,7 @@ def _holds(found: Found, damper: Damper) -> Iterator[str]:
 
 
 def _span(asked: Specification, name: str, low: float, high: float) -> str:
-    if not asked.in_units:
-        return f"{low:.3g} to {high:.3g}"
-    return f"{spelled(low, UNITS[name], 3)} to {spelled(high, UNITS[name], 3)}"
+    return f"{_span_end(asked, name, low)} to {_span_end(asked, name, high)}"
 
 
 def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
@@ -375,7 +372,7 @@ def _next(found: Found, notes: list[Note]) -> str:
 
 
 def _span_end(asked: Specification, name: str, value: float) -> str:
-    return spelled(value, UNITS[name], 3) if asked.in_units else f"{value:.3g}"
+    return spelled(value, unit_of(name) if asked.in_units else "", 3)
 
 
 def _reach(asked: Specification, value: float, most: float) -> str:

@@ -12,13 +12,13 @@ from damperlab.studies.design.known import words_of_known
 from damperlab.studies.design.limit_words import limits_in_words
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.design.spelling import (
+    CALLED,
     allowing,
     comes_to,
     frequency,
     quantity,
     response,
     rounded_up,
-    spelled,
     spelled_out,
     under_records,
 )
@@ -26,14 +26,7 @@ from damperlab.studies.design.starts import FROM
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import Specification
-
-CALLED = {
-    "clearance_m": "clearance",
-    "friction_force_n": "friction force",
-    "particle_mass_kg": "particle mass",
-    "restitution": "coefficient of restitution",
-    "particle_friction_coefficient": "friction coefficient of the particle",
-}
+from damperlab.studies.spelling import spelled
 
 
 def words_of(found: Found) -> list[str]:

@@ -10,11 +10,11 @@ from damperlab.studies.fit.fitted import Estimate
 from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.fit.prototype import Prototype, Question, prototype_of, short
 from damperlab.studies.fit.specified import Specified
-from damperlab.studies.fit.spelling import spelled
 from damperlab.studies.fit.tolerance import MEANINGS, spoken, tolerances_of, words_of
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, RATIO_OF, Specification
+from damperlab.studies.spelling import quantity
 
 OVER_BASE = ("clearance_m", "friction_force_n")
 """What is over the amplitude of the base in ratios."""
@@ -179,8 +179,8 @@ class _Correction:
                 continue
             if built[-1] < choice.start or built[0] > choice.stop:
                 yield (
-                    f"{MEANINGS[name].capitalize()} that was measured, {spelled(name, built[0])}, lies outside the range from "
-                    f"{spelled(name, choice.start)} to {spelled(name, choice.stop)} that may be chosen."
+                    f"{MEANINGS[name].capitalize()} that was measured, {quantity(name, built[0])}, lies outside the range from "
+                    f"{quantity(name, choice.start)} to {quantity(name, choice.stop)} that may be chosen."
                 )
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtrc, chdtri
 
-from damperlab.studies.fit.chi_square import chi_square_limit, chi_square_probability
 from damperlab.studies.fit.columns import CONDITIONS
 from damperlab.studies.fit.question import RATIO_OF, FitQuestion
 from damperlab.studies.portable import log
@@ -153,7 +153,7 @@ class Fitted:
         """Chance of a chi-square as large, if the model is right; None where the deviations were made to agree with it."""
         if self.question.deviation is None or self.freedom < 1:
             return None
-        return chi_square_probability(self.chi_square, self.freedom)
+        return float(chdtrc(self.freedom, self.chi_square))
 
     @property
     def outliers(self) -> list[int]:
@@ -235,4 +235,4 @@ def pairs_alike(
 
 def outlier_limit(rows: int) -> float:
     """Residual, in standard deviations, that one of so many rows exceeds with a chance of `OUTLIER`."""
-    return math.sqrt(chi_square_limit(OUTLIER / rows, 1.0))
+    return math.sqrt(chdtri(1.0, OUTLIER / rows))

@@ -6,7 +6,7 @@ import numpy as np
 
 from damperlab.studies.faults import counted, listing
 from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted
-from damperlab.studies.fit.spelling import spelled
+from damperlab.studies.spelling import quantity
 
 TOO_GOOD = 0.999
 """Probability above which they agree better than chance allows."""
@@ -33,7 +33,7 @@ def verdict(fitted: Fitted) -> list[str]:
 def told(confidence: float, each: Estimate) -> str:
     """Write one estimate as a sentence."""
     share = f"{100 * confidence:g} %"
-    value, low, high = (spelled(each.name, one) for one in (each.value, each.low, each.high))
+    value, low, high = (quantity(each.name, one) for one in (each.value, each.low, each.high))
     return f"{each.name} = {value} ({share} interval {low} to {high})."
 
 
@@ -92,8 +92,8 @@ def one_sided(estimates: Sequence[Estimate]) -> Iterator[str]:
             end, value = ("low", each.lowest) if not each.bounded_below else ("high", each.highest)
             bound, other = ("at most", each.high) if end == "low" else ("at least", each.low)
             yield (
-                f"The interval of {each.name} reaches the {end} end of its range, {spelled(each.name, value)}: the data "
-                f"bound it on one side only ({bound} {spelled(each.name, other)}). Widen the range if the end is not "
+                f"The interval of {each.name} reaches the {end} end of its range, {quantity(each.name, value)}: the data "
+                f"bound it on one side only ({bound} {quantity(each.name, other)}). Widen the range if the end is not "
                 "a physical limit."
             )
 
@@ -138,7 +138,7 @@ def _others(fitted: Fitted) -> Iterator[str]:
 def as_good(others: Iterable[Mapping[str, float]]) -> Iterator[str]:
     """Name further sets of parameters that agree about as well."""
     for other in others:
-        values = listing(f"{name} = {spelled(name, value)}" for name, value in other.items())
+        values = listing(f"{name} = {quantity(name, value)}" for name, value in other.items())
         yield f"Another set of parameters agrees about as well: {values}. The intervals are those around the best one."
 
 

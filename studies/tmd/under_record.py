@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.tmd.absorber import Absorber
@@ -41,6 +40,8 @@ def measures_under(
     dict of float
         By the names of a ground-motion suite's variables, and `STROKE`, in SI units.
     """
+    from scipy.linalg import expm  # the light client imports this module, and has no scipy
+
     ground = scale * motion.acceleration_m_s2
     parts = max(1, math.ceil(motion.step_s * angular_frequency * STEPS / (2.0 * math.pi)))
     step = motion.step_s / parts

@@ -338,7 +338,7 @@ def test_refinement_leads_to_a_ranking_of_both_studies(
     planned = hybrid.refine(1.0, dry_run=True)
     assert (planned.known, planned.follow_up) == (False, None)
     assert (planned.points, planned.fine_points, planned.note, planned.found, planned.steps) == (
-        local.points, local.fine_points, local.note, local.found, local.steps,
+        local.points, local.fine_points, local.say(), local.found, local.steps,
     )  # fmt: skip
     step = hybrid.refine(1.0)
     assert step.follow_up is not None

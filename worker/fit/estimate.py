@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtrc, chdtri
 
-from damperlab.studies.fit.chi_square import chi_square_limit, chi_square_probability
 from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted
 from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.portable import log
@@ -268,7 +268,7 @@ def _is_other(one: _End, best: _End) -> bool:
 def _as_good(archive: Archive, end: _End, widening: float) -> NDArray[np.bool_]:
     """Tell which computed sets agree so well that a likelihood ratio does not exclude them; the best is one."""
     misfit = _weighed(archive.measured - archive.amplitude, widening**2 * end.variance)
-    return np.asarray(misfit <= misfit[end.row] + chi_square_limit(1.0 - archive.question.confidence, 1.0))
+    return np.asarray(misfit <= misfit[end.row] + chdtri(1.0, 1.0 - archive.question.confidence))
 
 
 def _widening(archive: Archive, end: _End) -> float:
@@ -278,7 +278,7 @@ def _widening(archive: Archive, end: _End) -> float:
     freedom = squares.size - archive.count
     if archive.question.deviation is None or freedom < 1:
         return 1.0
-    if chi_square_probability(float(squares.sum()), freedom) > DOUBTED:
+    if chdtrc(freedom, float(squares.sum())) > DOUBTED:
         return 1.0
     # a row that is off alone is named, and makes nothing wider
     return max(1.0, float(np.sqrt(np.minimum(squares, LINEAR**2).sum() / freedom)))

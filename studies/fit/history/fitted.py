@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import chdtrc
 
-from damperlab.studies.fit.chi_square import chi_square_probability
 from damperlab.studies.fit.fitted import Estimate, pairs_alike
 from damperlab.studies.fit.history.harmonic import harmonic_document
 from damperlab.studies.fit.history.question import HistoryQuestion
@@ -94,7 +94,7 @@ class FittedHistory:
         """Chance of a chi-square as large, if the model is right; None where the deviation was made to agree with it."""
         if self.question.measured.deviation_m is None:
             return None
-        return chi_square_probability(self.chi_square, self.freedom)
+        return float(chdtrc(self.freedom, self.chi_square))
 
     @property
     def alike(self) -> list[tuple[str, str, float]]:

@@ -8,6 +8,7 @@ from damperlab.studies.faults import counted
 from damperlab.studies.fit.fitted import DOUBTED
 from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.fit.verdict import TOO_GOOD, as_good, not_told_apart, one_sided, undetermined
+from damperlab.studies.spelling import spelled
 
 CORRELATED = 1.2
 """By how much intervals are wider for correlated residuals, from which it is said."""
@@ -42,9 +43,10 @@ def _agreement(fitted: FittedHistory) -> Iterator[str]:
     probability = fitted.probability
     if probability is None:
         deviation = float(np.median(fitted.deviation_m))
+        share = 100 * deviation / fitted.question.measured.largest_m
         yield (
             f"No standard deviation was given, so chi-square cannot say whether the model is right: the measurement scatters "
-            f"about the fit by {1e3 * deviation:.3g} mm, {100 * deviation / fitted.question.measured.largest_m:.2g} % of its "
+            f"about the fit by {spelled(deviation, 'm', 3)}, {share:.2g} % of its "
             "largest displacement, and the intervals follow from that."
         )
         return

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from damperlab.studies.answers.hidden_peak import HIGHER, hidden, may_hide, say_hidden
+from damperlab.studies.answers.hidden_peak import HIGHER, hidden, hidden_note, may_hide
+from damperlab.studies.answers.notes import sentences_of
 from damperlab.studies.answers.phrases import RATIOS
-from damperlab.studies.answers.ranked_peaks import RankedPeaks
+from damperlab.studies.answers.ranked_peaks import whose
 from damperlab.studies.variables import ResponseClass
 
 
@@ -54,14 +55,14 @@ def test_the_number_that_is_advised_ends_the_remark_and_holds_the_frequencies_th
     kinds = np.full((1, 21), ResponseClass.NO_IMPACT)
     r = np.linspace(9.0, 14.0, 21) / 11.3
     where = hidden(r, np.full((1, 21), 30.0), kinds, damping, np.zeros(1))
-    words = say_hidden("It", r, where, damping, RATIOS)
+    words = sentences_of(hidden_note(r, where, damping), RATIOS)
     # ζ = 0.011 and steps of 0.0221: a quarter of the bandwidth is a fifth of a step, at most
     assert "up to 0.0221 apart" in words
     assert words.endswith("num: 101}`.")
     fine = np.linspace(r[0], r[-1], 101)
     assert np.isin(r.round(12), fine.round(12)).all()
     assert not hidden(fine, np.full((1, 101), 30.0), np.full((1, 101), 2), damping, np.zeros(1)).any()
-    undamped = say_hidden("It", r, where, np.zeros(1), RATIOS)
+    undamped = sentences_of(hidden_note(r, where, np.zeros(1)), RATIOS)
     assert undamped.endswith("num: 1001}`.")
 
 
@@ -84,7 +85,7 @@ def test_a_jump_hides_more_than_a_resonance_does_and_a_locked_mass_nothing() -> 
 
 
 @pytest.mark.parametrize(
-    ("hides", "listed", "whose"),
+    ("hides", "listed", "said"),
     [
         ([True], 1, "of the best design may"),
         ([False, True], 1, "of the best design with impacts may"),
@@ -93,7 +94,8 @@ def test_a_jump_hides_more_than_a_resonance_does_and_a_locked_mass_nothing() -> 
         ([False, True, False], 3, "of 1 of the first 3 designs may"),
     ],
 )
-def test_a_ranking_says_whose_peak_may_be_higher(hides: list[bool], listed: int, whose: str) -> None:
+def test_a_ranking_says_whose_peak_may_be_higher(hides: list[bool], listed: int, said: str) -> None:
     where = np.array([[one, False] for one in hides])
-    peaks = RankedPeaks(listed, np.array([0.9, 1.0, 1.1]), where, np.full(len(hides), 0.01))
-    assert f" {whose} " in f"{peaks.say(RATIOS)} "
+    r, damping = np.array([0.9, 1.0, 1.1]), np.full(len(hides), 0.01)
+    notes = hidden_note(r, where, damping, whose(hides, listed))
+    assert f" {said} " in f"{sentences_of(notes, RATIOS)} "

@@ -76,7 +76,7 @@ def test_refinement_reaches_the_optimum_of_a_fine_grid_with_fewer_points():
     spent = np.unique(designs).size * 11  # a study takes over the points that earlier ones hold
     assert step.fine_points == fine["status"].size == 1001 * 11
     assert spent < step.fine_points / 10  # 11 + 3 rounds of at most 17, of 1001
-    assert f"{step.fine_points - spent:,} fewer" in step.note
+    assert f"{step.fine_points - spent:,} fewer" in step.say()
     merged = merged_designs(cubes, top=3)
     assert merged["value"].values[0] == step.found["value"] <= optimal_designs(cube)["value"].values[0]
     assert merged.attrs["studies"] == list(cubes)
@@ -100,7 +100,7 @@ def test_a_class_boundary_is_found_where_friction_locks_the_mass():
     # the mass moves with the base wherever the friction bears the largest inertia force, r²
     assert step.found["low"] - 1e-12 <= 0.81 <= step.found["high"] + 1e-3
     assert step.found["high"] - step.found["low"] <= 1e-3 * (1 + 1e-9)
-    assert "1,001" in step.note
+    assert "1,001" in step.say()
 
 
 def test_a_follow_up_of_a_hybrid_keeps_everything_but_the_axes():

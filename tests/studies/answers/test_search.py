@@ -73,7 +73,7 @@ def pursued(
             return found, cubes
         for each in found.studies:
             cubes[str(len(cubes))] = measured(each, landscape, noisy, seed)
-    raise AssertionError(f"no end: {found.note}")
+    raise AssertionError(f"no end: {found.say()}")
 
 
 GRID = {"start": 1.0, "stop": 5.0, "num": 9}, {"start": 0.0, "stop": 0.8, "num": 9}
@@ -151,7 +151,7 @@ def test_errors_are_not_taken_for_dips() -> None:
         # the search ends where the errors of 2 % end it, far above steps of a thousandth
         assert found.spent["points"] < 3000
         assert found.fine_points == 0
-        assert "as far as the errors tell neighbours apart" in found.note
+        assert "as far as the errors tell neighbours apart" in found.say()
         truth = float(bowl(np.array(found.found["clearance_ratio"]), np.array(found.found["friction_ratio"])))
         assert truth <= 1.08  # four standard errors of the least
 
@@ -166,8 +166,8 @@ def test_a_budget_ends_a_search_that_ruggedness_would_keep_going_and_says_so() -
     found, _ = pursued(study, rugged, False, lambda s, c: refine_optimum(s, c, Search(1e-6, budget=500)))
     assert not found.known
     assert found.spent["points"] <= 81 + 500
-    assert "may hold a design better" in found.note
-    assert "budget of 500 points" in found.note
+    assert "may hold a design better" in found.say()
+    assert "budget of 500 points" in found.say()
 
 
 def test_designs_are_covered_by_few_grids_with_little_else() -> None:

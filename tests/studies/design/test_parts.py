@@ -12,9 +12,9 @@ from tests.studies.specification.test_specification import PROTOTYPE, changed
 from damperlab.studies.design.absorber_structure import built
 from damperlab.studies.design.alternatives import without
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.builds import clopper_pearson
 from damperlab.studies.design.corners import corners_of
 from damperlab.studies.design.frequencies import CLOSER, SHOWN, Survey, between, brackets, rise
-from damperlab.studies.design.intervals import clopper_pearson
 from damperlab.studies.design.words import words_of_structure
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.tmd.absorber import Absorber
@@ -28,7 +28,6 @@ def test_the_interval_of_a_probability_is_that_of_the_beta_distribution(
     tail = (1 - confidence) / 2
     low = 0.0 if passed == 0 else beta.ppf(tail, passed, drawn - passed + 1)
     high = 1.0 if passed == drawn else beta.ppf(1 - tail, passed + 1, drawn - passed)
-    # sixty halvings, and a sum of up to a thousand terms
     assert clopper_pearson(passed, drawn, confidence) == pytest.approx((low, high), rel=1e-9)
 
 

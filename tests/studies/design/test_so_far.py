@@ -19,8 +19,8 @@ RATIOS = DESIGN | dict.fromkeys(("clearance_m", "friction_force_n", "particle_ma
 FRICTION = dict.fromkeys(DESIGN) | {"friction_force_n": 30.0}
 AT = {"value": 0.00312, "units": "m", "frequency_ratio": 0.95, "frequency_hz": 7.6}
 UNDER = {"value": 2.5, "units": "m/s²", "record": "northridge", "scale": 0.5, "frequency_hz": None}
-IN_UNITS = "clearance 5.6 mm, friction force 30 N, particle 160 g, restitution 0.5"
-IN_RATIOS = "d/Z = 5.6, γ_F = 0.3, β = 0.1, restitution 0.5"
+IN_UNITS = "clearance 5.6 mm, friction force 30 N, particle mass 160 g, coefficient of restitution 0.5"
+IN_RATIOS = "d/Z = 5.6, γ_F = 0.3, β = 0.1, coefficient of restitution 0.5"
 
 
 @pytest.mark.parametrize(

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import chdtri
 
-from damperlab.studies.fit.chi_square import chi_square_limit
 from damperlab.worker.fit.history.spread import Spread
 from damperlab.worker.fit.history.trials import Place, Trials
 
@@ -58,7 +58,7 @@ class Beginning:
         part worse.
         """
         over_this = trials.place(place.shares, self.rows)
-        limit = chi_square_limit(SURPRISE, place.shares.size)
+        limit = chdtri(place.shares.size, SURPRISE)
         # where the model is not quite right its own misfit is a measure of what may be
         unit = max(1.0, self.best.squares / (self.rows * trials.variance(self.best.squares, self.rows)))
         return self.above(over_this, trials) <= limit * unit and self.scatters_like(place, rows, trials)

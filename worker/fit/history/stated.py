@@ -3,8 +3,8 @@
 from statistics import NormalDist
 
 import numpy as np
+from scipy.special import chdtrc, chdtri
 
-from damperlab.studies.fit.chi_square import chi_square_limit, chi_square_probability
 from damperlab.studies.fit.fitted import DOUBTED, Estimate
 from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.portable import product
@@ -33,7 +33,7 @@ def stated(trials: Trials, held: Beginning) -> FittedHistory:
     unknown = np.sqrt(np.diag(covariance)) > UNKNOWN
     low, high = np.where(unknown, 0.0, low), np.where(unknown, 1.0, high)
     # impacts may leave places apart from the best one that agree as well
-    limit = chi_square_limit(1.0 - question.confidence, 1.0) * widening**2
+    limit = chdtri(1.0, 1.0 - question.confidence) * widening**2
     good = np.stack(
         [each.shares for each in (*held.places, *held.tried) if held.above(each, trials) <= limit]
     )
@@ -101,6 +101,6 @@ def _widening(trials: Trials, spread: Spread) -> float:
     freedom = spread.residual.size - spread.centre.size
     squares = float((spread.residual**2).sum())
     given = trials.question.measured.deviation_m is not None
-    if not given or chi_square_probability(squares, freedom) > DOUBTED:
+    if not given or chdtrc(freedom, squares) > DOUBTED:
         return 1.0
     return float(np.sqrt(squares / freedom))

@@ -1,0 +1,153 @@
+"""Notes of answers about studies as sentences: each kind is spelled here, in ratios or in units, and nowhere else."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from damperlab.studies.answers.phrases import FREQUENCY, Phrases
+from damperlab.studies.brief import Note, listed
+from damperlab.studies.faults import counted
+
+FAR = 4.0
+"""Bandwidths between two frequencies from which on a resonance may all but vanish between them."""
+
+Values = Mapping[str, Any]
+
+
+def sentences_of(notes: Iterable[Note], phrases: Phrases) -> str:
+    """Spell notes one after the other."""
+    return " ".join(sentence_of(each, phrases) for each in notes)
+
+
+def sentence_of(note: Note, phrases: Phrases) -> str:
+    """Spell a note."""
+    known = note.values
+    match note.kind:
+        case "one_frequency":
+            only = "was computed" if known["computed"] else "counts here"
+            at = phrases.equal(FREQUENCY, known[FREQUENCY], ".10g")
+            return (
+                f"Only {at} {only}, so nothing is recommended: a damper quiet there may resonate beside it."
+            )
+        case "hidden_peak":
+            return _hidden_peak(known, phrases)
+        case "cut_off":
+            return f"{known['responses']} of its {known['of']} responses ended at `max_cycles`: the error may be larger."
+        case "error":
+            return f"Its error is {known['share']:.1%}: compute it longer, with a smaller `steady.tolerance`."
+        case "end_of_range":
+            return f"It lies at the end of {listed(map(phrases.symbol, known))}: a better one may lie beyond."
+        case "rugged":
+            where = listed(map(phrases.symbol, known["dimensions"]))
+            return f"One grid step in {where} costs more than a tenth: a better one may lie between."
+        case "neighbourhood_unknown":
+            return f"Beside it in {listed(map(phrases.symbol, known['dimensions']))} nothing is known."
+        case "incomplete":
+            if "reduce" in known:
+                return f"Not everything is computed: the {known['reduce']} is that of what is there."
+            return f"So far: {known['complete']:.0%} of the designs are computed."
+        case "failed":
+            return "Where a point failed, as an unbounded response does, the largest value is not known."
+        case "missing":
+            reasons = (("waiting", "not computed yet"), ("failed", "failed"))
+            why = ", ".join(f"{known[name]:,} {reason}" for name, reason in reasons if known[name])
+            count = known["waiting"] + known["failed"]
+            return f"{count:,} of {known['of']:,} frequencies {'has' if count == 1 else 'have'} no value ({why})."
+        case "other_excitation":
+            return (
+                "It and the structure without a damper answer to a force here, X over the static displacement; the study's "
+                "damper is shaken through its base."
+            )
+        case "promising":
+            return f"{counted(known['cells'], 'cell')} of the grid {_better(known)}."
+        case "known":
+            return (
+                f"The optimum is known to {known['tolerance']:g} in every parameter, and no other cell of the grid "
+                f"{_better(known)}; a dip narrower than a cell that none of its corners shows cannot be excluded."
+            )
+        case "place_not_known":
+            return f"No other cell of the grid {_better(known)}; the place is known so far: {_steps(known, phrases)}."
+        case "place_within_errors":
+            return (
+                f"No cell of the grid {_better(known)}; the optimum is known in its value, and in its place as far as the "
+                f"errors tell neighbours apart: {_steps(known, phrases)}. A smaller `steady.tolerance` tells more."
+            )
+        case "budget":
+            return f"The budget of {known['points']:,} points is spent before it is known."
+        case "follow_ups":
+            return f"{counted(known['points'], 'point')} in {counted(known['studies'], 'follow-up')} next."
+        case "spent":
+            return _spent(known)
+        case "cost":
+            return _cost(known)
+        case "boundary":
+            along = known["along"]
+            low, high = (phrases.value(along, known[end], ".10g") for end in ("low", "high"))
+            what = f"{known['below']} to {known['above']}"
+            return f"The response along {phrases.label(along)} changes from {what} between {low} and {high}."
+    raise KeyError(note.kind)
+
+
+def advised_axis(known: Values, phrases: Phrases) -> str:
+    """Write the axis of frequencies that shows a peak that may hide, as a study has it."""
+    name = "excitation_frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
+    start, stop = (phrases.number(FREQUENCY, known[end], ".10g") for end in ("start", "stop"))
+    return f"`{name}: {{start: {start}, stop: {stop}, num: {known['num']}}}`"
+
+
+def _hidden_peak(known: Values, phrases: Phrases) -> str:
+    higher = "far higher" if known["apart"] > FAR * known["bandwidth"] else "more than a tenth higher"
+    whose = _whose(known)
+    return (
+        f"{whose[:1].upper()}{whose[1:]} may be {higher} between two frequencies, which are up to "
+        f"{phrases.value(FREQUENCY, known['apart'], '.3g')} apart. Compute {advised_axis(known, phrases)}."
+    )
+
+
+def _whose(known: Values) -> str:
+    """Name the values that may be higher: of places of a map, of designs of a ranking, or of the one design asked about."""
+    if "places" in known:
+        values = "value" if known["places"] == 1 else "values"
+        return f"the largest {values} of {known['places']:,} of {known['of']:,} places"
+    if "listed" not in known:
+        return "the study's peak"
+    count, whose = known["listed"], []
+    if count == 1 and known["best"]:
+        whose.append("the largest value of the best design")
+    elif count:
+        among = ", the best design among them," if known["best"] else ""
+        values = "value" if count == 1 else "values"
+        whose.append(f"the largest {values} of {count} of the first {known['of']} designs{among}")
+    if known["with_impacts"]:
+        value = "that" if whose else "the largest value"
+        whose.append(f"{value} of the best design with impacts")
+    return " and ".join(whose)
+
+
+def _better(known: Values) -> str:
+    return f"may hold a design better by more than {known['better_by']:.2g} of its value"
+
+
+def _steps(known: Values, phrases: Phrases) -> str:
+    """Say how closely each parameter is known."""
+    steps = known["steps"].items()
+    return ", ".join(f"{phrases.label(name)} to {phrases.value(name, step, '.3g')}" for name, step in steps)
+
+
+def _spent(known: Values) -> str:
+    parts = [f"{known['points']:,} points"]
+    if "cycles" in known:
+        parts.append(f"{known['cycles']:,} cycles")
+    if "seconds" in known:
+        parts.append(f"{known['seconds']:.3g} s of run time")
+    return f"Computed so far: {', '.join(parts)}."
+
+
+def _cost(known: Values) -> str:
+    """Say what a search has cost beside a grid whose steps would give its answer."""
+    points, fine = known["points"], known["fine_points"]
+    if points >= fine:
+        return f"With it {counted(points, 'point')}; a grid with these steps has {counted(fine, 'point')}."
+    return (
+        f"{counted(points, 'point')} in all, {fine - points:,} fewer than the {fine:,} of a grid with these steps "
+        f"({fine / points:.3g} times fewer)."
+    )

@@ -1,0 +1,21 @@
+"""Quantities in SI units as a drawing, a report and a sentence write them: the one place that writes millimetres and grams."""
+
+UNITS = {"_m": "m", "_n": "N", "_kg": "kg", "_hz": "Hz", "_s": "s"}
+"""By how the name of a quantity ends."""
+
+
+def spelled(value: float, unit: str, digits: int = 4) -> str:
+    """Write a value with its unit: millimetres and grams where metres and kilograms would be fractions."""
+    if unit in ("m", "kg") and abs(value) < 1.0:
+        return f"{1e3 * value:.{digits}g} {'mm' if unit == 'm' else 'g'}"
+    return f"{value:.{digits}g} {unit.strip('1')}".rstrip()
+
+
+def unit_of(name: str) -> str:
+    """Give the unit of a quantity by its name; nothing for a ratio."""
+    return UNITS.get(name[name.rfind("_") :] if "_" in name else "", "")
+
+
+def quantity(name: str, value: float, digits: int = 4) -> str:
+    """Write a value of a quantity by its name, as `clearance_m`."""
+    return spelled(value, unit_of(name), digits)
