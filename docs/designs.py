@@ -18,7 +18,7 @@ from docs.computed import record
 from docs.console import ROOT
 from docs.drawing.figures import ALONE, rounded
 
-from damperlab.service.designs import budget_of
+from damperlab.service.design_budget import budget_of
 from damperlab.service.figures.design import draw_alternatives
 from damperlab.service.figures.style import styled
 from damperlab.studies.brief import lines_of

@@ -25,7 +25,7 @@ from damperlab.studies.design.spelling import (
 )
 from damperlab.studies.design.starts import Reached
 from damperlab.studies.design.verdict import verdict_of
-from damperlab.studies.design.words import words_of
+from damperlab.studies.design.words import details_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import CHOSEN, JUDGES, Specification
@@ -82,7 +82,7 @@ def design_report(found: Found) -> str:
         ]
     parts += [
         "<h2>Details</h2>",
-        *(said(sentence) for sentence in words_of(found)),
+        *(said(sentence) for sentence in details_of(found)),
         "<h2>Signatures</h2>",
         '<div class="signature">',
         table("Signatures", ("drawn up", "checked", "date"), [("", "", "")]),

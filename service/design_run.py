@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from damperlab.service.designs import HERE_SECONDS
+from damperlab.service.design_budget import HERE_SECONDS
 from damperlab.service.documents import plain
 from damperlab.service.logs import start_logging
 from damperlab.service.settings import Settings

@@ -14,7 +14,7 @@ from damperlab.studies.fit.made import Made
 from damperlab.studies.fit.specification_text import specification_text
 from damperlab.studies.fit.verdict import told, verdict
 from damperlab.studies.spelling import unit_of
-from damperlab.worker.fit.curve import Curve
+from damperlab.worker.fit.fitted_curve import FittedCurve
 
 COLUMNS = ("parameter", "value", "low", "high", "deviation", "range")
 
@@ -123,15 +123,15 @@ def made_parts(made: Made) -> list[str]:
     return [*parts, f"<pre>{escape(specification_text(made.specification))}</pre>"]
 
 
-def fit_report(fitted: Fitted, curves: list[Curve], made: Made) -> str:
+def fit_report(fitted: Fitted, curves: list[FittedCurve], made: Made) -> str:
     """Write a fit as one page of HTML that loads nothing.
 
     Parameters
     ----------
     fitted : Fitted
         The outcome.
-    curves : list of Curve
-        Of `damperlab.worker.fit.curve.curves_of`.
+    curves : list of FittedCurve
+        Of `damperlab.worker.fit.fitted_curve.curves_of`.
     made : Made
         What the fit makes.
     """

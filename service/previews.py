@@ -3,7 +3,7 @@
 from typing import Any
 
 from damperlab.service.answers import map_document
-from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import main_metric
 from damperlab.studies.coarse import coarse

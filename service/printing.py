@@ -3,7 +3,7 @@
 import warnings
 from typing import Any
 
-from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.faults import Fault
 
 NEEDED = "a PDF needs WeasyPrint, of the extra damperlab[pdf], and the system library Pango"

@@ -12,8 +12,8 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import Response
 
 from damperlab.service.documents import Document
-from damperlab.studies.answers.faults import QueryFault
-from damperlab.studies.design.faults import DesignBusy, DesignDamaged, DesignNotFound, DesignsFull
+from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.design.shelf_faults import DesignBusy, DesignDamaged, DesignNotFound, DesignsFull
 from damperlab.studies.faults import (
     NOTHING,
     PARTS,

@@ -18,8 +18,8 @@ from damperlab.service.security.caller import TheCaller, require_own, require_ow
 from damperlab.service.settings import Settings
 from damperlab.service.work.processes import Work
 from damperlab.service.work.shared import Shared
-from damperlab.studies.design.faults import DesignNotFound
 from damperlab.studies.design.kept import Kept
+from damperlab.studies.design.shelf_faults import DesignNotFound
 from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import Record

@@ -11,11 +11,11 @@ import numpy as np
 import xarray as xr
 
 from damperlab.service.html import drawing, page, said, table
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import dimensions_of, main_metric

@@ -52,7 +52,7 @@ def design(
 ) -> None:
     """Find a damper for a specification: what to build, how far it may be off, and what the alternatives are."""
     check_document(output)
-    from damperlab.service.designs import HERE_SECONDS, budget_of
+    from damperlab.service.design_budget import HERE_SECONDS, budget_of
     from damperlab.studies.design.design import designing
     from damperlab.studies.ground.shelf import Shelf
     from damperlab.studies.specification.reading import read_specification

@@ -64,7 +64,7 @@ def write_fit(fitted: "Fitted", made: "Made", output: Path) -> None:
     from damperlab.service.figures.fit import draw_fit
     from damperlab.service.figures.style import save
     from damperlab.service.fit_report import fit_report
-    from damperlab.worker.fit.curve import curves_of
+    from damperlab.worker.fit.fitted_curve import curves_of
 
     with working("Drawing"):
         curves = curves_of(fitted)

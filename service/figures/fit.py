@@ -20,7 +20,7 @@ from damperlab.service.figures.style import (
 from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.question import RATIO_OF, FitQuestion
 from damperlab.studies.vocabulary import OF_PARTICLE
-from damperlab.worker.fit.curve import Curve
+from damperlab.worker.fit.fitted_curve import FittedCurve
 
 MILLIMETRES = 1e3
 UNITS = {
@@ -43,15 +43,15 @@ FEW = (BLUE, VERMILION, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "black", GRE
 MASSES = ("mass_ratio", "particle_mass_kg")
 
 
-def draw_fit(fitted: Fitted, curves: list[Curve]) -> Figure:
+def draw_fit(fitted: Fitted, curves: list[FittedCurve]) -> Figure:
     """Draw measured amplitudes with their standard deviations, the fitted response, and below it what is left.
 
     Parameters
     ----------
     fitted : Fitted
         The outcome.
-    curves : list of Curve
-        Of `damperlab.worker.fit.curve.curves_of`; one for each condition.
+    curves : list of FittedCurve
+        Of `damperlab.worker.fit.fitted_curve.curves_of`; one for each condition.
     """
     question = fitted.question
     measured = question.measured

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from damperlab.service.designs import budget_of
+from damperlab.service.design_budget import budget_of
 from damperlab.service.documents import Document
 from damperlab.service.earthquakes import answer_comparison
 from damperlab.service.fit_report import fit_document

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from damperlab.studies.answers.alike import alike
 from damperlab.studies.answers.band import runs
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
 from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.phrases import Phrases, noted, said
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.selection import check_metric, coded, main_metric
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.questions import Selection

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import default_objective
-from damperlab.studies.answers.faults import QueryFault, empty_range
 from damperlab.studies.answers.nearness import inside, nearest_place
+from damperlab.studies.answers.query_fault import QueryFault, empty_range
 from damperlab.studies.answers.selection import check_dimension, require_stored
 from damperlab.studies.faults import Fault, describe, listing
 from damperlab.studies.questions import MOST_DESIGNS, Judging

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize, minimize_scalar
 from scipy.special import log_ndtr, ndtr
 
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.over_records import OverRecords, enough_records, over_records
 from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.selection import (
     as_float,
     check_metric,

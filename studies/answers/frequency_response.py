@@ -5,7 +5,7 @@ from typing import Any
 
 import xarray as xr
 
-from damperlab.studies.answers.between import INTERPOLATED, Between
+from damperlab.studies.answers.interpolated import INTERPOLATED, Interpolated
 from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
@@ -66,7 +66,7 @@ def frequency_response(
     index, lead = leading_place(cube, at, (FREQUENCY,))
     names = companions(cube, metric)
     chosen = scalars(cube, index)
-    between = Between(cube, metric, {**lead.at, **at}, (FREQUENCY,)) if selection.interpolate else None
+    between = Interpolated(cube, metric, {**lead.at, **at}, (FREQUENCY,)) if selection.interpolate else None
     if between is not None:
         values = between.read(names)
         chosen = between.scalars(at)

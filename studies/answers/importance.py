@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.design_question import axes_within
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.phrases import Phrases, said
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.selection import (
     as_float,
     check_metric,

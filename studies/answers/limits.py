@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.field import admits, fields_of, words_of
 

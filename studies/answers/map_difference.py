@@ -9,10 +9,10 @@ import xarray as xr
 
 from damperlab.studies.answers.alike import alike
 from damperlab.studies.answers.compared_response import ERRORS, ROUNDING
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.answers.phrases import RATIOS, Phrases, noted
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import check_metric, dimensions_of, main_metric
 from damperlab.studies.faults import Fault, counted, listing

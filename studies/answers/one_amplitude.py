@@ -6,8 +6,8 @@ import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE, CONSTANT, RATIOS_OF
 from damperlab.studies.answers.excited import amplitude_called
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.phrases import noted
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.selection import choose
 from damperlab.studies.faults import Fault
 from damperlab.studies.field import At

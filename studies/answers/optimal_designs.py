@@ -10,7 +10,6 @@ import xarray as xr
 from damperlab.studies.answers.alike import alike
 from damperlab.studies.answers.comparing import Found, least
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, judging_in_ratios
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.flatness import flatness, say_flatness
 from damperlab.studies.answers.judging import (
     attributes_of,
@@ -23,6 +22,7 @@ from damperlab.studies.answers.judging import (
 )
 from damperlab.studies.answers.nearness import nearest_place, same
 from damperlab.studies.answers.phrases import Phrases, noted, said, together
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.questions import MOST_DESIGNS, Judging

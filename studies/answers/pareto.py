@@ -8,7 +8,6 @@ import xarray as xr
 
 from damperlab.studies.answers.comparing import CONFIDENCE, WIDTH, joined
 from damperlab.studies.answers.design_question import DesignQuestion
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.judging import (
     attributes_of,
     described,
@@ -19,6 +18,7 @@ from damperlab.studies.answers.judging import (
     say_limits,
 )
 from damperlab.studies.answers.phrases import FREQUENCY, Phrases, said
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.brief import Brief
 from damperlab.studies.faults import Fault, counted, describe, listing, nearest

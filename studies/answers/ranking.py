@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterable, Mapping
 
 import xarray as xr
 
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.suite import worst_case_designs
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.field import given

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.nearness import inside
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.faults import Fault
 
 FACTOR = 10.0

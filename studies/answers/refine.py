@@ -11,7 +11,6 @@ import xarray as xr
 from damperlab.studies.answers.cells import Cells, joined
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, judging_in_ratios
 from damperlab.studies.answers.ends import end_of, say_beyond
-from damperlab.studies.answers.faults import NONE_QUALIFIES, QueryFault
 from damperlab.studies.answers.follow_up import (
     Refinement,
     follow_up,
@@ -23,6 +22,7 @@ from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.answers.query_fault import NONE_QUALIFIES, QueryFault
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.answers.verdict import HELD
 from damperlab.studies.brief import Brief, Note, command, listed

@@ -8,13 +8,13 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.band import FREQUENCY, say_frequency, say_worst, worst_by_default
-from damperlab.studies.answers.between import INTERPOLATED, Between
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.fold import Extremum, Mean
 from damperlab.studies.answers.hidden_peak import hidden_on
+from damperlab.studies.answers.interpolated import INTERPOLATED, Interpolated
 from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.notes import sentences_of
 from damperlab.studies.answers.phrases import Phrases, said
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.selection import (
     as_float,
     check_axis,
@@ -213,7 +213,7 @@ def _in_units(
 
 def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: At) -> xr.Dataset:
     _, lead = leading_place(cube, at, (y, x))
-    between = Between(cube, metric, {**lead.at, **at}, (y, x))
+    between = Interpolated(cube, metric, {**lead.at, **at}, (y, x))
     values = between.read(companions(cube, metric))
     flag = values.pop("interpolated")
     attributes = completeness(*count(values["status"]), flag.size)

@@ -11,9 +11,9 @@ from damperlab.studies.answers.comparing import Found, least
 from damperlab.studies.answers.design_question import axes_within
 from damperlab.studies.answers.ends import ends_of_damper, say_beyond
 from damperlab.studies.answers.excited import amplitude_called
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.judging import say_left_out
 from damperlab.studies.answers.phrases import Phrases
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.selection import (
     check_metric,
     coded,

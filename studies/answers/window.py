@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.faults import QueryFault, empty_range
 from damperlab.studies.answers.nearness import inside
 from damperlab.studies.answers.phrases import RATIOS
+from damperlab.studies.answers.query_fault import QueryFault, empty_range
 
 FEWEST = 2
 """Values along an axis that stay in any case: its ends."""

@@ -14,7 +14,7 @@ from damperlab.studies.design.front import OfMass, undominated
 from damperlab.studies.design.responses import NO_DAMPER, closed_form_document, response_document
 from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.verdict import verdict_of
-from damperlab.studies.design.words import material_of, words_of
+from damperlab.studies.design.words import details_of, material_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification
@@ -64,7 +64,7 @@ def answer_document(found: Found) -> dict[str, Any]:
         "confidence": asked.confidence,
         "points": found.book.spent,
         "budget_points": found.book.budget,
-        "words": words_of(found),
+        "words": details_of(found),
         "response": response_document(found, found.build),
         "no_damper": {"response": closed_form_document(found, NO_DAMPER)},
         "amplitudes": backbone_document(found),

@@ -40,7 +40,7 @@ class Build:
     ----------
     clearance_m, friction_force_n, particle_mass_kg, restitution : float
         The damper; without mass there is no particle.
-    mass_kg, natural_frequency_hz, damping_ratio : float
+    mass_off, frequency_off, damping_off : float
         By which share the structure is off: 0.01 is one per cent above nominal.
     contact_time_s : float
         How long particle and wall touch; 0 where impacts take no time.
@@ -52,17 +52,17 @@ class Build:
     friction_force_n: float
     particle_mass_kg: float
     restitution: float
-    mass_kg: float = 0.0
-    natural_frequency_hz: float = 0.0
-    damping_ratio: float = 0.0
+    mass_off: float = 0.0
+    frequency_off: float = 0.0
+    damping_off: float = 0.0
     contact_time_s: float = 0.0
     cavity: Cavity = LEVEL
 
     def place(self, structure: Structure, amplitude_m: float) -> Place:
         """Give the ratios under a base amplitude, or a static displacement."""
-        mass = structure.mass_kg * (1.0 + self.mass_kg)
-        stiffness = mass * (structure.angular_frequency * (1.0 + self.natural_frequency_hz)) ** 2
-        damping = min(structure.damping_ratio * (1.0 + self.damping_ratio), 0.999)
+        mass = structure.mass_kg * (1.0 + self.mass_off)
+        stiffness = mass * (structure.angular_frequency * (1.0 + self.frequency_off)) ** 2
+        damping = min(structure.damping_ratio * (1.0 + self.damping_off), 0.999)
         friction = self.friction_force_n / (stiffness * amplitude_m)
         if self.particle_mass_kg == 0.0:
             return (damping, 0.0, 0.0, 0.0, friction)
@@ -78,8 +78,8 @@ class Build:
         inside = self._inside(structure, self._reference_m(amplitude))
         if constant is None:
             return FORCE if amplitude.excitation.motion.force else (), ratios, inside
-        mass = structure.mass_kg * (1.0 + self.mass_kg)
-        frequency = structure.natural_frequency_hz * (1.0 + self.natural_frequency_hz)
+        mass = structure.mass_kg * (1.0 + self.mass_off)
+        frequency = structure.natural_frequency_hz * (1.0 + self.frequency_off)
         law = (constant, amplitude.base_m(self.nominal(1.0)), mass, frequency)
         clearance = self.clearance_m if self.particle_mass_kg else 0.0
         return law, (*ratios[:3], clearance, self.friction_force_n), inside
@@ -88,7 +88,7 @@ class Build:
         """Give the base amplitude at the nominal natural frequency, or the static displacement of this structure."""
         if not amplitude.excitation.motion.force:
             return amplitude.reference_m
-        return amplitude.reference_m / ((1.0 + self.mass_kg) * (1.0 + self.natural_frequency_hz) ** 2)
+        return amplitude.reference_m / ((1.0 + self.mass_off) * (1.0 + self.frequency_off) ** 2)
 
     def base_m(self, amplitude: Amplitude, frequency_ratio: float) -> float:
         """Give the base amplitude Z [m], or the static displacement, at a frequency over this structure's natural one."""
@@ -97,22 +97,22 @@ class Build:
     def rate(self, asked: Specification) -> float:
         """Give ω_n of this structure [rad/s]; over that of the nominal one where only ratios mean anything."""
         nominal = asked.structure.angular_frequency if asked.in_units else 1.0
-        return nominal * (1.0 + self.natural_frequency_hz)
+        return nominal * (1.0 + self.frequency_off)
 
     def _inside(self, structure: Structure, amplitude_m: float) -> Inside:
         """Give what acts on the particle, over 1/ω_n of the structure as it is and an amplitude."""
         if self.particle_mass_kg == 0.0:
             return NOTHING_INSIDE
-        contact_time = self.contact_time_s * structure.angular_frequency * (1.0 + self.natural_frequency_hz)
+        contact_time = self.contact_time_s * structure.angular_frequency * (1.0 + self.frequency_off)
         if not self.cavity.acts:
             return contact_time, 0.0, 0.0
-        frequency_hz = structure.natural_frequency_hz * (1.0 + self.natural_frequency_hz)
+        frequency_hz = structure.natural_frequency_hz * (1.0 + self.frequency_off)
         return (contact_time, *self.cavity.ratios(frequency_hz, amplitude_m))
 
     def _under_record(self, structure: Structure, case: Case) -> Spot:
-        mass = structure.mass_kg * (1.0 + self.mass_kg)
-        frequency = structure.natural_frequency_hz * (1.0 + self.natural_frequency_hz)
-        damping = min(structure.damping_ratio * (1.0 + self.damping_ratio), 0.999)
+        mass = structure.mass_kg * (1.0 + self.mass_off)
+        frequency = structure.natural_frequency_hz * (1.0 + self.frequency_off)
+        damping = min(structure.damping_ratio * (1.0 + self.damping_off), 0.999)
         law = (case.source.id, case.scale, mass, frequency)
         if self.particle_mass_kg == 0.0:
             return law, (damping, 0.0, 0.0, 0.0, self.friction_force_n), NOTHING_INSIDE
@@ -137,19 +137,20 @@ class Build:
 
     def own(self, frequency_ratio: float) -> float:
         """Turn a frequency over the nominal natural frequency into one over this structure's."""
-        return frequency_ratio / (1.0 + self.natural_frequency_hz)
+        return frequency_ratio / (1.0 + self.frequency_off)
 
     def nominal(self, frequency_ratio: float) -> float:
         """Turn a frequency over this structure's natural frequency into one over the nominal one."""
-        return frequency_ratio * (1.0 + self.natural_frequency_hz)
+        return frequency_ratio * (1.0 + self.frequency_off)
 
     def moved(self, asked: Specification, shares: dict[str, float]) -> "Build":
         """Give this build with quantities off by shares of their tolerances, from −1 to 1."""
         changed: dict[str, float] = {}
+        structure: dict[str, float] = {}
         for name, share in shares.items():
             tolerance = asked.tolerances[name]
             if name not in CHOSEN:
-                changed[name] = share * tolerance.size
+                structure[name] = share * tolerance.size
                 continue
             value = getattr(self, name)
             if name == "particle_mass_kg" and not value:
@@ -157,10 +158,10 @@ class Build:
             changed[name] = max(value + share * tolerance.of(value), 0.0)
             if name == "restitution":
                 changed[name] = min(changed[name], 1.0)
-        if shares.keys() & set(OF_STRUCTURE):
-            of_structure = (changed.get(name, 0.0) for name in OF_STRUCTURE)
-            shift, damping = asked.structure.built_off(*of_structure)
-            changed |= {"natural_frequency_hz": float(shift), "damping_ratio": float(damping)}
+        if structure:
+            mass, *others = (structure.get(name, 0.0) for name in OF_STRUCTURE)
+            frequency, damping = asked.structure.built_off(mass, *others)
+            changed |= {"mass_off": mass, "frequency_off": float(frequency), "damping_off": float(damping)}
         return self.with_values(changed)
 
     def with_values(self, values: Mapping[str, float]) -> "Build":

@@ -87,7 +87,7 @@ def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
     """
     asked = book.asked
     quantile = NormalDist().inv_cdf(asked.confidence)
-    own_speed = asked.structure.angular_frequency * (1.0 + build.natural_frequency_hz)
+    own_speed = asked.structure.angular_frequency * (1.0 + build.frequency_off)
     best: Score | None = None
     reached = dict.fromkeys(asked.limits, 0.0)
     at_most = dict.fromkeys(asked.limits, 0.0)

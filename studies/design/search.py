@@ -273,4 +273,4 @@ class Search:
         """
         mass = build.place(self.asked.structure, amplitude.reference_m)[2]
         every = fine or self.asked.measure.mean
-        return self.surveys[amplitude.excitation].sample(mass, build.natural_frequency_hz, every)
+        return self.surveys[amplitude.excitation].sample(mass, build.frequency_off, every)

@@ -12,8 +12,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from damperlab.studies.design.faults import DesignDamaged, DesignNotFound, DesignsFull, damaged
 from damperlab.studies.design.kept import Kept, Round, now
+from damperlab.studies.design.shelf_faults import DesignDamaged, DesignNotFound, DesignsFull, damaged
 from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification

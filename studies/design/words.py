@@ -29,7 +29,7 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.spelling import spelled
 
 
-def words_of(found: Found) -> list[str]:
+def details_of(found: Found) -> list[str]:
     """Put all that was found into sentences."""
     return [
         *_damper(found),

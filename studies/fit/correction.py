@@ -10,7 +10,7 @@ from damperlab.studies.fit.fitted import Estimate
 from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.fit.prototype import Prototype, Question, prototype_of, short
 from damperlab.studies.fit.specified import Specified
-from damperlab.studies.fit.tolerance import MEANINGS, spoken, tolerances_of, words_of
+from damperlab.studies.fit.tolerance import MEANINGS, say_tolerances, spoken, tolerances_of
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, RATIO_OF, Specification
@@ -165,7 +165,7 @@ class _Correction:
         """Say what was replaced and what was kept."""
         if self.replaced:
             yield f"Replaced by what was measured, or is known with it: {spoken(self.replaced)}."
-        yield from words_of(self.prototype, (*self.replaced, *self.chosen))
+        yield from say_tolerances(self.prototype, (*self.replaced, *self.chosen))
         kept = [name for name in self.kept if name in self.prototype.values or name in CHOSEN]
         if kept:
             yield f"Kept as before, since the measurement does not say it: {spoken(kept)}."

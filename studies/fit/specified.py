@@ -8,7 +8,7 @@ from damperlab.studies.choices import CompliantContact, InstantContact
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, listing
 from damperlab.studies.fit.prototype import SCALES, Prototype, short, span
-from damperlab.studies.fit.tolerance import spoken, tolerances_of, words_of
+from damperlab.studies.fit.tolerance import say_tolerances, spoken, tolerances_of
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, RATIO_OF
 
@@ -80,7 +80,7 @@ def specified(prototype: Prototype) -> Specified:
         document["tolerances"] = {writer.spelled(name): each for name, each in tolerances.items()}
     document["measure"] = "worst_displacement"
     parse_specification(document)
-    words = (*words_of(prototype, names), *writer.words())
+    words = (*say_tolerances(prototype, names), *writer.words())
     return Specified(document, words, writer.guesses)
 
 

@@ -71,7 +71,7 @@ def _share(prototype: Prototype, name: str) -> float:
     return off / max(prototype.values[name]) if name == "restitution" else off
 
 
-def words_of(prototype: Prototype, names: Iterable[str]) -> Iterator[str]:
+def say_tolerances(prototype: Prototype, names: Iterable[str]) -> Iterator[str]:
     """Say where tolerances come from, and what of the intervals they do not hold.
 
     Parameters

@@ -13,7 +13,7 @@ from tests.service.cli.commands import run
 
 from damperlab.service.html import page, said, table
 from damperlab.service.printing import printed, require_printer
-from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.query_fault import QueryFault
 
 A4 = (210.0 / 25.4 * 72.0, 297.0 / 25.4 * 72.0)
 """Points."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC, KINDS, SUITE, Kind, kind_of
 from damperlab.studies.questions import Judging, Ranking

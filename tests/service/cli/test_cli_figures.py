@@ -28,7 +28,7 @@ from damperlab.studies.fit.history.asking import FREE as FREE_OF_HISTORY
 from damperlab.studies.fit.measured import parse_measurement
 from damperlab.studies.questions import Selection, Tuning
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, ResponseClass, Status
-from damperlab.worker.fit.curve import Curve
+from damperlab.worker.fit.fitted_curve import FittedCurve
 
 X, Y = np.linspace(1.0, 12.0, 12), np.linspace(0.0, 0.9, 10)
 
@@ -288,7 +288,7 @@ def test_the_seven_peaks_of_the_paper_have_seven_colours_and_no_cavity_where_the
         1,
     )
     band = np.array([2.4, 2.6])
-    figure = draw_fit(fitted, [Curve(band, np.full(2, 5.0 + at)) for at in range(7)])
+    figure = draw_fit(fitted, [FittedCurve(band, np.full(2, 5.0 + at)) for at in range(7)])
     (legend,) = figure.legends
     texts = [text.get_text() for text in legend.get_texts()]
     assert texts.count(r"$β$ = 0") == 1

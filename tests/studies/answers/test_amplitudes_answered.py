@@ -11,10 +11,10 @@ import pytest
 import xarray as xr
 
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.one_amplitude import at_one_amplitude, said_of_it
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.suite import require_harmonic

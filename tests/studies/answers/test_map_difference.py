@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.map_difference import map_difference
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.window import window
 from damperlab.studies.questions import Selection

@@ -9,13 +9,13 @@ import pytest
 import xarray as xr
 
 from damperlab.studies.answers.compared_response import compared_response
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.fragility import fragility
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.map_difference import map_difference
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison

@@ -5,10 +5,10 @@ import math
 
 import pytest
 
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison

@@ -10,8 +10,8 @@ import xarray as xr
 from tests.oracles import transmissibility, tuned_mass
 from tests.studies.solving import solved
 
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.definition import parse_study
 from damperlab.studies.questions import Tuning

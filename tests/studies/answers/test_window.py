@@ -8,7 +8,7 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from damperlab.studies.answers.faults import QueryFault
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.window import window
 
 

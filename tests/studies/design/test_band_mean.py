@@ -12,7 +12,7 @@ from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.band_mean import BandMean, band_mean, halved
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.frequencies import Survey
-from damperlab.studies.design.words import words_of
+from damperlab.studies.design.words import details_of
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.specification.reading import parse_specification
 
@@ -68,7 +68,7 @@ def floor() -> Found:
 
 @pytest.mark.night
 def test_it_is_told_as_over_the_band_and_at_no_frequency(floor) -> None:
-    told = words_of(floor)[1]
+    told = details_of(floor)[1]
     assert "the rms displacement of the structure over the whole band (the root of the mean" in told
     assert ", near" not in told
     worst = answer_document(floor)["worst"]

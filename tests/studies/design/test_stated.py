@@ -197,7 +197,7 @@ def test_a_stiffer_structure_is_moved_less() -> None:
     asked = parse_specification(PRESS)
     amplitude = asked.excitations[0].largest
     nominal = Build(0.001, 10.0, 10.0, 0.6)
-    stiffer = Build(0.001, 10.0, 10.0, 0.6, mass_kg=0.03, natural_frequency_hz=0.02)
+    stiffer = Build(0.001, 10.0, 10.0, 0.6, mass_off=0.03, frequency_off=0.02)
     static = FORCE / (1.03 * 200.0 * (2.0 * np.pi * 1.02 * 8.0) ** 2)
     assert stiffer.base_m(amplitude, 1.1) == pytest.approx(static, rel=1e-14)
     assert nominal.base_m(amplitude, 1.1) == pytest.approx(amplitude.reference_m, rel=1e-15)

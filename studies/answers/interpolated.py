@@ -5,9 +5,9 @@ from itertools import product
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.faults import QueryFault
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.answers.phrases import RATIOS, Phrases
+from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.selection import (
     NO_LEAD,
     Lead,
@@ -27,7 +27,7 @@ INTERPOLATED = {
 }
 
 
-class Between:
+class Interpolated:
     """Where asked values lie between grid points, and the weights of the corners around them.
 
     Parameters

@@ -15,7 +15,7 @@ ALONE = 0.1
 
 
 @dataclass(frozen=True)
-class Curve:
+class FittedCurve:
     """A response over frequency.
 
     Attributes
@@ -28,7 +28,7 @@ class Curve:
     amplitude: NDArray[np.float64]
 
 
-def curves_of(fitted: Fitted) -> list[Curve]:
+def curves_of(fitted: Fitted) -> list[FittedCurve]:
     """Compute the fitted response of each of the question's configurations over the measured band."""
     question = fitted.question
     frequency = question.measured.frequency
@@ -42,5 +42,5 @@ def curves_of(fitted: Fitted) -> list[Curve]:
         ratios = band / given["natural_frequency_hz"] if question.measured.in_hertz else band
         study = question.study(given, ratios.tolist())
         block = solve_block(study, Block.whole(study.shape))
-        found.append(Curve(band, block["amplitude_ratio"].reshape(-1) * question.scale(given)))
+        found.append(FittedCurve(band, block["amplitude_ratio"].reshape(-1) * question.scale(given)))
     return found
