@@ -56,7 +56,9 @@ def draw_friction_of_the_particle() -> Figure:
     """Draw the largest amplitude over the band by friction of the particle and clearance, and the best clearance."""
     worst = np.array(
         [
-            responses(COARSE, clearance_m=CLEARANCES_M.tolist(), particle_friction_coefficient=each).max(axis=1)
+            responses(COARSE, clearance_m=CLEARANCES_M.tolist(), particle_friction_coefficient=each).max(
+                axis=1
+            )
             for each in FRICTIONS
         ]
     )
@@ -92,7 +94,9 @@ def draw_standing() -> Figure:
         amplitude = responses(FINE, clearance_m=clearance_m, **lies)[0]
         axes.plot(r, amplitude, color=colour, label=f"{label}, {1e3 * clearance_m:.1f} mm")
     tuned = minimax(MASS / FLOOR["mass_kg"], DAMPING)
-    axes.plot(r, amplitude_ratio(r, tuned, DAMPING), color="black", ls="--", lw=1.0, label="tuned mass damper")
+    axes.plot(
+        r, amplitude_ratio(r, tuned, DAMPING), color="black", ls="--", lw=1.0, label="tuned mass damper"
+    )
     axes.set(xlabel="Frequency ratio $r$", ylabel="Amplitude [mm]")
     axes.legend(loc="upper right")
     return figure

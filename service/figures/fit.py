@@ -33,7 +33,12 @@ UNITS = {
     "damping_n_s_per_m": "N s/m",
 }
 """Of what may be estimated or measured; all else is a ratio."""
-_ALSO = {"mass_kg": "$M$", "damping_n_s_per_m": "$c$"}
+_ALSO = {
+    "mass_kg": "$M$",
+    "damping_n_s_per_m": "$c$",
+    "particle_friction_coefficient": "$μ_i$",
+    "tilt_deg": "$α$",
+}
 """Symbols of what no study varies."""
 MOST_NAMED = 8
 """Of rows measured at more conditions than these, the first are named."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing, nearest
 from damperlab.studies.fit.measured import Measurement
-from damperlab.studies.fit.question import FREE, NAMED, RATIO_OF, FitQuestion, Free, drop
+from damperlab.studies.fit.question import BESIDE_AXES, FREE, NAMED, RATIO_OF, FitQuestion, Free, drop
 from damperlab.studies.quantity import RATIOS
 from damperlab.studies.vocabulary import OF_PARTICLE
 
@@ -17,6 +17,7 @@ DEFAULT_RANGES: dict[str, tuple[float, float]] = {
     "restitution": (0.0, 1.0),
     "mass_ratio": (0.0, 0.5),
     "friction_ratio": (0.0, 1.2),
+    "particle_friction_coefficient": (0.0, 0.5),
 }
 """Where a parameter is looked for if nothing is said; more friction locks the structure at resonance."""
 
@@ -105,15 +106,13 @@ def taken_apart(
     settings = {
         name: value
         for name, value in structure.items()
-        if name not in ("damping_ratio", "axes", "physical", "metrics")
+        if name not in (*BESIDE_AXES, "axes", "physical", "metrics")
     }
     solver = settings.get("solver")
     if isinstance(solver, Mapping) and solver.get("method") == "rk4":
         told = "A fit needs the event solver: fixed steps are not exact enough to tell parameters apart."
         faults.append(Fault("solver", "rk4", "event", "leave `solver` out", told))
-    entries: list[tuple[str, object]] = []
-    if "damping_ratio" in structure:
-        entries.append(("damping_ratio", structure["damping_ratio"]))
+    entries: list[tuple[str, object]] = [(name, structure[name]) for name in BESIDE_AXES if name in structure]
     for part in ("axes", "physical"):
         inside = structure.get(part, {})
         if isinstance(inside, Mapping):

@@ -8,7 +8,7 @@ from typing import Any
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults
 from damperlab.studies.fit.fitted import Estimate
 from damperlab.studies.fit.history.question import HistoryQuestion
-from damperlab.studies.fit.prototype import Prototype, Question, prototype_of, short
+from damperlab.studies.fit.prototype import OF_CAVITY, Prototype, Question, prototype_of, short
 from damperlab.studies.fit.specified import Specified
 from damperlab.studies.fit.tolerance import MEANINGS, say_tolerances, spoken, tolerances_of
 from damperlab.studies.ground.shelf import Shelf
@@ -89,6 +89,10 @@ class _Correction:
         self._correct_structure(document["structure"])
         for name in CHOSEN:
             self._correct_value(document, name)
+        # what acts on the particle was part of the model that was fitted
+        document |= {
+            name: short(self.prototype.values[name][0]) for name in OF_CAVITY if name in self.prototype.values
+        }
         tolerances = self._tolerances(document.get("tolerances", {}))
         if tolerances:
             document["tolerances"] = tolerances

@@ -12,6 +12,7 @@ from damperlab.studies.fit.fitted import Estimate
 from damperlab.studies.fit.history.harmonic import band_hz, base_amplitude_m, peak_m_s2
 from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.fit.question import FitQuestion
+from damperlab.studies.physical import PARTICLE_FRICTION, TILT
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, RATIO_OF, Structure
 
 Given = Mapping[str, float]
@@ -22,6 +23,7 @@ NAME_OF = {ratio: name for name, ratio in RATIO_OF.items()} | {"damping_n_s_per_
 SCALES = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
 """What ratios are over."""
 OF_PARTICLE = ("clearance_m", "particle_mass_kg", "restitution")
+OF_CAVITY = (PARTICLE_FRICTION.name, TILT.name)
 EQUAL = 1e-9
 """Share below which two numbers differ by rounding."""
 
@@ -221,7 +223,7 @@ def _gathered(
     ]
     values: dict[str, tuple[float, ...]] = {}
     off: dict[str, float] = {}
-    for name in (*OF_STRUCTURE, *CHOSEN):
+    for name in (*OF_STRUCTURE, *CHOSEN, *OF_CAVITY):
         rows = [row for row, one in enumerate(best) if name in one]
         if not rows:
             continue
@@ -267,7 +269,8 @@ def _specified(given: Given, particle: bool) -> dict[str, float]:
     if not particle or found["particle_mass_kg"] == 0.0:
         for name in OF_PARTICLE:
             del found[name]
-    return found
+        return found
+    return found | {name: given[name] for name in OF_CAVITY if given.get(name)}
 
 
 def _distinct(values: Iterable[float]) -> tuple[float, ...]:

@@ -12,19 +12,22 @@ from numpy.typing import NDArray
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.fit.columns import CONDITIONS
 from damperlab.studies.fit.measured import Measurement
-from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY, PARTICLE_FRICTION, QUANTITIES, TILT
+from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY, QUANTITIES
 from damperlab.studies.portable import power
-from damperlab.studies.quantity import RATIOS, Quantity
+from damperlab.studies.quantity import QUANTITY_OF, Quantity
+from damperlab.studies.variables import BEFORE
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 RATIO_OF = {each.source: each.ratio for each in DERIVATIONS.values()}
 """The ratio that a quantity in units makes."""
-NAMED: dict[str, Quantity] = {name: each for name, each in RATIOS.items() if name != "frequency_ratio"} | {
-    each.name: each for each in QUANTITIES if each not in (EXCITATION_FREQUENCY, PARTICLE_FRICTION, TILT)
-}
+NAMED: dict[str, Quantity] = {
+    name: each for name, each in QUANTITY_OF.items() if name != "frequency_ratio"
+} | {each.name: each for each in QUANTITIES if each is not EXCITATION_FREQUENCY}
 """Everything that may be known of a prototype, by name."""
 FREE: tuple[str, ...] = (*(name for name in NAMED if name not in ("mass_kg", "base_amplitude_m")),)
 """What may be estimated; mass and base amplitude are what the other quantities are measured with."""
+BESIDE_AXES = ("damping_ratio", *BEFORE)
+"""Ratios that stand beside the axes of a study."""
 METRICS = ("amplitude_ratio", "amplitude_error", "impacts_per_cycle", "stick_fraction", "response_class")
 """What is computed of each measured row."""
 
@@ -185,15 +188,14 @@ def study_document(
     frequencies : object
         The axis of frequency ratios.
     """
-    axes = {name: value for name, value in given.items() if name in RATIOS and name != "damping_ratio"}
-    physical = {name: value for name, value in given.items() if name not in RATIOS}
+    beside = {name: value for name, value in given.items() if name in BESIDE_AXES}
+    axes = {name: value for name, value in given.items() if name in QUANTITY_OF and name not in beside}
+    physical = {name: value for name, value in given.items() if name not in QUANTITY_OF}
     if not settings.get("particle", True):
-        for part in (axes, physical):
-            for name in [name for name in part if RATIO_OF.get(name, name) in OF_PARTICLE]:
+        for part in (beside, axes, physical):
+            for name in [name for name in part if RATIO_OF.get(name, name) in (*OF_PARTICLE, *BEFORE)]:
                 del part[name]
-    document: dict[str, Any] = {**settings, "axes": {**axes, "frequency_ratio": frequencies}}
-    if "damping_ratio" in given:
-        document["damping_ratio"] = given["damping_ratio"]
+    document: dict[str, Any] = {**settings, **beside, "axes": {**axes, "frequency_ratio": frequencies}}
     if physical:
         document["physical"] = physical
     return document

@@ -7,7 +7,7 @@ from typing import Any
 from damperlab.studies.choices import CompliantContact, InstantContact
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, listing
-from damperlab.studies.fit.prototype import SCALES, Prototype, short, span
+from damperlab.studies.fit.prototype import OF_CAVITY, SCALES, Prototype, short, span
 from damperlab.studies.fit.tolerance import say_tolerances, spoken, tolerances_of
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, RATIO_OF
@@ -155,6 +155,7 @@ class _Writer:
             for name, each in found.items()
             if len(each) == 1
         }
+        document |= {name: short(values[name][0]) for name in OF_CAVITY if name in values}
         if time_s := self._contact_time_s():
             document["contact_time_s"] = short(time_s)
         return document

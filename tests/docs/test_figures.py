@@ -26,10 +26,7 @@ def test_every_figure_is_kept() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(name, marks=pytest.mark.night if name.startswith("cavity") else ())
-        for name in FIGURES
-    ],
+    [pytest.param(name, marks=pytest.mark.night if name.startswith("cavity") else ()) for name in FIGURES],
 )
 def test_figure_is_what_is_drawn_today(name: str, tmp_path: Path) -> None:
     same = name in FIXED or is_of_here(key_of(name))

@@ -171,7 +171,7 @@ def test_exports_hold_a_piece_of_the_cube_at_a_time(store, make_study, make_plan
     monkeypatch.setattr(damperlab.studies.store.export.export, "BUDGET", 4000)
     monkeypatch.setattr(damperlab.studies.store.export.export, "ROWS_AT_ONCE", 500)
     axes = {
-        "clearance_ratio": {"start": 1, "stop": 25, "num": 30},
+        "clearance_ratio": {"start": 1, "stop": 25, "num": 60},
         "friction_ratio": {"start": 0, "stop": 1, "num": 20},
         "restitution": 0.5,
         "mass_ratio": 0.1,

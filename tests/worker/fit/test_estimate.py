@@ -9,6 +9,8 @@ from tests.synthetic import NOISE, RANGES, made
 from damperlab.studies.fit.asking import make_question
 from damperlab.studies.fit.fitted import Fitted
 from damperlab.studies.fit.measured import Measurement
+from damperlab.studies.fit.prototype import prototype_of
+from damperlab.studies.fit.specified import specified
 from damperlab.studies.fit.verdict import verdict
 from damperlab.studies.tmd.transfer import without_absorber
 from damperlab.worker.fit.estimate import fit_response
@@ -188,3 +190,28 @@ def test_deviations_that_are_too_small_are_told_and_the_intervals_are_wider() ->
     assert fitted.probability < 1e-6
     assert fitted.widening > 2
     assert "does not agree with the measurement within the stated deviations" in verdict(fitted)[0]
+
+
+def test_friction_of_the_particle_comes_back_and_goes_into_the_specification() -> None:
+    structure: dict[str, Any] = {
+        "damping_ratio": 0.0126,
+        "axes": {"restitution": 0.47},
+        "physical": {
+            "mass_kg": 1.605, "natural_frequency_hz": 2.5, "base_amplitude_m": 0.0015,
+            "particle_mass_kg": 0.16, "clearance_m": 0.015,
+        },
+    }  # fmt: skip
+    truth = {"particle_friction_coefficient": 0.06, "friction_force_n": 0.2}
+    sought = {"particle_friction_coefficient": None, "friction_force_n": (0.0, 0.4)}
+    frequency = np.linspace(2.1, 2.9, 25)
+    columns = {"frequency_hz": frequency, "amplitude_m": np.ones(frequency.size)}
+    true = responses_at(make_question(Measurement("blank", columns), structure, sought), truth).amplitude
+    noisy = true * (1.0 + 0.01 * np.random.default_rng(5).standard_normal(true.size))
+    measured = Measurement("bench", columns | {"amplitude_m": noisy}, 0.01 * true)
+    question = make_question(measured, structure, sought, confidence=0.999)
+    fitted = fit_response(question)
+    for each in fitted.estimates:
+        assert each.low < truth[each.name] < each.high
+        assert each.high - each.low < 0.1 * truth[each.name]
+    written = specified(prototype_of(question, fitted.estimates)).document
+    assert written["particle_friction_coefficient"] == pytest.approx(0.06, rel=0.05)
