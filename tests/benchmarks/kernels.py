@@ -11,11 +11,12 @@ import numpy as np
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import march_rk4
+from damperlab.worker.solver.addresses import on_addresses
 from damperlab.worker.solver.events import ARRIVED, ATTACHMENTS, BUDGET, COUNTS, IMPACTS, TURNS
-from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
+from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.observe.meter import METERS, PEAK, RELATIVE_PEAK, Meter
 from damperlab.worker.solver.particle import Particle
-from damperlab.worker.solver.scene import make_scene, scene_on_addresses
+from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.steady.settle import at_rest
 
 TRANSIENT = 300
@@ -54,7 +55,7 @@ SCENES = {
 def _march(state, scene, meter, cycles):  # type: ignore[no-untyped-def]
     """Whole cycles; the peaks of each are set back, as the search for the steady response does."""
     total = 0.0
-    at, sums = scene_on_addresses(scene), meter_on_addresses(meter)
+    at, sums = on_addresses(scene), on_addresses(meter)
     for _ in range(cycles):
         if meter is not None:
             sums.sums[PEAK] = 0.0

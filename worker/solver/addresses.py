@@ -9,9 +9,12 @@ An address knows no bounds. In the checked build (NUMBA_BOUNDSCHECK=1) it is the
 from typing import Any, Protocol
 
 import numba
+import numpy as np
 from numba import types
 from numba.core import cgutils
+from numba.core.imputils import impl_ret_borrowed
 from numba.extending import intrinsic
+from numba.np.arrayobj import populate_array
 
 from damperlab.worker.jit import inlined
 
@@ -58,9 +61,65 @@ else:
         return signature, codegen
 
 
-@inlined
-def address_if(array: Any) -> Any:
-    """Address of an array that may be absent."""
-    if array is None:
-        return None
-    return address(array, 0)
+def _flat(context: Any, builder: Any, kind: types.Array, array: Any) -> Any:
+    """The numbers of an array in a row: its address, or, where indices are checked, the array of one dimension."""
+    whole = cgutils.create_struct_proxy(kind)(context, builder, array)
+    if not numba.config.BOUNDSCHECK:
+        return whole.data
+    row = cgutils.create_struct_proxy(_type_on_addresses(kind))(context, builder)
+    populate_array(
+        row,
+        data=whole.data,
+        shape=[whole.nitems],
+        strides=[whole.itemsize],
+        itemsize=whole.itemsize,
+        meminfo=whole.meminfo,
+        parent=whole.parent,
+    )
+    return row._getvalue()
+
+
+def _type_on_addresses(kind: Any) -> Any:
+    if isinstance(kind, types.Array):
+        return kind.copy(ndim=1) if numba.config.BOUNDSCHECK else types.CPointer(kind.dtype)
+    if isinstance(kind, types.BaseNamedTuple):
+        return types.BaseTuple.from_types([_type_on_addresses(each) for each in kind], kind.instance_class)
+    return kind
+
+
+def _value_on_addresses(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    if isinstance(kind, types.Array):
+        return _flat(context, builder, kind, value)
+    if isinstance(kind, types.BaseNamedTuple):
+        fields = [
+            _value_on_addresses(context, builder, each, builder.extract_value(value, i))
+            for i, each in enumerate(kind)
+        ]
+        return context.make_tuple(builder, _type_on_addresses(kind), fields)
+    return value
+
+
+if numba.config.DISABLE_JIT:
+
+    def on_addresses(value: Any) -> Any:
+        """Plain-Python form: flat arrays."""
+        if isinstance(value, np.ndarray):
+            return value.reshape(-1)
+        if isinstance(value, tuple):
+            return type(value)(*map(on_addresses, value))
+        return value
+
+else:
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def on_addresses(typingctx: Any, value: Any) -> Any:
+        """A named tuple with addresses for its arrays, at any depth; the arrays, all contiguous, must outlive it.
+
+        All of them: one array left among the addresses would be counted, with locked instructions, at every event.
+        """
+
+        def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            made = _value_on_addresses(context, builder, signature.args[0], arguments[0])
+            return impl_ret_borrowed(context, builder, signature.return_type, made)
+
+        return _type_on_addresses(value)(value), codegen

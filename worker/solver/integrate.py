@@ -5,10 +5,8 @@ What a scene lacks is None, and the compiler drops it: without `friction` there 
 history.
 """
 
-from typing import Any
-
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.addresses import address
+from damperlab.worker.solver.addresses import on_addresses
 from damperlab.worker.solver.contact.compliant.contact_phase import while_in_contact
 from damperlab.worker.solver.contact.reset_map import after_event
 from damperlab.worker.solver.detection.bounds import motion_bounds
@@ -30,7 +28,7 @@ from damperlab.worker.solver.motion.taylor import beyond_tangent, change, combin
 from damperlab.worker.solver.observe.measure import measure, measured_at_ends
 from damperlab.worker.solver.observe.meter import Meter
 from damperlab.worker.solver.regime import Regime, Segment, Span, regime_of, window_at
-from damperlab.worker.solver.scene import Curves, Scene, curves_of, scene_on_addresses
+from damperlab.worker.solver.scene import Curves, Scene, curves_of
 from damperlab.worker.solver.segment_log import Log
 from damperlab.worker.solver.sliding import acceleration_of
 from damperlab.worker.solver.state import State, advanced
@@ -67,9 +65,7 @@ def half_cycle(
     outcome : int
         Of `events.Outcome`.
     """
-    return half_cycle_on_addresses(
-        state, scene_on_addresses(scene), meter_on_addresses(meter), log_on_addresses(log)
-    )
+    return half_cycle_on_addresses(state, on_addresses(scene), on_addresses(meter), log_on_addresses(log))
 
 
 @kernel
@@ -116,14 +112,6 @@ def half_cycle_on_addresses(
                 break
     note_transition(log, since, NOTHING, state, state, phase_until(base, base.windows - 1))
     return next_half_start(base, state), ARRIVED
-
-
-@inlined
-def meter_on_addresses(meter: Any) -> Any:
-    """The same meter with an address for its sums; the array must outlive it."""
-    if meter is None:
-        return None
-    return Meter(address(meter.sums, 0), meter.energies, meter.acceleration)
 
 
 @inlined

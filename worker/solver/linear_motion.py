@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.addresses import address, address_if
+from damperlab.worker.jit import kernel
 from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.motion.quadratic_forms import forced_forms, motion_forms
 from damperlab.worker.solver.motion.taylor import TERMS, forced_rows, motion_rows, slope, value
@@ -80,23 +79,4 @@ def _linear_motion(
         relative,
         absolute,
         forms,
-    )
-
-
-@inlined
-def linear_motion_on_addresses(motion: LinearMotion) -> LinearMotion:
-    """The same motion with addresses for arrays; the arrays must outlive it."""
-    return LinearMotion(
-        motion.compliance,
-        motion.xx,
-        motion.xw,
-        motion.xs,
-        motion.xc,
-        motion.wx,
-        motion.ww,
-        motion.ws,
-        motion.wc,
-        address(motion.relative_rows, 0),
-        address(motion.absolute_rows, 0),
-        address_if(motion.forms),
     )

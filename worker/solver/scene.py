@@ -9,11 +9,10 @@ from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.addresses import Floats, address
 from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.solver.events import COUNTS
-from damperlab.worker.solver.excitation.excitation import base_on_addresses, contact_forcing
+from damperlab.worker.solver.excitation.excitation import contact_forcing
 from damperlab.worker.solver.excitation.sine_base import Forced, make_sine
-from damperlab.worker.solver.linear_motion import LinearMotion, linear_motion_on_addresses, make_linear_motion
+from damperlab.worker.solver.linear_motion import LinearMotion, make_linear_motion
 from damperlab.worker.solver.motion.compliant_equations import make_contact
-from damperlab.worker.solver.motion.compliant_motion import contact_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.particle import Particle
 
@@ -112,23 +111,3 @@ def make_loaded(base: Any, particle: Particle, energies: bool | None) -> Any:
     if particle.wall is None:
         return make_linear_motion(base, 1.0 + particle.mass_ratio, energies)
     return make_contact(contact_forcing(base), particle, particle.wall)
-
-
-@inlined
-def scene_on_addresses(scene: Scene) -> Scene:
-    """The same scene with addresses for arrays; the arrays must outlive it."""
-    # all of them: one array left among the addresses would be counted, with locked instructions, at every event
-    scratch, counts = address(scene.scratch, 0), address(scene.counts, 0)
-    base = base_on_addresses(scene.base)
-    free = linear_motion_on_addresses(scene.free)
-    if scene.particle is None:
-        return Scene(base, free, None, scene.friction, None, scratch, counts)
-    loaded = _loaded_on_addresses(scene.loaded, scene.particle)
-    return Scene(base, free, loaded, scene.friction, scene.particle, scratch, counts)
-
-
-@inlined
-def _loaded_on_addresses(loaded: Any, particle: Particle) -> Any:
-    if particle.wall is None:
-        return linear_motion_on_addresses(loaded)
-    return contact_on_addresses(loaded)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.addresses import Floats, address
+from damperlab.worker.solver.addresses import Floats, on_addresses
 from damperlab.worker.solver.array_loops import zero_counts
 from damperlab.worker.solver.dwell import approach_speed
 from damperlab.worker.solver.excitation.excitation import Phase
@@ -59,7 +59,7 @@ def empty_transitions(capacity: int) -> Transitions:
 def log_on_addresses(log: Any) -> Any:
     """The same log with addresses for the arrays of `Transitions`; the arrays must outlive it."""
     if isinstance(log, Transitions):
-        return Transitions(address(log.rows, 0), address(log.cursor, 0), log.capacity)
+        return on_addresses(log)
     return log
 
 

@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.addresses import on_addresses
 from damperlab.worker.solver.array_loops import filled, unit_matrix, zero_counts, zero_matrix
 from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS, IDLE, IMPACTS, SEGMENTS
 from damperlab.worker.solver.excitation.excitation import phase_at
-from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
+from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.meter import Meter, clear_meter, make_meter
 from damperlab.worker.solver.scene import Scene
@@ -133,7 +134,7 @@ def notes_on_addresses(notes: Notes) -> Notes:
     ring, struck, apart, before, trace, cycles, series, meter, log, monodromy, orbit, departure, jacobian = (
         notes
     )
-    meter, log = meter_on_addresses(meter), log_on_addresses(log)
+    meter, log = on_addresses(meter), log_on_addresses(log)
     return Notes(
         ring, struck, apart, before, trace, cycles, series, meter, log, monodromy, orbit, departure, jacobian
     )

@@ -6,8 +6,9 @@ import numpy as np
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.addresses import on_addresses
 from damperlab.worker.solver.events import ARRIVED
-from damperlab.worker.solver.scene import make_scene, scene_on_addresses
+from damperlab.worker.solver.scene import make_scene
 from damperlab.worker.solver.sliding import down_of, rubs
 from damperlab.worker.steady.orbits.newton import march_with_jacobian
 from damperlab.worker.steady.orbits.orbit import orbit_multiplier
@@ -96,7 +97,7 @@ def _settled(start, scene, probe, notes, settings):
 
     An address is one number where an array is seven, of each of which numba writes code wherever it is handed on.
     """
-    scene, probe, notes = scene_on_addresses(scene), scene_on_addresses(probe), notes_on_addresses(notes)
+    scene, probe, notes = on_addresses(scene), on_addresses(probe), notes_on_addresses(notes)
     found = search(start, scene, probe, notes, settings)
     if found.outcome != ARRIVED:
         return failed(found.outcome, found.look.half // 2), found.state

@@ -13,7 +13,9 @@ FEWEST_MEASURED = 768
 """Cycles before a standard error is believed."""
 
 _TRANSIENT_LEFT = 0.02  # share of a free vibration that is left after the burn-in
-_SLOW = 0.37  # frequency ratio below which what is left would be felt beside the response; 1/e
+# Frequency ratio from which a burn-in is longer, 1/e: there what is left is 0.02 e² = 15 % of the response's velocity, which
+# the test of stationarity finds. With 1 in its place a burn-in at r = 0.5 would be a third longer, ln 4 on top of ln 50.
+_SLOW = 0.37
 _CORRELATIONS = 100.0  # correlation times that have to be measured
 # The next look comes after so many times the cycles of the last, at the least and at the most: an error is itself uncertain by
 # a tenth, what it asks for by a fifth, and a look further ahead would overshoot by as much.

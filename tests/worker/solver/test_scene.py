@@ -6,8 +6,10 @@ import pytest
 from numba import typeof
 from numba.core.registry import cpu_target
 
+from damperlab.worker.jit import kernel
+from damperlab.worker.solver.addresses import on_addresses
 from damperlab.worker.solver.particle import Particle, Wall
-from damperlab.worker.solver.scene import make_scene, scene_on_addresses
+from damperlab.worker.solver.scene import make_scene
 
 PARTICLE = Particle(2.0, 0.6, 0.2)
 
@@ -21,7 +23,12 @@ def test_the_addresses_of_a_scene_leave_no_array_in_it(
     scene = typeof(make_scene(0.02, 0.97, friction, particle, True))
     models = cpu_target.target_context.data_model_manager
     assert models[scene].contains_nrt_meminfo()
-    kernel: Any = scene_on_addresses
+    kernel: Any = taken
     part = kernel._part
     part.compile((scene,))
     assert not models[part.overloads[(scene,)].signature.return_type].contains_nrt_meminfo()
+
+
+@kernel
+def taken(scene: Any) -> Any:
+    return on_addresses(scene)

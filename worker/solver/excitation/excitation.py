@@ -10,12 +10,10 @@ from typing import NamedTuple
 from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import hold_force
 from damperlab.worker.solver.addresses import Floats
-from damperlab.worker.solver.excitation.record_base import RecordBase, record_base_on_addresses
+from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.excitation.sine_base import (
     SineBase,
     SineForce,
-    sine_base_on_addresses,
-    sine_force_on_addresses,
 )
 from damperlab.worker.solver.motion.compliant_motion import CompliantForcing
 from damperlab.worker.solver.motion.taylor import TERMS, slope, value
@@ -258,16 +256,6 @@ def contact_forcing(base: Excitation) -> CompliantForcing:
     if isinstance(base, SineForce):
         return CompliantForcing(base.two_zeta, base.window, max(1.0, r), r, -r, 0.0, 1.0, 0.0, 0.0)
     return CompliantForcing(base.two_zeta, base.window, max(1.0, r), r, -r, r * r, 0.0, 1.0, r)
-
-
-@inlined
-def base_on_addresses(base: Excitation) -> Excitation:
-    """The same base with addresses for arrays; the arrays must outlive it."""
-    if isinstance(base, RecordBase):
-        return record_base_on_addresses(base)
-    if isinstance(base, SineForce):
-        return sine_force_on_addresses(base)
-    return sine_base_on_addresses(base)
 
 
 @inlined

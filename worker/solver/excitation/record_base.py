@@ -6,9 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import inlined
 from damperlab.worker.physics.friction import breakaway, hold_force, slip_direction
-from damperlab.worker.solver.addresses import address
 from damperlab.worker.solver.array_loops import filled
 from damperlab.worker.solver.dwell import dwell_at_rest
 from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, TERMS
@@ -47,23 +45,6 @@ class RecordBase(NamedTuple):
     most: NDArray[np.float64]
     largest: float
     rows: NDArray[np.float64]
-
-
-@inlined
-def record_base_on_addresses(base: RecordBase) -> RecordBase:
-    """The same base with addresses for arrays; the arrays must outlive it."""
-    return RecordBase(
-        base.two_zeta,
-        base.window,
-        base.windows,
-        address(base.acceleration, 0),
-        address(base.jerk, 0),
-        address(base.rate, 0),
-        address(base.position, 0),
-        address(base.most, 0),
-        base.largest,
-        address(base.rows, 0),
-    )
 
 
 def make_record_base(

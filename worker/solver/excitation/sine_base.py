@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
-from damperlab.worker.solver.addresses import address, address_if
 from damperlab.worker.solver.motion.quadratic_forms import base_forms
 from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, base_rows
 
@@ -124,33 +123,3 @@ def make_sine_base(damping_ratio: float, frequency_ratio: float, energies: bool 
         return SineBase(frequency_ratio, 2.0 * damping_ratio, window, count, sine, cosine, rows, None)
     forms = base_forms(rows, window)
     return SineBase(frequency_ratio, 2.0 * damping_ratio, window, count, sine, cosine, rows, forms)
-
-
-@inlined
-def sine_base_on_addresses(base: SineBase) -> SineBase:
-    """The same base with addresses for arrays; the arrays must outlive it."""
-    return SineBase(
-        base.frequency_ratio,
-        base.two_zeta,
-        base.window,
-        base.windows,
-        address(base.sine, 0),
-        address(base.cosine, 0),
-        address(base.rows, 0),
-        address_if(base.forms),
-    )
-
-
-@inlined
-def sine_force_on_addresses(force: SineForce) -> SineForce:
-    """The same force with addresses for arrays; the arrays must outlive it."""
-    return SineForce(
-        force.frequency_ratio,
-        force.two_zeta,
-        force.window,
-        force.windows,
-        address(force.sine, 0),
-        address(force.cosine, 0),
-        address(force.rows, 0),
-        address_if(force.forms),
-    )

@@ -28,9 +28,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.worker.jit import inlined
-from damperlab.worker.solver.addresses import address
-
 
 class CompliantForcing(NamedTuple):
     """What the motion in contact has to know of the excitation, whose two coordinates are `Phase.first` and `second`.
@@ -142,43 +139,3 @@ class Contact(NamedTuple):
     slipping_between: CompliantMotion
     held_between: CompliantMotion
     buffers: Buffers
-
-
-@inlined
-def contact_on_addresses(contact: Contact) -> Contact:
-    """The same contact with addresses for arrays; the arrays must outlive it."""
-    one = contact.buffers
-    buffers = Buffers(
-        address(one.relative, 0),
-        address(one.absolute, 0),
-        address(one.y, 0),
-        address(one.wall_force, 0),
-        address(one.excitation, 0),
-        address(one.rate, 0),
-        address(one.scratch, 0),
-        address(one.start, 0),
-    )
-    return Contact(
-        _motion_on_addresses(contact.slipping),
-        _motion_on_addresses(contact.held),
-        _motion_on_addresses(contact.slipping_between),
-        _motion_on_addresses(contact.held_between),
-        buffers,
-    )
-
-
-@inlined
-def _motion_on_addresses(motion: CompliantMotion) -> CompliantMotion:
-    return CompliantMotion(
-        motion.share,
-        motion.step,
-        motion.slow_step,
-        motion.fast,
-        motion.weight,
-        address(motion.rows, 0),
-        address(motion.slow_rows, 0),
-        address(motion.to_fast, 0),
-        address(motion.from_fast, 0),
-        address(motion.rates, 0),
-        address(motion.inverse, 0),
-    )

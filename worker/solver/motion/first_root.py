@@ -1,8 +1,9 @@
-"""First crossing of zero by a smooth function, certain not to miss one whatever the sampling.
+"""First crossing of zero by a smooth function, by proof in place of sampling.
 
 An interval is dismissed only when a bound on the curvature proves that the function stays positive on it, and handed to
 Newton only when the same bound proves that it is monotone there; everything else is halved. Two roots close together
-(a grazing impact) are told from none down to the rounding of the function itself.
+(a grazing impact) are told from none down to the rounding of the function itself. Of three or more within that rounding a
+later one may be given.
 """
 
 from math import inf, sqrt

@@ -11,7 +11,11 @@ from damperlab.worker.solver.particle import Wall
 
 _NOISE = 2e-15  # of f, relative to the terms that it is the difference of
 ENVELOPE_SAFETY = 2.0
-"""Times the size of a vibration at its start, it never passes later: its coupling to the slow motion is weak."""
+"""Safety factor on the size of a vibration at its start, beyond which it is taken never to grow.
+
+The vibration decays. Its coupling to the slow motion, which is weak, might make it grow first. The factor is chosen, not
+derived.
+"""
 
 
 class Vibration(NamedTuple):

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
+from damperlab.worker.solver.addresses import on_addresses
 from damperlab.worker.solver.array_loops import copy_matrix, filled
 from damperlab.worker.solver.events import ARRIVED, IMPACTS
-from damperlab.worker.solver.integrate import half_cycle_on_addresses, meter_on_addresses
+from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.observe.meter import PEAK, make_meter
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
@@ -25,10 +26,10 @@ from damperlab.worker.steady.stability.multipliers import spectral_radius
 
 Array = NDArray[np.float64]
 
+# Chosen, not derived: how often they are wrong is measured, by answers against long marches (`accuracy.steady_answers`).
 _TRIAL_PERIODS = 4  # that a trial of a candidate marches at the least
-_ATTRACTS = (
-    1.0 - 1e-9
-)  # largest multiplier of an orbit that attracts: the rest is rounding of a multiplier of one
+# Largest multiplier of an orbit that attracts: the rest is rounding of a multiplier of one.
+_ATTRACTS = 1.0 - 1e-9
 _REACH = 0.1  # relative distance over which an orbit may be the one that the run approaches
 _FAR_REACH = 0.5  # and over which one may lie beside the run
 # To confirm a candidate the run has to come to this share of its first distance from it; to that one where it has followed
@@ -145,7 +146,7 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
         begin_probe(probe, scene, 2)
         far = sqrt((point[0] - notes.candidate_point[0]) ** 2 + (point[1] - notes.candidate_point[1]) ** 2)
         meter = make_meter(notes.meter.energies, notes.meter.acceleration)
-        sums = meter_on_addresses(meter)
+        sums = on_addresses(meter)
         state = orbit.state
         for _ in range(2):
             state, outcome = half_cycle_on_addresses(state, probe, sums, None)

@@ -19,6 +19,7 @@ LONGEST = 64
 SAME = 1e-6
 """Relative recurrence below which a settled response has this period, not a multiple of it."""
 
+# Chosen as those of `orbits.candidate` are.
 _ROUNDING = 1e-13  # recurrence of a settled response, relative
 _NEAR = 0.05  # relative recurrence from which Newton is tried
 # A multiple of a period is taken where the run repeats by it better than by this over the multiple.

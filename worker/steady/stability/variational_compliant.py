@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined
-from damperlab.worker.solver.motion.compliant_motion import Contact, contact_on_addresses
+from damperlab.worker.solver.addresses import on_addresses
+from damperlab.worker.solver.motion.compliant_motion import Contact
 from damperlab.worker.solver.motion.compliant_rows import OF_RELATIVE, OF_Y, combine_rows
 from damperlab.worker.solver.motion.slow_subspace import (
     BASE_FIRST,
@@ -52,7 +53,7 @@ def flow_in_contact(
     """
     if wall is None:
         return
-    contact = contact_on_addresses(arrays)
+    contact = on_addresses(arrays)
     motion = contact.held if held else contact.slipping
     buffers = contact.buffers
     start, relative, depth = buffers.start, buffers.relative, buffers.y
