@@ -13,6 +13,7 @@ from damperlab.studies.quantity import RATIOS
 from damperlab.studies.variables import (
     BEFORE,
     GRAVITY,
+    MADE_BY,
     PARTICLE_FRICTION,
     STANDARD,
     STEPPED,
@@ -205,10 +206,10 @@ def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
         "amplitudes": over_amplitudes(physical, particle=True),
     }
     for name in before:
-        source = DERIVATIONS[name].source
+        source = MADE_BY[name]
         field = name if document.get(name) is not None else f"physical.{source}"
         yield from rubbing_faults(field, describe(document.get(name, physical.get(source))), beside)
-    friction, tilt = (DERIVATIONS[name].source for name in (PARTICLE_FRICTION, GRAVITY))
+    friction, tilt = (MADE_BY[name] for name in (PARTICLE_FRICTION, GRAVITY))
     if is_axis(physical.get(tilt)) and physical.get(friction) is not None:
         told = f"{{field}} is an axis that changes {' and '.join(BEFORE)} together, but an axis may change one ratio only."
         advice = "submit one study for each tilt"

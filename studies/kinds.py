@@ -14,8 +14,7 @@ from damperlab.studies.ground.variables import DAMPER as SUITE_DAMPER
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
-from damperlab.studies.physical import DERIVATIONS
-from damperlab.studies.variables import BEFORE, DIMENSIONS, VARIABLES, Variable
+from damperlab.studies.variables import BEFORE, DIMENSIONS, MADE_BY, VARIABLES, Variable
 
 
 @dataclass(frozen=True)
@@ -162,9 +161,7 @@ def before_of(definition: Mapping[str, Any]) -> tuple[str, ...]:
     if definition.get("particle", True) is False:
         return ()
     return tuple(
-        name
-        for name in BEFORE
-        if definition.get(name) is not None or given.get(DERIVATIONS[name].source) is not None
+        name for name in BEFORE if definition.get(name) is not None or given.get(MADE_BY[name]) is not None
     )
 
 

@@ -23,6 +23,8 @@ from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.portable import cos, sin
 from damperlab.studies.quantity import QUANTITY_OF, Quantity
 from damperlab.studies.reads import Reads
+from damperlab.studies.variables import GRAVITY, MADE_BY
+from damperlab.studies.variables import PARTICLE_FRICTION as PARTICLE_FRICTION_RATIO
 
 Values = Mapping[str, NDArray[np.float64]]
 
@@ -229,11 +231,11 @@ DERIVATIONS: dict[str, Derivation] = {
             lambda of: of["friction_force_n"] / (_stiffness(of) * of["base_amplitude_m"]),
         ),
         Derivation(
-            "particle_friction_ratio", "particle_friction_coefficient", ("natural_frequency_hz", "base_amplitude_m"),
+            PARTICLE_FRICTION_RATIO, MADE_BY[PARTICLE_FRICTION_RATIO], ("natural_frequency_hz", "base_amplitude_m"),
             lambda of: of["particle_friction_coefficient"] * _weight(of) * _lying(of), of_particle=True,
         ),
         Derivation(
-            "gravity_ratio", "tilt_deg", ("natural_frequency_hz", "base_amplitude_m"),
+            GRAVITY, MADE_BY[GRAVITY], ("natural_frequency_hz", "base_amplitude_m"),
             lambda of: _weight(of) * sin(RADIAN * of["tilt_deg"]), of_particle=True,
         ),
         Derivation(

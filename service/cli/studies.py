@@ -9,9 +9,8 @@ from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_alone,
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.store import label, open_store
-from damperlab.studies.physical import DERIVATIONS
 from damperlab.studies.store.provenance import COARSE_OF
-from damperlab.studies.variables import BEFORE
+from damperlab.studies.variables import BEFORE, MADE_BY
 from damperlab.studies.vocabulary import EXCITATIONS, STATES
 
 if TYPE_CHECKING:
@@ -286,8 +285,7 @@ def summary(record: "Record") -> str:
     definition = record.definition
     given = {name: definition[name] for name in BEFORE if definition.get(name) is not None}
     physical = definition.get("physical") or {}
-    sources = [DERIVATIONS[name].source for name in BEFORE]
-    given |= {name: value for name, value in physical.items() if name in sources}
+    given |= {name: value for name, value in physical.items() if name in MADE_BY.values()}
     for axis, value in (given | definition.get("axes", {})).items():
         lines.append((str(axis), _spell_axis(value)))
     width = max(len(label) for label, _ in lines)

@@ -233,9 +233,10 @@ function fieldsOf(study, change, redraw) {
 function withoutParticle(study) {
   const axes = { ...study.axes };
   for (const name of OF_PARTICLE) delete axes[name];
-  const next = { ...study, particle: false, axes };
+  const { particle_friction_ratio: _k, gravity_ratio: _g, ...rest } = study;
+  const next = { ...rest, particle: false, axes };
   if (next.physical) {
-    const { clearance_m: _d, particle_mass_kg: _m, ...physical } = next.physical;
+    const { clearance_m: _d, particle_mass_kg: _m, particle_friction_coefficient: _c, tilt_deg: _t, ...physical } = next.physical;
     next.physical = physical;
   }
   return next;

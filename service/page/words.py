@@ -39,7 +39,7 @@ from damperlab.studies.unit_names import (
     RESULT_NAMES,
     SPEED,
 )
-from damperlab.studies.variables import BEFORE, DIMENSION_NAMES, DIMENSIONS, SYMBOLS
+from damperlab.studies.variables import DIMENSION_NAMES, DIMENSIONS, MADE_BY, SYMBOLS
 from damperlab.studies.vocabulary import (
     ACCELERATION_UNITS,
     CONTACT_MODELS,
@@ -74,10 +74,10 @@ def _words() -> dict[str, Any]:
     return {
         "symbols": SYMBOLS,
         "dimensions": DIMENSIONS,
-        "before": {name: DERIVATIONS[name].source for name in BEFORE},
+        "before": MADE_BY,
         "names": {name: _capital(words) for name, words in DIMENSION_NAMES.items()} | _names_in_si(),
         "of_particle": OF_PARTICLE,
-        "axes": (*HARMONIC.axes, *BEFORE),
+        "axes": (*HARMONIC.axes, *MADE_BY),
         "tag_pattern": TAG.pattern,
         "tag_words": TAG_WORDS,
         "suite_axes": SUITE.axes,

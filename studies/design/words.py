@@ -8,7 +8,6 @@ from damperlab.studies.design.build import Build
 from damperlab.studies.design.elsewhere import words_of_amplitudes, words_of_starts
 from damperlab.studies.design.ends import at_ends, locked
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.known import words_of_known
 from damperlab.studies.design.limit_words import limits_in_words
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.design.spelling import (
@@ -25,7 +24,7 @@ from damperlab.studies.design.spelling import (
 from damperlab.studies.design.starts import FROM
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.records import Case
-from damperlab.studies.specification.specification import Specification
+from damperlab.studies.specification.specification import JUDGES, Specification
 from damperlab.studies.spelling import spelled
 
 
@@ -40,7 +39,7 @@ def details_of(found: Found) -> list[str]:
         *words_of_amplitudes(found),
         *_ends(found),
         *_margins(found),
-        *words_of_known(found),
+        *_known(found),
     ]
 
 
@@ -207,3 +206,29 @@ def _margin(asked: Specification, name: str, margin: Margin) -> str:
     ]
     beyond = f" (not at {' or '.join(fails)})" if fails else ""
     return f"a {CALLED[name]} from {low} to {high}{beyond}"
+
+
+def _known(found: Found) -> Iterator[str]:
+    """Say what was computed, what ended it, and what it left out."""
+    spent, budget = found.book.spent, found.book.budget
+    computed = f"{counted(spent, 'point')} {'was' if spent == 1 else 'were'} computed"
+    dampers = counted(found.looked_at, "damper")
+    told = {
+        "budget": f"{computed}: the budget of {budget:,} ended the search after {dampers}.",
+        "converged": f"{computed}. The search looked at {dampers} and ended where none beside the best was better.",
+        "lists": f"{computed}. The search looked at every combination of the values listed.",
+        "nothing": f"{computed}. There was nothing to search: the limits leave one damper.",
+    }[found.ended]
+    if not found.asked.free:
+        ended = f", where the budget of {budget:,} ended it" if found.stopped == "budget" else ""
+        told = f"Nothing was to be chosen: this is an assessment of the damper that was given. {computed}{ended}."
+    yield told
+    if found.left_out:
+        yield f"The budget did not allow: {'; '.join(found.left_out)}."
+    better = (
+        " A better damper elsewhere in the ranges cannot be excluded."
+        if found.ended in ("budget", "converged")
+        else ""
+    )
+    counts = f"Where there are several responses, {JUDGES[found.asked.judge]} counts."
+    yield f"{'Every response is the one reached from rest.' if found.asked.judge == 'rest' else counts}{better}"

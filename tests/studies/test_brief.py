@@ -1,9 +1,11 @@
 """A short answer stays short, and notes come with the gravest first."""
 
+import shlex
+
 from hypothesis import given
 from hypothesis import strategies as st
 
-from damperlab.studies.brief import Brief, Note, lines_of, listed, notes_document
+from damperlab.studies.brief import Brief, Note, command, lines_of, listed, notes_document
 
 WORDS = st.text("abc ", max_size=12)
 
@@ -30,3 +32,10 @@ def test_notes_are_sorted_by_severity_and_keep_their_order_within_one() -> None:
 
 def test_a_list_reads_as_one() -> None:
     assert [listed(each) for each in (["a"], ["a", "b"], ["a", "b", "c"])] == ["a", "a and b", "a, b and c"]
+
+
+def test_a_command_is_one_that_a_shell_takes() -> None:
+    told = command("refine", "units map; rm", "--exclude-locked")
+    assert shlex.split(told) == ["damperlab", "refine", "units map; rm", "--exclude-locked"]
+    assert command("run", "pump") == "damperlab run pump"
+    assert command("run", "") == "damperlab run STUDY"

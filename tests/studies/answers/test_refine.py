@@ -8,9 +8,10 @@ import xarray as xr
 from tests.studies.solving import solved
 
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
+from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.questions import Judging
+from damperlab.studies.questions import Judging, Search
 from damperlab.studies.units import with_units
 
 FRICTION = {
@@ -101,6 +102,18 @@ def test_a_class_boundary_is_found_where_friction_locks_the_mass():
     assert step.found["low"] - 1e-12 <= 0.81 <= step.found["high"] + 1e-3
     assert step.found["high"] - step.found["low"] <= 1e-3 * (1 + 1e-9)
     assert "1,001" in step.say()
+
+
+def test_a_search_is_told_in_the_units_of_the_study() -> None:
+    physical = {"mass_kg": 10, "natural_frequency_hz": 5, "base_amplitude_m": 0.002}
+    study = parse_study({**with_axis([0.1, 0.3]).document(), "physical": physical})
+    name, cube = named(study)
+    step = refine_optimum(study, {name: cube}, Search(tolerance=0.01))
+    (place,) = [note for note in step.notes if "steps" in note.values]
+    newtons = 0.2 * 10 * (2 * np.pi * 5) ** 2 * 0.002
+    assert place.values["steps"] == {"friction_ratio": pytest.approx(0.2)}
+    assert f"friction force F_f to {newtons:.3g} N" in step.say(Phrases.of(with_units(cube)))
+    assert "friction ratio γ_F to 0.2" in step.say()
 
 
 def test_a_follow_up_of_a_hybrid_keeps_everything_but_the_axes():
