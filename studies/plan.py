@@ -28,7 +28,7 @@ BALANCED_BLOCKS = 32
 
 MAX_BLOCK_POINTS = 65_536
 MAX_BLOCKS = 50_000
-"""More would come faster than one scheduler hands them out; see the architecture, "How large studies stay small"."""
+"""More would come faster than one scheduler hands them out; see docs/scheduling.md."""
 
 _SAMPLES = {
     "clearance_ratio": 7,

@@ -30,7 +30,6 @@ from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.warm import have_ready
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.field import option_of
-from damperlab.studies.physical import PARTICLE_FRICTION, TILT
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
 
 if TYPE_CHECKING:
@@ -55,8 +54,8 @@ MEANINGS = {
     "friction_force_n": "friction force, in N",
     "clearance_m": "clearance on either side of the particle, in m",
     "particle_mass_kg": "mass of the particle, in kg",
-    PARTICLE_FRICTION.name: PARTICLE_FRICTION.meaning,
-    TILT.name: TILT.meaning,
+    "particle_friction_coefficient": "friction coefficient μ_i between particle and cavity",
+    "tilt_deg": "tilt α of the cavity, in degrees: 0 lies, 90 stands",
 }
 
 OPTIONS = {name: option_of(name) for name in (*MEANINGS, "deviation", "confidence", "seed")} | {

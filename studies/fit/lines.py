@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from damperlab.studies.decoded import decoded
 from damperlab.studies.faults import Fault, StudyFaults, counted, describe, printable
 from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma
 
@@ -31,7 +32,7 @@ class Lines:
 
     def cells(self, text: str) -> list[str]:
         """Cut one line."""
-        return [cell.strip() for cell in text.split(self.separator)]
+        return [cell.strip().strip('"').strip() for cell in text.split(self.separator)]
 
 
 def check_lines(lines: Lines, columns: int) -> None:
@@ -75,7 +76,7 @@ def lines_of(text: bytes | str) -> Lines:
         raise StudyFaults(
             [Fault("measured", found, f"a file of at most {MOST_BYTES:,} bytes", "give fewer rows")]
         )
-    whole = _decoded(text).replace("\r\n", "\n").replace("\r", "\n")
+    whole = decoded(text).replace("\r\n", "\n").replace("\r", "\n")
     lines = [
         (number, line)
         for number, line in enumerate(whole.split("\n"), start=1)
@@ -92,12 +93,3 @@ def lines_of(text: bytes | str) -> Lines:
         allowed, advice = f"at most {MOST_COLUMNS} columns", "keep the columns that are fitted"
         raise StudyFaults([Fault(f"line {lines[0][0]}", counted(columns, "column"), allowed, advice)])
     return Lines(separator, lines[0], lines[1:])
-
-
-def _decoded(text: bytes | str) -> str:
-    if isinstance(text, str):
-        return text
-    try:
-        return text.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return text.decode("latin-1")

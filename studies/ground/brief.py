@@ -7,6 +7,8 @@ from damperlab.studies.brief import Brief, Damper
 
 SAME = 0.02
 """Share within which two dampers are called equal: the one with fewer parts is built then."""
+FARTHEST_M = 12.0
+"""No measured ground has moved farther: Chi-Chi 1999 by about 10 m."""
 PEAK = "peak_relative_displacement_m"
 DAMPERS: dict[str, Damper] = {
     "none": "no_damper",
@@ -40,6 +42,10 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     if spread and spread["sensitive"]:
         low, high = (_mm(spread[PEAK][end]) for end in ("lowest", "highest"))
         doubt = f"It depends on the start: {low} to {high} over {spread['starts']} starts."
+    moved_m = float(answer["record"]["peak_displacement_m"])
+    if moved_m > FARTHEST_M:
+        far = f"Beware: the record moves its base by {moved_m:.3g} m. Check its unit of time and its baseline."
+        doubt = f"{far} {doubt}".rstrip()
     rows = tuple(
         (values["label"], _mm(values[PEAK]), f"{float(values['peak_absolute_acceleration_m_s2']):.3g} m/s²")
         for case, values in cases.items()

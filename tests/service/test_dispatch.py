@@ -10,23 +10,21 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from distributed import Client
 from sqlalchemy.exc import TimeoutError as PoolTimeout
+from tests.worker.run_here import linear_study, submit
 
 from damperlab.service.cluster import SharedCluster
 from damperlab.service.dispatch import Dispatcher
-from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault
-from damperlab.studies.plan import make_plan
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.life_cycle.claims import Waiting
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import submitter
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
 
 GIVE_UP_SECONDS = 300.0
 
@@ -63,17 +61,6 @@ def gate(store: Store) -> Iterator[tuple[Dispatcher, Gate]]:
     dispatcher.close()
 
 
-def submitted(store: Store) -> Record:
-    study = parse_study(
-        {
-            "damping_ratio": 0.05,
-            "axes": {"friction_ratio": 0, "frequency_ratio": [0.8, 1.0, 1.2]},
-            "particle": False,
-        }
-    )
-    return store.submit(study, make_plan(study, seconds_per_point), provenance())[0]
-
-
 def ended(store: Store, study_id: str) -> Record:
     give_up = time.monotonic() + GIVE_UP_SECONDS
     while not (record := store.find(study_id)).ended:
@@ -86,7 +73,7 @@ def test_a_study_that_was_cancelled_and_resumed_while_its_run_began_is_computed(
     store: Store, gate: tuple[Dispatcher, Gate]
 ) -> None:
     dispatcher, cluster = gate
-    record = submitted(store)
+    record = submit(store, linear_study([0.8, 1.0, 1.2]), None)
     dispatcher.wake()
     assert cluster.asked.wait(GIVE_UP_SECONDS)
     assert dispatcher.cancel(record).state == "cancelled"
@@ -101,7 +88,7 @@ def test_a_study_that_was_cancelled_while_its_run_began_never_runs(
     store: Store, gate: tuple[Dispatcher, Gate]
 ) -> None:
     dispatcher, cluster = gate
-    record = submitted(store)
+    record = submit(store, linear_study([0.8, 1.0, 1.2]), None)
     dispatcher.wake()
     assert cluster.asked.wait(GIVE_UP_SECONDS)
     dispatcher.cancel(record)
@@ -115,18 +102,16 @@ def test_a_study_that_was_cancelled_while_its_run_began_never_runs(
 
 
 def test_those_who_submit_take_turns_however_many_studies_one_of_them_has(store: Store) -> None:
-    def submit(owner: str, damping_ratio: float) -> str:
-        # too many points for the small ones that run together
-        axes = {"friction_ratio": 0, "frequency_ratio": {"start": 0.8, "stop": 1.2, "num": 40}}
-        study = parse_study({"damping_ratio": damping_ratio, "axes": axes, "particle": False})
+    def submit_as(owner: str, damping_ratio: float) -> str:
         token = submitter.set(owner)
         try:
-            return store.submit(study, make_plan(study, seconds_per_point), provenance())[0].id
+            # too many points for the small ones that run together
+            return submit(store, linear_study(np.linspace(0.8, 1.2, 40).tolist(), damping_ratio), None).id
         finally:
             submitter.reset(token)
 
-    anns = [submit("ann", 0.01 + 0.001 * k) for k in range(5)]
-    bobs = [submit("bob", 0.05 + 0.001 * k) for k in range(2)]
+    anns = [submit_as("ann", 0.01 + 0.001 * k) for k in range(5)]
+    bobs = [submit_as("bob", 0.05 + 0.001 * k) for k in range(2)]
     # one of each is looked for, though ann's five are older
     assert [one.id for one in store.unclaimed(lambda owner: False, 1)] == [anns[0], bobs[0]]
     cluster = SharedCluster(partial(connect, workers=1))
@@ -178,7 +163,7 @@ def test_no_exception_ends_dispatching(
         dispatcher = Dispatcher(store, store, Broken(ValueError("a defect")), 1)
         dispatcher.start()
         try:
-            record = submitted(store)
+            record = submit(store, linear_study([0.8, 1.0, 1.2]), None)
             dispatcher.wake()
             # the repeated requests reached the cluster
             assert "a defect" in str(ended(store, record.id).message)
@@ -203,7 +188,7 @@ def test_a_run_that_ends_oddly_leaves_no_study_waiting_for_ever(
         return set_state(study_id, state, *rest, **named)
 
     monkeypatch.setattr(store, "set_state", set_state_at_last)
-    record = submitted(store)
+    record = submit(store, linear_study([0.8, 1.0, 1.2]), None)
     dispatcher = Dispatcher(store, store, Broken(error), 1)
     dispatcher.start()
     try:
@@ -219,7 +204,7 @@ def test_cancelling_holds_no_lock_while_the_store_writes(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     dispatcher = Dispatcher(store, store, SharedCluster(partial(connect, workers=1)), 1)
-    record = submitted(store)
+    record = submit(store, linear_study([0.8, 1.0, 1.2]), None)
     set_state, writes, written = store.set_state, threading.Event(), threading.Event()
 
     def set_state_slowly(*given: Any, **named: Any) -> Record:

@@ -8,8 +8,9 @@ from typing import Any
 from distributed import Client
 
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import Block, plan_with_chunk
-from damperlab.studies.store.record import Record
+from damperlab.studies.plan import Block, Plan, make_plan, plan_with_chunk
+from damperlab.studies.store.cube.cube import write_region
+from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import seconds_per_point
@@ -17,6 +18,7 @@ from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 from damperlab.worker.worker_process.examination import bits_of
+from damperlab.worker.worker_process.tasks import failed_values
 
 CHUNK = (1, 1, 1, 1, 1, 4)
 BLOCKS = 12
@@ -40,9 +42,39 @@ def friction_study() -> Study:
     )
 
 
-def submit(store: Store, study: Study | None = None, chunk: tuple[int, ...] = CHUNK) -> Record:
+def linear_study(frequencies: list[float], damping_ratio: float = 0.05) -> Study:
+    """Ask for a structure alone, in closed form."""
+    axes = {"friction_ratio": 0, "frequency_ratio": frequencies}
+    return parse_study({"damping_ratio": damping_ratio, "axes": axes, "particle": False})
+
+
+def planned(study: Study, chunk: int | tuple[int, ...] | None = None) -> Plan:
+    """Plan blocks of a shape, or of so many frequencies; as a command does where nothing is given."""
+    if chunk is None:
+        return make_plan(study, seconds_per_point)
+    shape = (1, 1, 1, 1, 1, chunk) if isinstance(chunk, int) else chunk
+    return plan_with_chunk(study, shape, seconds_per_point)
+
+
+def submit(
+    store: Store,
+    study: Study | None = None,
+    chunk: int | tuple[int, ...] | None = CHUNK,
+    reuse: bool = True,
+    **facts: str,
+) -> Record:
+    """Enter a study, with today's provenance but for the facts that are given."""
     study = study or friction_study()
-    return store.submit(study, plan_with_chunk(study, chunk, seconds_per_point), provenance())[0]
+    return store.submit(study, planned(study, chunk), provenance() | facts, reuse=reuse)[0]
+
+
+def give_up(store: Store, record: Record, study: Study, index: int) -> None:
+    """Mark a block as one that was given up."""
+    block = planned(study, record.chunk).block(index)
+    values = failed_values(study, block)
+    checksum = write_region(store.cube_path(record.id), block, values, "g")
+    outcome = BlockOutcome(index, block.points, block.points, 0.1, 0.0, "its worker died", "g", checksum)
+    store.mark(record.id, outcome)
 
 
 def of_one_piece(store: Store, study_id: str, study: Study) -> bool:

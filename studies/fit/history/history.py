@@ -26,6 +26,8 @@ class History:
         Acceleration of the base [m/s²], linear between samples; None where the base rests and the structure is released.
     deviation_m : ndarray, shape (rows,), optional
         Standard deviation of each displacement [m]; None where it is estimated from the scatter.
+    before_release : int
+        Rows of the table before the release, which are left out.
     """
 
     name: str
@@ -34,6 +36,7 @@ class History:
     relative: bool = True
     base_m_s2: Column | None = field(default=None, repr=False)
     deviation_m: Column | None = field(default=None, repr=False)
+    before_release: int = 0
 
     @property
     def rows(self) -> int:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from damperlab.studies.equal_steps import equal_step, resolution_of
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
 from damperlab.studies.fit.columns import LENGTHS, SHARES, Column, NotFitted, read_heading, says_time
 from damperlab.studies.fit.history.history import History
@@ -11,8 +12,6 @@ from damperlab.studies.vocabulary import ACCELERATION_UNITS
 LEAST_ROWS, MOST_ROWS = 24, 20_000
 LARGEST = 1e12
 """Bound on every number: beyond it the unit is wrong."""
-UNEVEN = 0.02
-"""Largest difference of a time from equal steps, over a step: times are printed with few digits."""
 RELEASED, RESTING = 0.8, 0.2
 """Share of the largest displacement that the first one has at least where the structure is released, and at most where it is
 shaken from rest."""
@@ -62,7 +61,10 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
     names, factors = _headings(lines)
     columns = _numbers(lines, names, factors)
     faults: list[Fault] = []
-    step = _step(columns[TIME], faults)
+    at = names.index(TIME)
+    written = [lines.cells(line)[at] for _, line in lines.rows]
+    step = _step(columns[TIME], factors[at] * resolution_of(written), faults)
+    columns = _released(columns)
     moved = columns[RELATIVE if RELATIVE in columns else DISPLACEMENT]
     faults += _of_start(moved, columns.get(BASE))
     if faults:
@@ -70,9 +72,9 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
     deviation = columns.get(DEVIATION)
     if SHARE in columns:
         deviation = columns[SHARE] * np.abs(moved).max()
-    return History(
-        name, step, moved, RELATIVE in columns or BASE not in columns, columns.get(BASE), deviation
-    )
+    relative = RELATIVE in columns or BASE not in columns
+    before = len(lines.rows) - moved.size
+    return History(name, step, moved, relative, columns.get(BASE), deviation, before)
 
 
 def _headings(lines: Lines) -> tuple[list[str], list[float]]:
@@ -141,17 +143,30 @@ def _cell(cell: str) -> float:
         return np.nan
 
 
-def _step(time: np.ndarray, faults: list[Fault]) -> float:
+def _step(time: np.ndarray, resolution: float, faults: list[Fault]) -> float:
     """Find the time step; a fault where the steps are not equal."""
-    step = float(time[-1] - time[0]) / (time.size - 1)
-    off = np.abs(time - time[0] - step * np.arange(time.size))
-    if step <= 0.0 or off.max() > UNEVEN * step:
-        worst = int(np.argmax(np.diff(time) <= 0.0)) if step <= 0.0 else int(np.argmax(off))
+    step, wrong = equal_step(time, resolution)
+    if wrong is not None or step != step:
+        worst = wrong or 0
         found = f"row {worst + 1} at {time[worst]:g} s"
         told = f"The times must rise in equal steps; {found} does not follow the others."
+        if wrong is None:
+            found = f"times such as {time[-1]:g} s"
+            told = "The times have too few digits: they leave open how far apart the samples are."
         advice = "resample the history, or write the times with more digits"
         faults.append(Fault(TIME, found, "equal steps", advice, told))
     return step
+
+
+def _released(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Leave out what was measured before a release: a structure that nothing moves is farthest away when it is let go."""
+    if BASE in columns:
+        return columns
+    moved = np.abs(columns[RELATIVE if RELATIVE in columns else DISPLACEMENT])
+    at = int(np.argmax(moved))
+    return (
+        {name: column[at:] for name, column in columns.items()} if at < moved.size - LEAST_ROWS else columns
+    )
 
 
 def _of_start(moved: np.ndarray, base: np.ndarray | None) -> list[Fault]:

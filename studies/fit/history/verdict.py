@@ -28,6 +28,9 @@ def verdict_of_history(fitted: FittedHistory) -> list[str]:
 
 
 def _stretch(fitted: FittedHistory) -> Iterator[str]:
+    before = fitted.question.measured.before_release
+    if before:
+        yield f"{counted(before, 'row')} of the table before the release: left out."
     whole = fitted.question.measured.duration_s
     if fitted.whole:
         yield f"All of the history counts, {whole:.4g} s: the response is predictable throughout."

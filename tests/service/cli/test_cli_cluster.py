@@ -13,19 +13,15 @@ import pytest
 from tests.batch_system import LASTING, make_queue, running, wait_until_ended
 from tests.service.cli.commands import run
 from tests.service.cli.test_cli_design import SPECIFICATION
+from tests.worker.run_here import give_up, planned, submit
 
 from damperlab import Client
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube.cube import write_region
-from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
 from damperlab.worker.worker_process.examination import bits_of
-from damperlab.worker.worker_process.tasks import failed_values
 
 pytestmark = pytest.mark.night
 
@@ -51,19 +47,10 @@ def store(tmp_path: Path) -> Iterator[Store]:
         yield opened
 
 
-def submit(store: Store, study: Study, failed: int, **more: str) -> Record:
+def submitted(store: Store, study: Study, failed: int, **facts: str) -> Record:
     """A study of which one block was given up, and no other is computed."""
-    plan = plan_with_chunk(study, (1, 1, 1, 1, 4, 4)[-len(study.shape) :], seconds_per_point)
-    record, _ = store.submit(study, plan, provenance() | more)
-    block = plan.block(failed)
-    checksum = write_region(store.cube_path(record.id), block, failed_values(study, block), "g")
-    identity = more.get("identity", "")
-    store.mark(
-        record.id,
-        BlockOutcome(
-            failed, block.points, block.points, 0.1, 0.0, "its worker died", "g", checksum, 0, identity
-        ),
-    )
+    record = submit(store, study, (1, 1, 1, 1, 4, 4), **facts)
+    give_up(store, record, study, failed)
     return record
 
 
@@ -74,7 +61,7 @@ def jobs(queue: Path) -> int:
 def test_what_is_computed_again_is_computed_in_jobs(store: Store, queue: Path) -> None:
     data = ("--data-dir", store.data_dir, "--workers", "1")
     long = {**FRICTION, "axes": {**FRICTION["axes"], "friction_ratio": {"start": 0.5, "stop": 1.1, "num": 8}}}
-    record = submit(store, parse_study({**long, "name": "again"}), 1)
+    record = submitted(store, parse_study({**long, "name": "again"}), 1)
     assert record.blocks_total == 2
     run("resume", record.id, *data, "--cluster", "slurm")
     assert (store.find(record.id).points_failed, jobs(queue)) == (16, 1)
@@ -88,7 +75,7 @@ def test_what_is_computed_again_is_computed_in_jobs(store: Store, queue: Path) -
     assert jobs(queue) == 3
     assert store.cube(record.id).load().drop_vars("run_time").equals(before.drop_vars("run_time"))
     other = {"solver": "0" * 16, "identity": "0" * 16}
-    older = submit(store, parse_study({**FRICTION, "name": "older"}), 0, **other)
+    older = submitted(store, parse_study({**FRICTION, "name": "older"}), 0, **other)
     run("recompute", older.id, *data, "--cluster", "sge")
     newest = store.newest(older.digest)
     assert newest is not None
@@ -139,7 +126,7 @@ def test_service_has_jobs_as_there_is_work_and_outlives_them(
     wait_until_ended(queue)
     assert not list((tmp_path / "data" / "jobs").rglob("*.pem"))
     asked = parse_study(LASTING)
-    whole = solve_block(asked, plan_with_chunk(asked, asked.shape, seconds_per_point).block(0))
+    whole = solve_block(asked, planned(asked, asked.shape).block(0))
     with closing(Store.open(tmp_path / "data")) as store:
         record = store.find("lasting")
         assert record.points_failed == 0

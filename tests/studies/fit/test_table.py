@@ -206,3 +206,20 @@ def test_a_fault_is_told_with_its_place(text: str, said: str) -> None:
     with pytest.raises(StudyFaults) as caught:
         parse_table(text)
     assert said in str(caught.value)
+
+
+def test_a_release_is_found_behind_the_samples_in_which_it_was_pulled() -> None:
+    pull = [(0.02 * i, 0.4 * i) for i in range(11)]
+    decay = [(0.22 + 0.02 * i, 4.0 * 0.97**i * np.cos(0.3 * i)) for i in range(60)]
+    text = "time (s), x (mm)\n" + "\n".join(f"{t:.2f}, {x:.4f}" for t, x in (*pull, *decay))
+    read = parse_table(text)
+    assert isinstance(read, History)
+    assert read.before_release in (10, 11)
+    assert read.displacement_m[0] == pytest.approx(0.004)
+
+
+def test_a_table_may_be_quoted_in_utf_16_with_rounded_times() -> None:
+    rows = "\n".join(f'"{i / 128:.3f}","{4.0 * 0.97**i * np.cos(0.3 * i):.4f}"' for i in range(160))
+    read = parse_table(f'"time (s)","x (mm)"\n{rows}'.encode("utf-16"))
+    assert isinstance(read, History)
+    assert read.step_s == 1 / 128

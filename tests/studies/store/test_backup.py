@@ -6,7 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.studies.store.filling import enter, make_plan_of, make_study, put
 
+from damperlab.studies.definition import Study
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi
 from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.store.care.backup import copy_store
@@ -19,19 +21,18 @@ from damperlab.studies.store.store import Store
 METRICS = ["amplitude_ratio", "period"]
 
 
-@pytest.fixture
-def study(make_study):
+def study(number: int) -> Study:
     """Make one of the studies of the store by its number, or another."""
-    return lambda number: make_study(f"study {number}", damping_ratio=0.01 * (1 + number), metrics=METRICS)
+    return make_study(f"study {number}", damping_ratio=0.01 * (1 + number), metrics=METRICS)
 
 
 @pytest.fixture
-def filled(store, study, make_plan_of, put):
+def filled(store):
     """Three studies: done, deleted, and running with a claim and four of twelve blocks."""
     for number, blocks in enumerate((12, 1, 4)):
         made = study(number)
         store.submit(made, make_plan_of(made), {"kernels": "k"}, key=f"key {number}")
-        put(made, make_plan_of(made), *range(blocks), generation="g")
+        put(store, made, *range(blocks), generation="g")
     store.set_state(store.find("study 0").id, "done")
     store.delete(store.find("study 1").id)
     running = store.find("study 2").id
@@ -49,9 +50,7 @@ def names(store: Store) -> list[str]:
     return [record.name for record in store.page().records]
 
 
-def test_a_backup_of_a_backup_is_what_was_there_and_goes_on_living(
-    filled, copy, tmp_path, study, make_plan_of, put_into
-):
+def test_a_backup_of_a_backup_is_what_was_there_and_goes_on_living(filled, copy, tmp_path):
     second = Store.open(tmp_path / "second")
     assert copy_store(filled, copy) == copy_store(copy, second)
     for store in (copy, second):
@@ -65,13 +64,13 @@ def test_a_backup_of_a_backup_is_what_was_there_and_goes_on_living(
         assert (copied.state, copied.owner, copied.blocks_done) == ("queued", None, 4)
         assert collect_garbage(store, -1.0).paths == 0  # what is no study's did not come along
     pending = map(int, second.pending(study(2).digest[:12]))
-    put_into(second, study(2), make_plan_of(study(2)), *pending)
+    put(second, study(2), *pending)
     assert second.find("study 2").points_done == study(2).points
     assert second.submit(study(7), make_plan_of(study(7)), {})[1]
     second.close()
 
 
-def test_a_backup_taken_while_blocks_come_and_go_is_of_one_moment(filled, tmp_path, study, make_plan_of, put):
+def test_a_backup_taken_while_blocks_come_and_go_is_of_one_moment(filled, tmp_path):
     running = study(2)
     filled.release(running.digest[:12], "runner 7")
     stop = threading.Event()
@@ -80,7 +79,7 @@ def test_a_backup_taken_while_blocks_come_and_go_is_of_one_moment(filled, tmp_pa
         turn = 0
         while not stop.is_set():
             turn += 1
-            put(running, make_plan_of(running), 5, 6, 7, generation=f"turn{turn}")
+            put(filled, running, 5, 6, 7, generation=f"turn{turn}")
             filled.forget(running.digest[:12], [5, 6, 7], "churn")
 
     thread = threading.Thread(target=churn)
@@ -99,11 +98,11 @@ def test_a_backup_taken_while_blocks_come_and_go_is_of_one_moment(filled, tmp_pa
 
 
 @pytest.mark.parametrize(("before", "told"), [(False, "without studies"), (True, "holds other studies")])
-def test_a_store_with_studies_of_its_own_is_not_written_over(filled, copy, study, make_plan_of, before, told):
+def test_a_store_with_studies_of_its_own_is_not_written_over(filled, copy, before, told):
     """Neither where it was no backup before, nor where it was one."""
     if before:
         copy_store(filled, copy)
-    own = copy.submit(study(7), make_plan_of(study(7)), {})[0]
+    own = enter(copy, study(7))
     with pytest.raises(StoreFault, match=told):
         copy_store(filled, copy)
     assert copy.find("study 7") == own
@@ -149,13 +148,13 @@ def test_damage_is_not_backed_up_in_silence_and_leaves_no_half_backup(
     assert is_sound(copy)
 
 
-def test_a_study_that_was_damaged_since_stays_in_the_backup_as_it_was(filled, copy, study, make_plan_of, put):
+def test_a_study_that_was_damaged_since_stays_in_the_backup_as_it_was(filled, copy):
     copy_store(filled, copy)
     record = filled.find("study 0")
     before = copy.cube(record.id).load()
     Path(filled.cube_path(record.id), "zarr.json").write_bytes(b"{}")
     filled.submit(study(7), make_plan_of(study(7)), {"kernels": "k"})
-    put(study(7), make_plan_of(study(7)), 0, generation="g")
+    put(filled, study(7), 0, generation="g")
     copied = copy_store(filled, copy)
     assert (copied.studies, len(copied.damaged)) == (3, 1)
     assert copy.find("study 7").blocks_done == 1
@@ -191,11 +190,11 @@ def inodes(folder: Path) -> dict[str, int]:
     return {str(file): file.stat().st_ino for file in folder.rglob("*~*")}
 
 
-def test_a_backup_is_taken_again_and_copies_what_is_new(filled, copy, study, make_plan_of, put):
+def test_a_backup_is_taken_again_and_copies_what_is_new(filled, copy):
     first = copy_store(filled, copy)
     before = inodes(copy.data_dir)
     filled.release(study(2).digest[:12], "runner 7")
-    put(study(2), make_plan_of(study(2)), 9, generation="g")
+    put(filled, study(2), 9, generation="g")
     filled.delete(filled.find("study 0").id)
     second = copy_store(filled, copy)
     assert (first.blocks, second.blocks) == (16, 5)
@@ -206,7 +205,7 @@ def test_a_backup_is_taken_again_and_copies_what_is_new(filled, copy, study, mak
     assert is_sound(copy)
 
 
-def test_a_backup_that_was_cut_short_is_gone_on_with(filled, copy, study, make_plan_of, put):
+def test_a_backup_that_was_cut_short_is_gone_on_with(filled, copy):
     """At its first time, as it was brought up to date, and where a file of it is half there."""
     lost = Path(filled.cube_path(filled.find("study 2").id), "blocks", "2~g")
     content = lost.read_bytes()
@@ -216,7 +215,7 @@ def test_a_backup_that_was_cut_short_is_gone_on_with(filled, copy, study, make_p
     assert copy_store(filled, copy).studies == 2
     assert is_sound(copy)
     filled.submit(study(7), make_plan_of(study(7)), {"kernels": "k"})
-    put(study(7), make_plan_of(study(7)), 0, generation="g")
+    put(filled, study(7), 0, generation="g")
     # as a killed copy leaves it: files that the copy's catalogue does not know yet
     name = Path(filled.cube_path(filled.find("study 7").id)).name
     shutil.copytree(filled.data_dir / "cubes" / name, copy.data_dir / "cubes" / name)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.studies.store.filling import enter, entered, make_plan_of, make_study, outcome_of
 
 from damperlab.studies.store.cube.description import describe_cube
 from damperlab.studies.store.faults import RevisionGone, StoreFault, StudyBusy, StudyNotFound
@@ -14,7 +15,7 @@ from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.store import Store
 
 
-def test_a_submitted_study_is_found_by_id_prefix_and_name(store, make_study, make_plan_of):
+def test_a_submitted_study_is_found_by_id_prefix_and_name(store):
     study = make_study("my map")
     record, created = store.submit(study, make_plan_of(study), {"solver_version": "7"})
     assert created
@@ -30,8 +31,8 @@ def test_a_submitted_study_is_found_by_id_prefix_and_name(store, make_study, mak
         store.find(record.id[:3])
 
 
-def test_marks_are_counted_once_and_leave_the_rest_pending(store, outcome_of, entered):
-    _, plan, study_id = entered()
+def test_marks_are_counted_once_and_leave_the_rest_pending(store):
+    _, plan, study_id = entered(store)
     store.mark(study_id, outcome_of(plan.block(3)))
     store.mark(study_id, outcome_of(plan.block(3), failed=1, message="a late twin"))
     store.mark(study_id, outcome_of(plan.block(11), failed=1, message="lost"))
@@ -44,17 +45,15 @@ def test_marks_are_counted_once_and_leave_the_rest_pending(store, outcome_of, en
     np.testing.assert_array_equal(store.pending(study_id), [0, 1, 2, 4, 5, 6, 7, 8, 9, 10])
 
 
-def test_a_block_beyond_the_plan_is_an_error_of_the_program(
-    store, make_study, make_plan_of, outcome_of, entered
-):
-    *_, study_id = entered()
+def test_a_block_beyond_the_plan_is_an_error_of_the_program(store):
+    *_, study_id = entered(store)
     bigger = make_plan_of(make_study(), (1, 1, 1, 1, 1, 1))
     with pytest.raises(ValueError, match="block 59 of 12"):
         store.mark(study_id, outcome_of(bigger.block(59)))
 
 
-def test_states_keep_the_times_of_the_run(store, outcome_of, entered):
-    _, plan, study_id = entered()
+def test_states_keep_the_times_of_the_run(store):
+    _, plan, study_id = entered(store)
     queued = store.find(study_id)
     assert queued.started is None
     assert queued.seconds_left is None
@@ -75,16 +74,16 @@ def test_states_keep_the_times_of_the_run(store, outcome_of, entered):
     assert done.seconds_left == 0
 
 
-def test_a_state_changes_only_from_the_states_that_were_named(store, entered):
-    *_, study_id = entered()
+def test_a_state_changes_only_from_the_states_that_were_named(store):
+    *_, study_id = entered(store)
     store.set_state(study_id, "done")
     assert store.set_state(study_id, "cancelled", only_from=("queued", "running")).state == "done"
     with pytest.raises(ValueError, match="paused"):
         store.set_state(study_id, "paused")
 
 
-def test_one_owner_at_a_time_holds_a_claim(store, entered):
-    *_, study_id = entered()
+def test_one_owner_at_a_time_holds_a_claim(store):
+    *_, study_id = entered(store)
     assert store.claim(study_id, "a")
     assert store.claim(study_id, "a")
     assert not store.claim(study_id, "b")
@@ -96,15 +95,15 @@ def test_one_owner_at_a_time_holds_a_claim(store, entered):
     assert store.claim(study_id, "b")
 
 
-def test_pages_go_from_new_to_old_and_do_not_shift(store, make_study, make_plan_of):
+def test_pages_go_from_new_to_old_and_do_not_shift(store):
     for number in range(5):
         study = make_study(f"Sweep {number}", damping_ratio=0.01 + number / 100)
-        store.submit(study, make_plan_of(study), {})
+        enter(store, study)
     store.set_state(store.find("Sweep 1").id, "done")
     first = store.page(limit=2)
     assert [record.name for record in first.records] == ["Sweep 4", "Sweep 3"]
     late = make_study("late", damping_ratio=0.5)
-    store.submit(late, make_plan_of(late), {})
+    enter(store, late)
     second = store.page(limit=2, cursor=first.cursor)
     third = store.page(limit=2, cursor=second.cursor)
     assert [record.name for record in (*second.records, *third.records)] == ["Sweep 2", "Sweep 1", "Sweep 0"]
@@ -130,38 +129,38 @@ def test_a_page_that_cannot_be_is_refused(store, asked, field):
 
 
 @pytest.mark.parametrize("ref", ["", "nope", "ffffffffffff", "%", "\ud800", "a\x00b", "x" * 10_000])
-def test_an_unknown_study_is_told_with_those_that_are_known(store, make_study, make_plan_of, ref):
-    record, _ = store.submit(make_study("known one"), make_plan_of(make_study()), {})
+def test_an_unknown_study_is_told_with_those_that_are_known(store, ref):
+    record = enter(store, make_study("known one"))
     with pytest.raises(StudyNotFound, match=f"{record.id} \\(known one\\)"):
         store.find(ref)
 
 
-def test_a_prefix_of_several_ids_is_refused_with_them(store, make_study, make_plan_of):
+def test_a_prefix_of_several_ids_is_refused_with_them(store):
     # of seventeen ids, two start with the same of sixteen digits
     studies = [make_study(damping_ratio=0.01 + number / 100) for number in range(17)]
     starts = [study.digest[0] for study in studies]
     shared = max(starts, key=starts.count)
     for study in studies:
         if study.digest[0] == shared:
-            store.submit(study, make_plan_of(study), {})
+            enter(store, study)
     with pytest.raises(StudyNotFound, match="more digits"):
         store.find(shared)
 
 
-def test_a_name_that_is_the_start_of_another_studys_id_is_a_name(store, make_study, make_plan_of):
-    other, _ = store.submit(make_study("other"), make_plan_of(make_study()), {})
+def test_a_name_that_is_the_start_of_another_studys_id_is_a_name(store):
+    other = enter(store, make_study("other"))
     for number, digits in enumerate((2, 5, 11), 1):
         study = make_study(other.id[:digits], damping_ratio=0.01 * number)
-        named, _ = store.submit(study, make_plan_of(study), {})
+        named = enter(store, study)
         assert store.find(other.id[:digits]) == named
         assert store.find(other.id) == other
     study = make_study(other.id, damping_ratio=0.05)
-    store.submit(study, make_plan_of(study), {})
+    enter(store, study)
     assert store.find(other.id) == other  # a whole id is what it says, whatever others are called
 
 
-def test_a_deleted_study_is_gone_with_its_files_and_can_come_back(store, make_study, outcome_of, entered):
-    _, plan, study_id = entered()
+def test_a_deleted_study_is_gone_with_its_files_and_can_come_back(store):
+    _, plan, study_id = entered(store)
     store.mark(study_id, outcome_of(plan.block(0)))
     folder = Path(store.cube_path(study_id))
     assert folder.exists()
@@ -179,8 +178,8 @@ def test_a_deleted_study_is_gone_with_its_files_and_can_come_back(store, make_st
 
 
 @pytest.mark.parametrize("ended", ["cancelled", "done", "failed"])
-def test_a_study_that_is_worked_on_is_not_deleted_unless_it_has_ended(store, ended, entered):
-    *_, study_id = entered()
+def test_a_study_that_is_worked_on_is_not_deleted_unless_it_has_ended(store, ended):
+    *_, study_id = entered(store)
     store.claim(study_id, "runner 7")
     store.set_state(study_id, "running")
     with pytest.raises(StudyBusy, match=r"runner 7.*cancel"):
@@ -192,8 +191,8 @@ def test_a_study_that_is_worked_on_is_not_deleted_unless_it_has_ended(store, end
     store.release(study_id, "runner 7")
 
 
-def test_a_delete_that_was_cut_short_is_finished_later(store, entered):
-    *_, study_id = entered()
+def test_a_delete_that_was_cut_short_is_finished_later(store):
+    *_, study_id = entered(store)
     folder = Path(store.cube_path(study_id))
     with sqlite3.connect(store.data_dir / "catalogue.sqlite") as connection:
         connection.execute("UPDATE studies SET deleted = 1.0, crc = NULL")
@@ -208,9 +207,7 @@ def test_a_delete_that_was_cut_short_is_finished_later(store, entered):
     again.close()
 
 
-def test_a_revision_of_a_deleted_study_is_not_found_in_the_next_of_its_name(
-    store, make_study, make_plan_of, outcome_of
-):
+def test_a_revision_of_a_deleted_study_is_not_found_in_the_next_of_its_name(store):
     study, plan = make_study(), make_plan_of(make_study())
     first = store.submit(study, plan, {})[0]
     store.mark(first.id, *(outcome_of(plan.block(index)) for index in range(3)))
@@ -274,12 +271,12 @@ def test_a_data_directory_that_cannot_be_made_is_told(tmp_path):
         Store.open(tmp_path / "file" / "data")
 
 
-def test_marks_are_kept_while_threads_look_at_many_studies(store, make_study, make_plan_of, monkeypatch):
+def test_marks_are_kept_while_threads_look_at_many_studies(store, monkeypatch):
     monkeypatch.setattr("damperlab.studies.store.cubes._MARKS_KEPT", 2)
     ids = []
     for number in range(8):
         study = make_study(f"study {number}", damping_ratio=0.01 * (1 + number))
-        ids.append(store.submit(study, make_plan_of(study), {})[0].id)
+        ids.append(enter(store, study).id)
     before = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     try:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
+from tests.studies.store.filling import enter, make_plan_of, make_study, outcome_of, values_of
 
 import damperlab.studies.store.catalogue.rows
 import damperlab.studies.store.life_cycle.claims
@@ -59,9 +60,8 @@ def claim_elsewhere(store: Store, clocks: Clocks) -> Callable[..., bool]:
 
 
 @pytest.fixture
-def study_id(store: Store, make_study, make_plan_of) -> str:
-    found: str = store.submit(make_study(), make_plan_of(make_study()), {})[0].id
-    return found
+def study_id(store: Store) -> str:
+    return enter(store, make_study()).id
 
 
 def test_a_clock_that_was_set_back_keeps_no_dead_owner_alive(
@@ -89,7 +89,7 @@ def test_a_living_owner_keeps_its_claim_whatever_the_clock_says(
 
 
 def test_an_owner_whose_claim_was_taken_marks_nothing_and_ends_nothing(
-    store: Store, study_id: str, make_study, make_plan_of, outcome_of, claim_elsewhere
+    store: Store, study_id: str, claim_elsewhere
 ) -> None:
     plan = make_plan_of(make_study())
     # its clock is behind by more than a claim lasts: to everybody else its claim is over
@@ -105,7 +105,7 @@ def test_an_owner_whose_claim_was_taken_marks_nothing_and_ends_nothing(
 
 
 def test_a_study_that_was_deleted_and_submitted_anew_takes_no_marks_of_the_first(
-    store: Store, study_id: str, make_study, make_plan_of, outcome_of
+    store: Store, study_id: str
 ) -> None:
     study, plan = make_study(), make_plan_of(make_study())
     assert store.claim(study_id, "first")
@@ -118,7 +118,7 @@ def test_a_study_that_was_deleted_and_submitted_anew_takes_no_marks_of_the_first
 
 
 def test_garbage_is_not_collected_from_under_an_owner_whose_claim_seems_over(
-    store: Store, study_id: str, make_study, make_plan_of, values_of, outcome_of, claim_elsewhere
+    store: Store, study_id: str, claim_elsewhere
 ) -> None:
     study, plan = make_study(), make_plan_of(make_study())
     block = plan.block(2)
@@ -136,7 +136,7 @@ def test_garbage_is_not_collected_from_under_an_owner_whose_claim_seems_over(
 
 
 def test_studies_that_wait_are_told_by_their_priority_and_then_the_oldest_first(
-    store: Store, make_study, make_plan_of, monkeypatch: pytest.MonkeyPatch
+    store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over several pages; without those that somebody works on, and those that have ended."""
     monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "_PAGE", 2)

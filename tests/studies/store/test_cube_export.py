@@ -13,6 +13,7 @@ import pyarrow.parquet
 import pytest
 import xarray as xr
 import zarr
+from tests.studies.store.filling import enter, entered, make_plan_of, make_study, outcome_of, values_of
 from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
 
@@ -32,8 +33,8 @@ SHAPES = [(1, 1, 1, 5, 3, 4), (1, 3, 1, 4, 2, 7), (2, 1, 3, 1, 1, 1), (1, 1, 1, 
 
 
 @pytest.fixture
-def cube(store, values_of, outcome_of, entered):
-    study, plan, study_id = entered()
+def cube(store):
+    study, plan, study_id = entered(store)
     rng = np.random.default_rng(3)
     for index in range(plan.count - 2):
         block = plan.block(index)
@@ -92,9 +93,10 @@ STRUCTURE = {"mass_kg": 2.0, "natural_frequency_hz": 4.0, "base_amplitude_m": 0.
 
 
 @pytest.fixture
-def in_units(store, values_of, outcome_of, entered):
+def in_units(store):
     """A cube of a study whose clearance and frequency are given in units, its friction and mass as ratios."""
     study, plan, study_id = entered(
+        store,
         physical=STRUCTURE | {"clearance_m": [0.006, 0.03], "excitation_frequency_hz": [3.5, 4.0, 4.5]},
         axes={"friction_ratio": [0.1, 0.2], "mass_ratio": 0.05, "restitution": 0.5},
     )
@@ -167,7 +169,7 @@ def test_a_netcdf_that_fails_leaves_the_old_file(cube, tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir() if p.is_file()] == ["cube.nc"]
 
 
-def test_exports_hold_a_piece_of_the_cube_at_a_time(store, make_study, make_plan_of, tmp_path, monkeypatch):
+def test_exports_hold_a_piece_of_the_cube_at_a_time(store, tmp_path, monkeypatch):
     monkeypatch.setattr(damperlab.studies.store.export.export, "BUDGET", 4000)
     monkeypatch.setattr(damperlab.studies.store.export.export, "ROWS_AT_ONCE", 500)
     axes = {
@@ -178,7 +180,7 @@ def test_exports_hold_a_piece_of_the_cube_at_a_time(store, make_study, make_plan
         "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 50},
     }
     study = make_study(axes=axes)
-    study_id = store.submit(study, make_plan_of(study, (1, 1, 1, 4, 20, 50)), {})[0].id
+    study_id = enter(store, study, (1, 1, 1, 4, 20, 50)).id
     cube = store.cube(study_id)
     in_memory = cube.nbytes
     assert in_memory > 4e6
@@ -230,7 +232,7 @@ def test_groups_are_whole_blocks_within_a_bound(shape, chunk):
     assert axis is None or prod(grouped) // grouped[axis] * (grouped[axis] + chunk[axis]) > POINTS
 
 
-def test_zarr_reads_the_groups_as_the_cube_is(store, make_study, make_plan_of, values_of, monkeypatch):
+def test_zarr_reads_the_groups_as_the_cube_is(store, monkeypatch):
     monkeypatch.setattr(
         "damperlab.studies.store.export.grouped.POINTS", 24
     )  # some groups in this small cube, cut off at its ends
@@ -272,6 +274,6 @@ def test_zarr_reads_the_groups_as_the_cube_is(store, make_study, make_plan_of, v
 @pytest.mark.parametrize(
     "key", ["period/0.0.0.0.0", "period/0.0.0.0.0.99", "period/c.0.0.0.0.0.0", "x/0", "zarr.json"]
 )
-def test_other_keys_are_no_groups(store, make_study, make_plan_of, key):
-    record, _ = store.submit(make_study(), make_plan_of(make_study()), {})
+def test_other_keys_are_no_groups(store, key):
+    record = enter(store, make_study())
     assert group_of(key, describe_cube(store.snapshot(record.id)[0].get("zarr.json"))) is None

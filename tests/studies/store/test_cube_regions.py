@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from tests.studies.store.filling import enter, entered, make_plan_of, make_study, outcome_of, put, values_of
 
 import damperlab.studies.store.files.durable
 from damperlab.studies.store.cube.cube import write_region
@@ -15,9 +16,9 @@ from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.variables import DIMENSIONS, STANDARD, VARIABLES, Status
 
 
-def test_the_cube_has_the_contracts_names_units_and_flags(store, make_study, make_plan_of):
+def test_the_cube_has_the_contracts_names_units_and_flags(store):
     study = make_study()
-    record, _ = store.submit(study, make_plan_of(study), {"solver_version": "3.2"})
+    record = enter(store, study, solver_version="3.2")
     cube = store.cube(record.id)
     assert tuple(cube.sizes) == DIMENSIONS
     assert tuple(cube.data_vars) == STANDARD
@@ -34,17 +35,17 @@ def test_the_cube_has_the_contracts_names_units_and_flags(store, make_study, mak
     assert json.loads(cube.attrs["study"]) == study.document()
 
 
-def test_a_study_keeps_its_metrics_and_always_the_status(store, make_study, make_plan_of):
+def test_a_study_keeps_its_metrics_and_always_the_status(store):
     study = make_study(metrics=["period", "amplitude_ratio"])
-    record, _ = store.submit(study, make_plan_of(study), {})
+    record = enter(store, study)
     assert list(store.cube(record.id).data_vars) == ["amplitude_ratio", "period", "status"]
 
 
-def test_every_block_comes_back_where_it_belongs(store, entered, put):
-    study, plan, study_id = entered()
+def test_every_block_comes_back_where_it_belongs(store):
+    study, plan, study_id = entered(store)
     expected = np.full(study.shape, np.nan)
     for index in (0, 4, 7, 11):  # whole chunks and ones cut by each edge
-        put(study, plan, index)
+        put(store, study, index)
         expected[plan.block(index).slices] = index
     cube = store.cube(study_id)
     for name in set(STANDARD) - {"status"}:
@@ -54,15 +55,15 @@ def test_every_block_comes_back_where_it_belongs(store, entered, put):
     np.testing.assert_array_equal(cube["status"], np.where(np.isnan(expected), -1, 0))
 
 
-def test_xarray_opens_the_folder_of_a_complete_cube_and_reads_the_same(store, values_of, entered, put):
-    study, plan, study_id = entered()
+def test_xarray_opens_the_folder_of_a_complete_cube_and_reads_the_same(store):
+    study, plan, study_id = entered(store)
     path = store.cube_path(study_id)
-    put(study, plan, 0, 4)
+    put(store, study, 0, 4)
     under_way = xr.open_zarr(path, chunks=None)
     assert under_way.attrs["complete"] == "no"
     under_way.attrs.pop("damperlab")
     xr.testing.assert_identical(under_way.load(), store.cube(study_id).load())
-    put(study, plan, *(index for index in range(plan.count) if index not in (0, 4)))
+    put(store, study, *(index for index in range(plan.count) if index not in (0, 4)))
     store.set_state(study_id, "done")
     # an attempt that no mark names
     block = plan.block(3)
@@ -84,10 +85,10 @@ def test_xarray_opens_the_folder_of_a_complete_cube_and_reads_the_same(store, va
     )
 
 
-def test_xarray_tells_a_block_that_is_lost_or_damaged(store, entered, put):
-    study, plan, study_id = entered(metrics=["amplitude_ratio"])
+def test_xarray_tells_a_block_that_is_lost_or_damaged(store):
+    study, plan, study_id = entered(store, metrics=["amplitude_ratio"])
     path = Path(store.cube_path(study_id))
-    put(study, plan, *range(plan.count), generation="g")
+    put(store, study, *range(plan.count), generation="g")
     store.set_state(study_id, "done")
     file = path / "blocks" / "3~g"
     content = file.read_bytes()
@@ -99,12 +100,12 @@ def test_xarray_tells_a_block_that_is_lost_or_damaged(store, entered, put):
         xr.open_zarr(path, chunks=None).load()
 
 
-def test_a_study_of_one_point_takes_a_handful_of_files(store, entered, put):
+def test_a_study_of_one_point_takes_a_handful_of_files(store):
     axes = dict.fromkeys(
         ("clearance_ratio", "friction_ratio", "restitution", "mass_ratio", "frequency_ratio"), 0.5
     )
-    study, plan, study_id = entered((1,) * 6, axes=axes)
-    put(study, plan, 0)
+    study, _, study_id = entered(store, (1,) * 6, axes=axes)
+    put(store, study, 0)
     store.set_state(study_id, "done")
     files = [file for file in Path(store.cube_path(study_id)).rglob("*") if file.is_file()]
     assert sorted(file.name for file in files) == ["0~", "marks.json", "zarr.json"]
@@ -112,8 +113,8 @@ def test_a_study_of_one_point_takes_a_handful_of_files(store, entered, put):
     assert {name: seen[name].item() for name in axes} == axes
 
 
-def test_every_way_of_indexing_hides_the_same_points(store, values_of, outcome_of, entered):
-    study, plan, study_id = entered()
+def test_every_way_of_indexing_hides_the_same_points(store):
+    study, plan, study_id = entered(store)
     for index in range(plan.count):
         block = plan.block(index)
         write_region(store.cube_path(study_id), block, values_of(study, block))
@@ -141,10 +142,10 @@ def test_every_way_of_indexing_hides_the_same_points(store, values_of, outcome_o
     )
 
 
-def test_blocks_done_after_the_cube_was_opened_stay_hidden(store, entered, put):
-    study, plan, study_id = entered()
+def test_blocks_done_after_the_cube_was_opened_stay_hidden(store):
+    study, plan, study_id = entered(store)
     before = store.cube(study_id)
-    put(study, plan, 0)
+    put(store, study, 0)
     assert (before["status"] == -1).all()
     assert (store.cube(study_id)["status"] == 0).sum() == plan.block(0).points
 
@@ -163,8 +164,8 @@ def synced(monkeypatch) -> set[int]:
     return found
 
 
-def test_a_region_is_on_the_disk_before_it_is_reported(store, values_of, synced, entered):
-    study, plan, study_id = entered()
+def test_a_region_is_on_the_disk_before_it_is_reported(store, synced):
+    study, plan, study_id = entered(store)
     path = Path(store.cube_path(study_id))
     synced.clear()
     before = set(path.rglob("*"))
@@ -174,14 +175,14 @@ def test_a_region_is_on_the_disk_before_it_is_reported(store, values_of, synced,
     assert {chunk.stat().st_ino, chunk.parent.stat().st_ino} <= synced
 
 
-def test_a_new_cube_is_on_the_disk_before_its_record(store, synced, entered):
-    *_, study_id = entered()
+def test_a_new_cube_is_on_the_disk_before_its_record(store, synced):
+    *_, study_id = entered(store)
     path = Path(store.cube_path(study_id))
     assert {made.stat().st_ino for made in (path, path.parent, *path.rglob("*"))} <= synced
 
 
-def test_a_writer_finds_out_that_the_cube_is_gone(store, values_of, entered):
-    study, plan, study_id = entered()
+def test_a_writer_finds_out_that_the_cube_is_gone(store):
+    study, plan, study_id = entered(store)
     path = store.cube_path(study_id)
     store.delete(study_id)
     store.bury()
@@ -190,7 +191,7 @@ def test_a_writer_finds_out_that_the_cube_is_gone(store, values_of, entered):
     assert not Path(path).exists()
 
 
-def test_values_that_do_not_fit_are_an_error_of_the_program(store, make_study, make_plan_of, values_of):
+def test_values_that_do_not_fit_are_an_error_of_the_program(store):
     study = make_study()
     plan = make_plan_of(study)
     path = store.cube_path(store.submit(study, plan, {})[0].id)
@@ -203,14 +204,14 @@ def test_values_that_do_not_fit_are_an_error_of_the_program(store, make_study, m
     assert list(Path(path, "blocks").iterdir()) == []
 
 
-def test_a_cube_whose_files_are_lost_is_told(store, entered):
-    *_, study_id = entered()
+def test_a_cube_whose_files_are_lost_is_told(store):
+    *_, study_id = entered(store)
     Path(store.cube_path(study_id)).rename(store.data_dir / "elsewhere")
     with pytest.raises(StoreFault, match="computed again"):
         store.cube(study_id)
 
 
-def test_a_cube_of_ten_million_points_is_opened_and_sliced_in_little_memory(store, make_study, make_plan_of):
+def test_a_cube_of_ten_million_points_is_opened_and_sliced_in_little_memory(store):
     axes = {
         "clearance_ratio": {"start": 1, "stop": 25, "num": 250},
         "friction_ratio": {"start": 0, "stop": 1, "num": 200},

@@ -6,36 +6,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.studies.store.filling import enter, entered, make_plan_of, make_study, put, values_of, write
 
 from damperlab.studies.store.care.sweep import collect_garbage, sweep
 from damperlab.studies.store.care.verify import repair, verify
 from damperlab.studies.store.cube.checksum import checksum
 from damperlab.studies.store.cube.chunks import BlockDamaged
-from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import CatalogueDamaged, StudyBusy
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
 METRICS = ["amplitude_ratio", "cycles", "run_time"]
 
 
-def write(store: Store, study_id: str, block, values, generation: str) -> None:
-    """One attempt at a block, marked."""
-    found = write_region(store.cube_path(study_id), block, values, generation)
-    store.mark(
-        study_id,
-        BlockOutcome(block.index, block.points, 0, 0.5, 0.4, generation=generation, checksum=found),
-    )
-
-
 @pytest.fixture
-def written(store, make_study, make_plan_of, put):
+def written(store):
     """A whole study, every block of a generation of its own."""
     study = make_study(metrics=METRICS)
-    plan = make_plan_of(study)
-    record, _ = store.submit(study, plan, {})
-    for index in range(plan.count):
-        put(study, plan, index, generation=f"g{index}")
+    record = enter(store, study)
+    for index in range(record.blocks_total):
+        put(store, study, index, generation=f"g{index}")
     return store.set_state(record.id, "done")
 
 
@@ -50,9 +39,7 @@ def flip(file: Path, at: int) -> None:
 
 
 @pytest.mark.parametrize("how", ["flipped", "truncated", "emptied", "lost", "of another block"])
-def test_every_damage_is_found_told_on_reading_and_mended(
-    store, written, make_study, make_plan_of, values_of, how
-):
+def test_every_damage_is_found_told_on_reading_and_mended(store, written, how):
     before = store.cube(written.id).load()
     file = file_of(store, written, 4)
     match how:
@@ -111,9 +98,7 @@ def test_a_lost_done_mark_is_told_by_whoever_asks_what_is_left(store, written):
     np.testing.assert_array_equal(store.pending(written.id), [4])
 
 
-def test_a_late_twin_of_a_done_block_changes_nothing_and_is_swept(
-    store, written, make_study, make_plan_of, values_of
-):
+def test_a_late_twin_of_a_done_block_changes_nothing_and_is_swept(store, written):
     block = make_plan_of(make_study(metrics=METRICS)).block(2)
     before = store.cube(written.id).load()
     other = values_of(make_study(metrics=METRICS), block) | {"run_time": np.full(block.shape, 9.0)}
@@ -126,9 +111,7 @@ def test_a_late_twin_of_a_done_block_changes_nothing_and_is_swept(
     assert store.cube(written.id).load().identical(before)
 
 
-def test_an_opened_cube_never_shows_a_block_that_was_replaced(
-    store, written, make_study, make_plan_of, values_of
-):
+def test_an_opened_cube_never_shows_a_block_that_was_replaced(store, written):
     opened = store.cube(written.id)
     block = make_plan_of(make_study(metrics=METRICS)).block(0)
     store.forget(written.id, [0], "by hand")
@@ -149,20 +132,20 @@ def test_blocks_are_not_taken_back_from_under_a_runner(store, written):
     assert store.find(written.id).blocks_done == written.blocks_total
 
 
-def test_an_older_revision_shows_what_was_done_then(store, entered, put):
-    study, plan, study_id = entered(metrics=METRICS)
+def test_an_older_revision_shows_what_was_done_then(store):
+    study, _, study_id = entered(store, metrics=METRICS)
     revisions = [store.find(study_id).revision]
     for index in (5, 1, 9):
-        put(study, plan, index, generation="g")
+        put(store, study, index, generation="g")
         revisions.append(store.find(study_id).revision)
     assert revisions == sorted(set(revisions))
     seen = [sorted(store.snapshot(study_id, revision)[1]) for revision in revisions]
     assert seen == [[], [5], [1, 5], [1, 5, 9]]
 
 
-def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_plan_of, tmp_path):
+def test_garbage_is_collected_and_nothing_else(store, written, tmp_path):
     other = make_study(damping_ratio=0.2, metrics=METRICS)
-    record, _ = store.submit(other, make_plan_of(other), {})
+    record = enter(store, other)
     claimed = Path(store.cube_path(record.id), "blocks", "0~attempt")
     claimed.write_bytes(b"of a runner that is at work")
     store.claim(record.id, "runner 7")
@@ -173,7 +156,7 @@ def test_garbage_is_collected_and_nothing_else(store, written, make_study, make_
     # a study whose row went with the tail of the catalogue's log, and whose number another one got
     elsewhere = Store.open(tmp_path / "elsewhere")
     third = make_study(damping_ratio=0.3, metrics=METRICS)
-    gone = Path(elsewhere.cube_path(elsewhere.submit(third, make_plan_of(third), {})[0].id))
+    gone = Path(elsewhere.cube_path(enter(elsewhere, third).id))
     elsewhere.close()
     lost = store.data_dir / "cubes" / gone.name
     shutil.copytree(gone, lost)

@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from tests.studies.store.filling import make_plan_of, make_study
 
 from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.quota import Quota
@@ -18,7 +19,7 @@ THREADS = 12
 
 
 @pytest.fixture
-def submission(make_study, make_plan_of):
+def submission():
     def make(number: int, key: str | None = None) -> Submission:
         study = make_study(f"study {number}", damping_ratio=0.01 * (1 + number))
         return Submission(study, make_plan_of(study), {"kernels": "k"}, key=key)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from tests.object_store import BUCKET, SECRET, ObjectServer, environment, proxy_before
+from tests.studies.store.filling import enter, fill, make_study
 
 from damperlab.studies.store.care.backup import copy_store
 from damperlab.studies.store.care.rebuild import rebuild
@@ -54,23 +55,15 @@ def opened(tmp_path: Path, address: str) -> Iterator[Callable[..., Store]]:
         store.close()
 
 
-@pytest.fixture
-def filled(make_study, make_plan_of, put_into) -> Callable[[Store], Record]:
-    def fill(store: Store) -> Record:
-        study = make_study(metrics=METRICS)
-        plan = make_plan_of(study)
-        record, _ = store.submit(study, plan, {})
-        put_into(store, study, plan, *range(plan.count), generation="g")
-        return store.set_state(record.id, "done")
-
-    return fill
+def filled(store: Store) -> Record:
+    return fill(store, make_study(metrics=METRICS))
 
 
 def _objects(store: Store) -> dict[str, bytes]:
     return {entry.key: store.shelf.get(entry.key) for entry in store.shelf.entries()}
 
 
-def test_folder_and_bucket_hold_the_same(opened, filled):
+def test_folder_and_bucket_hold_the_same(opened):
     here, there = opened("here", None), opened()
     record = filled(there)
     assert filled(here).id == record.id
@@ -79,7 +72,7 @@ def test_folder_and_bucket_hold_the_same(opened, filled):
     assert [list(verify(store, record)) for store in (here, there)] == [[], []]
 
 
-def test_a_slice_and_a_scattered_index_read_what_was_written(opened, filled):
+def test_a_slice_and_a_scattered_index_read_what_was_written(opened):
     store = opened()
     cube = store.cube(filled(store).id)["amplitude_ratio"]
     whole = cube.values
@@ -89,7 +82,7 @@ def test_a_slice_and_a_scattered_index_read_what_was_written(opened, filled):
     assert np.array_equal(cube[..., 1:3].values, whole[..., 1:3])
 
 
-def test_a_deleted_study_leaves_no_object_and_gc_takes_cubes_that_nobody_owns(opened, filled):
+def test_a_deleted_study_leaves_no_object_and_gc_takes_cubes_that_nobody_owns(opened):
     store = opened()
     record = filled(store)
     orphan = store.shelf.at("0123456789ab-1.zarr")
@@ -106,7 +99,7 @@ def test_a_deleted_study_leaves_no_object_and_gc_takes_cubes_that_nobody_owns(op
     assert _objects(store) == {}
 
 
-def test_lost_and_damaged_objects_are_found_and_their_blocks_taken_back(opened, filled):
+def test_lost_and_damaged_objects_are_found_and_their_blocks_taken_back(opened):
     store = opened()
     record = filled(store)
     shelf, _ = store.snapshot(record.id)
@@ -122,7 +115,7 @@ def test_lost_and_damaged_objects_are_found_and_their_blocks_taken_back(opened, 
     assert set(store.pending(record.id)) == {lost, flipped}
 
 
-def test_backup_to_a_folder_and_restore_to_another_bucket(opened, filled, address):
+def test_backup_to_a_folder_and_restore_to_another_bucket(opened, address):
     store = opened()
     record = filled(store)
     backup, restored = opened("backup", None), opened("restored", f"{address}-again")
@@ -134,7 +127,7 @@ def test_backup_to_a_folder_and_restore_to_another_bucket(opened, filled, addres
     assert _objects(restored) == _objects(store)
 
 
-def test_the_catalogue_remembers_its_bucket_and_shares_it_with_no_other(opened, filled, address):
+def test_the_catalogue_remembers_its_bucket_and_shares_it_with_no_other(opened, address):
     record = filled(opened())
     again = opened("data", None)
     assert again.shelf.address == f"{address}/cubes"
@@ -189,7 +182,7 @@ def test_a_shelf_travels_by_its_address_alone(address):
     assert pickle.loads(packed) == bucket
 
 
-def test_no_secret_is_stored_or_told(opened, filled, tmp_path, monkeypatch, address):
+def test_no_secret_is_stored_or_told(opened, tmp_path, monkeypatch, address):
     store = opened()
     record = filled(store)
     shelf, _ = store.snapshot(record.id)
@@ -213,9 +206,7 @@ def test_plain_http_is_for_this_machine_unless_allowed(monkeypatch, address):
 
 
 @pytest.mark.parametrize("mode", [pytest.param("refuse", marks=pytest.mark.night), "cut"])
-def test_a_server_that_does_not_serve_is_told_and_forgotten_when_it_does(
-    server, opened, filled, monkeypatch, mode
-):
+def test_a_server_that_does_not_serve_is_told_and_forgotten_when_it_does(server, opened, monkeypatch, mode):
     # as few tries as still tell a short trouble from a long one
     monkeypatch.setattr("damperlab.studies.store.files.bucket.RETRIES", 2)
     record = filled(opened())
@@ -239,7 +230,7 @@ def test_a_server_that_does_not_serve_is_told_and_forgotten_when_it_does(
 
 
 @pytest.mark.night
-def test_short_trouble_and_slowness_pass_unnoticed(server, opened, filled, monkeypatch):
+def test_short_trouble_and_slowness_pass_unnoticed(server, opened, monkeypatch):
     with proxy_before(server.address) as proxy:
         monkeypatch.setenv("AWS_ENDPOINT_URL", environment(proxy.address)["AWS_ENDPOINT_URL"])
         store = opened()
@@ -251,7 +242,7 @@ def test_short_trouble_and_slowness_pass_unnoticed(server, opened, filled, monke
 
 
 @pytest.mark.night
-def test_a_killed_server_has_kept_what_it_acknowledged(server, opened, filled):
+def test_a_killed_server_has_kept_what_it_acknowledged(server, opened):
     store = opened()
     record = filled(store)
     server.stop()
@@ -259,11 +250,11 @@ def test_a_killed_server_has_kept_what_it_acknowledged(server, opened, filled):
     assert list(verify(store, record)) == []
 
 
-def test_a_catalogue_is_made_again_from_a_bucket(opened, filled, address, tmp_path, make_study, make_plan_of):
+def test_a_catalogue_is_made_again_from_a_bucket(opened, address, tmp_path):
     store = opened("lost")
     record = filled(store)
     whole = store.cube(record.id).load()
-    gone, _ = store.submit(make_study("gone", damping_ratio=0.3), make_plan_of(make_study()), {})
+    gone = enter(store, make_study("gone", damping_ratio=0.3))
     store.delete(gone.id)
     found = [rebuild(tmp_path / "new", cubes=address) for _ in range(2)]
     assert [(one.studies, one.known, one.deleted, one.trouble) for one in found] == [

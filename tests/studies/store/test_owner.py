@@ -1,11 +1,11 @@
 """Cubes and catalogue know each other: what does not belong together is refused, and nothing is removed."""
 
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from sqlalchemy import delete
+from tests.studies.store.filling import enter, fill, make_study, put
 
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
@@ -17,23 +17,15 @@ from damperlab.studies.store.store import Store
 METRICS = ["amplitude_ratio"]
 
 
-@pytest.fixture
-def filled(make_study, make_plan_of, put_into) -> Callable[[Store, float], str]:
-    def fill(store: Store, damping_ratio: float) -> str:
-        study = make_study(damping_ratio=damping_ratio, metrics=METRICS)
-        plan = make_plan_of(study)
-        record, _ = store.submit(study, plan, {})
-        put_into(store, study, plan, *range(plan.count), generation="g")
-        return store.set_state(record.id, "done").id
-
-    return fill
+def filled(store: Store, damping_ratio: float) -> str:
+    return fill(store, make_study(damping_ratio=damping_ratio, metrics=METRICS)).id
 
 
 def files(folder: Path) -> set[Path]:
     return {path for path in folder.rglob("*") if path.is_file()}
 
 
-def test_an_empty_or_foreign_catalogue_is_refused(tmp_path, filled):
+def test_an_empty_or_foreign_catalogue_is_refused(tmp_path):
     mine, other = Store.open(tmp_path / "mine"), Store.open(tmp_path / "other")
     filled(mine, 0.01)
     filled(other, 0.02)
@@ -50,7 +42,7 @@ def test_an_empty_or_foreign_catalogue_is_refused(tmp_path, filled):
     assert files(tmp_path / "mine" / "cubes") == before
 
 
-def test_a_disk_that_is_not_mounted_is_told(tmp_path, filled):
+def test_a_disk_that_is_not_mounted_is_told(tmp_path):
     store = Store.open(tmp_path)
     filled(store, 0.01)
     store.close()
@@ -64,7 +56,7 @@ def test_a_disk_that_is_not_mounted_is_told(tmp_path, filled):
     Store.open(tmp_path).close()
 
 
-def test_a_marker_that_is_lost_is_put_back_and_a_damaged_one_is_told(tmp_path, filled):
+def test_a_marker_that_is_lost_is_put_back_and_a_damaged_one_is_told(tmp_path):
     store = Store.open(tmp_path)
     filled(store, 0.01)
     store.close()
@@ -82,9 +74,7 @@ def test_a_marker_that_is_lost_is_put_back_and_a_damaged_one_is_told(tmp_path, f
 
 
 @pytest.mark.parametrize("look", [1, 2, 3])
-def test_a_new_folder_that_another_opens_and_fills_meanwhile_is_no_foreign_one(
-    tmp_path, filled, monkeypatch, look
-):
+def test_a_new_folder_that_another_opens_and_fills_meanwhile_is_no_foreign_one(tmp_path, monkeypatch, look):
     """The other comes whenever the cubes are looked for: before or after this one has looked for marker and catalogue."""
     shelves, looks, meanwhile = Folder.shelves, [], []
 
@@ -104,23 +94,20 @@ def test_a_new_folder_that_another_opens_and_fills_meanwhile_is_no_foreign_one(
 
 
 @pytest.mark.parametrize("before", [False, True])
-def test_an_older_copy_costs_no_block_that_was_computed_since(
-    tmp_path, make_study, make_plan_of, put_into, before
-):
+def test_an_older_copy_costs_no_block_that_was_computed_since(tmp_path, before):
     """For the first time, or anew."""
     data = tmp_path / "data"
     study = make_study(metrics=METRICS)
-    plan = make_plan_of(study)
     store = Store.open(data)
-    record, _ = store.submit(study, plan, {})
+    record = enter(store, study)
     if before:
-        put_into(store, study, plan, 2, generation="first")
+        put(store, study, 2, generation="first")
     store.close()
     shutil.copy(data / "catalogue.sqlite", tmp_path / "older")
     store = Store.open(data)
     if before:
         store.forget(record.id, [2], "damaged")
-    put_into(store, study, plan, 2, generation="second")
+    put(store, study, 2, generation="second")
     collect_garbage(store, -1.0)
     store.close()
     kept = files(data / "cubes")
@@ -131,7 +118,7 @@ def test_an_older_copy_costs_no_block_that_was_computed_since(
     store.close()
 
 
-def test_results_that_lie_under_the_number_of_another_study_are_told_and_brought_back(tmp_path, filled):
+def test_results_that_lie_under_the_number_of_another_study_are_told_and_brought_back(tmp_path):
     data = tmp_path / "data"
     store, other = Store.open(data), Store.open(tmp_path / "other")
     filled(store, 0.01)
@@ -153,7 +140,7 @@ def test_results_that_lie_under_the_number_of_another_study_are_told_and_brought
         each.close()
 
 
-def test_a_submission_removes_no_results_that_have_its_number(tmp_path, filled):
+def test_a_submission_removes_no_results_that_have_its_number(tmp_path):
     store = Store.open(tmp_path)
     filled(store, 0.01)
     study_id = filled(store, 0.02)

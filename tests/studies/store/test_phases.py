@@ -1,7 +1,6 @@
 """What a running study is at, as every process that looks into the catalogue sees it."""
 
-from collections.abc import Callable
-from typing import Any
+from tests.studies.store.filling import entered, outcome_of
 
 from damperlab.studies.store.store import Store
 
@@ -11,10 +10,8 @@ def _phase(store: Store, study_id: str) -> tuple[str, int | None, int | None]:
     return record.phase, record.phase_done, record.phase_total
 
 
-def test_a_phase_is_the_state_but_for_what_its_owner_says_before_the_blocks(
-    store: Store, entered: Callable[..., Any]
-) -> None:
-    *_, study_id = entered()
+def test_a_phase_is_the_state_but_for_what_its_owner_says_before_the_blocks(store: Store) -> None:
+    *_, study_id = entered(store)
     assert _phase(store, study_id) == ("queued", None, None)
     assert store.claim(study_id, "one")
     store.set_phase(study_id, "starting", owner="one")
@@ -32,10 +29,8 @@ def test_a_phase_is_the_state_but_for_what_its_owner_says_before_the_blocks(
         assert _phase(store, study_id) == (state, None, None)
 
 
-def test_the_pace_of_a_study_leaves_its_preparation_out(
-    store: Store, entered: Callable[..., Any], outcome_of: Callable[..., Any]
-) -> None:
-    _, plan, study_id = entered()
+def test_the_pace_of_a_study_leaves_its_preparation_out(store: Store) -> None:
+    _, plan, study_id = entered(store)
     assert store.claim(study_id, "one")
     store.set_state(study_id, "running", owner="one")
     with store.catalogue.writing() as connection:

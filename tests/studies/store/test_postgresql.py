@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from sqlalchemy import create_engine, inspect, text
+from tests.studies.store.filling import make_plan_of, make_study, values_of
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.rebuild import rebuild
@@ -120,7 +121,7 @@ def test_a_pool_without_a_free_connection_is_a_fault(store: Store, monkeypatch: 
     assert store.page().records == ()
 
 
-def test_a_rebuilt_catalogue_takes_studies_with_new_numbers(tmp_path, server, make_study, make_plan_of):
+def test_a_rebuilt_catalogue_takes_studies_with_new_numbers(tmp_path, server):
     """PostgreSQL's counter does not learn from numbers that were given."""
     data = tmp_path / "data"
     first = Store.open(data)
@@ -157,7 +158,7 @@ def test_a_folder_and_its_database_belong_together_before_the_first_study(tmp_pa
     Store.open(tmp_path / "other", address).close()
 
 
-def test_a_study_lives_and_dies(store, make_study, make_plan_of, values_of):
+def test_a_study_lives_and_dies(store):
     study = make_study("in PostgreSQL")
     plan = make_plan_of(study)
     record, created = store.submit(study, plan, {}, key="k")

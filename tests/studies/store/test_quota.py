@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from tests.studies.store.filling import enter, make_plan_of, make_study
 
 from damperlab.studies.store.catalogue.quota import Quota, Taken
 from damperlab.studies.store.cube.cube import bytes_per_point
@@ -11,16 +12,14 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import submitter
 
 
-def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(
-    tmp_path: Path, make_study, make_plan_of
-) -> None:
+def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(tmp_path: Path) -> None:
     study, other = make_study(), make_study(damping_ratio=0.2)
     size = study.points * bytes_per_point(study)
     with_room = Store.open(tmp_path, quota=Quota(bytes=2 * size - 1))
-    record, _ = with_room.submit(study, make_plan_of(study), {})
+    record = enter(with_room, study)
     assert with_room.taken() == Taken(study.points, size)
     with pytest.raises(QuotaReached, match=f"{size:,} bytes.*{size - 1:,} bytes.*damperlab delete"):
-        with_room.submit(other, make_plan_of(other), {})
+        enter(with_room, other)
     assert [found.id for found in with_room.page().records] == [record.id]
     assert len(list((tmp_path / "cubes").glob("*.zarr"))) == 1
     assert with_room.submit(study, make_plan_of(study), {})[0] == record  # what is there is never refused
@@ -31,15 +30,15 @@ def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(
     with_room.close()
 
 
-def test_points_are_counted_too(tmp_path: Path, make_study, make_plan_of) -> None:
+def test_points_are_counted_too(tmp_path: Path) -> None:
     study = make_study()
     store = Store.open(tmp_path, quota=Quota(points=study.points - 1))
     with pytest.raises(QuotaReached, match=f"quota_points.*{study.points} points"):
-        store.submit(study, make_plan_of(study), {})
+        enter(store, study)
     store.close()
 
 
-def test_owners_are_counted_each_for_itself(tmp_path: Path, make_study, make_plan_of) -> None:
+def test_owners_are_counted_each_for_itself(tmp_path: Path) -> None:
     first, second, third = (make_study(damping_ratio=each) for each in (0.1, 0.2, 0.3))
     each = Quota(points=2 * first.points, unfinished=1, setting="key_quota")
     store = Store.open(tmp_path, quota=Quota(of_owner=each))
@@ -64,10 +63,10 @@ def test_owners_are_counted_each_for_itself(tmp_path: Path, make_study, make_pla
     store.close()
 
 
-def test_a_tombstone_counts_until_its_files_are_gone(tmp_path: Path, make_study, make_plan_of) -> None:
+def test_a_tombstone_counts_until_its_files_are_gone(tmp_path: Path) -> None:
     store = Store.open(tmp_path)
     study = make_study()
-    record, _ = store.submit(study, make_plan_of(study), {})
+    record = enter(store, study)
     store.delete(record.id)
     assert store.taken().points == study.points
     store.bury()

@@ -9,6 +9,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from tests.studies.store.filling import enter, entered, make_study, put
 
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
@@ -45,9 +46,9 @@ def frozen(tmp_path: Path) -> Iterator[Callable[[Path], Path]]:
             path.chmod(0o755)
 
 
-def test_a_folder_that_cannot_be_written_is_read(frozen, store, make_study, make_plan_of, entered, put):
-    study, plan, study_id = entered(metrics=["amplitude_ratio"])
-    put(study, plan, *range(plan.count), generation="g")
+def test_a_folder_that_cannot_be_written_is_read(frozen, store):
+    study, plan, study_id = entered(store, metrics=["amplitude_ratio"])
+    put(store, study, *range(plan.count), generation="g")
     done = store.set_state(study_id, "done")
     expected = store.cube(study_id).load()
     # copied while it is open: the last marks are in SQLite's log
@@ -60,16 +61,14 @@ def test_a_folder_that_cannot_be_written_is_read(frozen, store, make_study, make
         copy.set_state(study_id, "queued")
     other = make_study(damping_ratio=0.3)
     with pytest.raises(StoreFault, match="opened for reading only"):
-        copy.submit(other, make_plan_of(other), {})
+        enter(copy, other)
     assert "cannot be written" in (copy.trouble() or "")
     copy.close()
 
 
-def test_a_catalogue_that_is_written_while_it_is_copied_is_copied_again(
-    store, make_study, make_plan_of, monkeypatch
-):
+def test_a_catalogue_that_is_written_while_it_is_copied_is_copied_again(store, monkeypatch):
     """Who may not write a folder reads it beside who may: the file and its log must be of one moment."""
-    names = [store.submit(study, make_plan_of(study), {})[0].name for study in [make_study("first")]]
+    names = [enter(store, study).name for study in [make_study("first")]]
     copyfile, written = shutil.copyfile, []
 
     def copy_and_write(source, target):
@@ -79,7 +78,7 @@ def test_a_catalogue_that_is_written_while_it_is_copied_is_copied_again(
             with closing(sqlite3.connect(source)) as other:
                 other.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             study = make_study(f"later {len(written)}", damping_ratio=0.1 + 0.1 * len(written))
-            written.append(store.submit(study, make_plan_of(study), {})[0].name)
+            written.append(enter(store, study).name)
         return copied
 
     monkeypatch.setattr(shutil, "copyfile", copy_and_write)

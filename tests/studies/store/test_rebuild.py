@@ -12,6 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from tests.studies.store.filling import enter, make_plan_of, make_study, values_of, write
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care import verify as verifying
@@ -21,30 +22,30 @@ from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.life_cycle.manifest import lost_end
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
 METRICS = ["amplitude_ratio", "period"]
 VOLATILE = {"revision"}
 
 
-def fill(store: Store, study, plan, values_of, blocks, generation: str = "g") -> str:
-    record, _ = store.submit(study, plan, {"kernels": "k", "solver_version": "1"})
-    for index in blocks:
-        block = plan.block(index)
-        told = {"seconds": 0.5, "kernel_seconds": 0.25}
-        found = write_region(store.cube_path(record.id), block, values_of(study, block), generation, told)
-        store.mark(record.id, BlockOutcome(index, block.points, 0, 0.5, 0.25, None, generation, found))
+PROVENANCE = {"kernels": "k", "solver_version": "1"}
+
+
+def begun(store: Store, study, blocks, generation: str = "g") -> str:
+    """Submit a study, and do some blocks of it that tell what they took."""
+    record, told = enter(store, study, **PROVENANCE), {"seconds": 0.5, "kernel_seconds": 0.4}
+    for block in map(make_plan_of(study).block, blocks):
+        write(store, record.id, block, values_of(study, block), generation, told)
     return record.id
 
 
 @pytest.fixture
-def filled(store, make_study, make_plan_of, values_of):
+def filled(store):
     """Studies that are done, cancelled half-way, queued, and running with blocks that only their files tell of."""
     states = (("done", 12), ("cancelled", 5), (None, 0), ("running", 4))
     for number, (state, blocks) in enumerate(states):
         study = make_study(f"study {number}", damping_ratio=0.01 * (1 + number), metrics=METRICS)
-        study_id = fill(store, study, make_plan_of(study), values_of, range(blocks))
+        study_id = begun(store, study, range(blocks))
         if number == 0:  # said before it ends
             store.remark(study_id, Remarks(("rig-2", "steel"), "first"))
         if state is not None:
@@ -105,16 +106,14 @@ def test_a_damaged_catalogue_is_set_aside(filled):
     again.close()
 
 
-def test_what_the_tail_of_the_log_held_is_missed_and_restored(
-    store, make_study, make_plan_of, values_of, tmp_path
-):
+def test_what_the_tail_of_the_log_held_is_missed_and_restored(store, tmp_path):
     """As a machine leaves it that loses its power, and a disk that loses what was written last."""
     first = make_study("first", damping_ratio=0.01, metrics=METRICS)
     second = make_study("second", damping_ratio=0.02, metrics=METRICS)
     gone = make_study("gone", damping_ratio=0.03, metrics=METRICS)
-    study_id = fill(store, first, make_plan_of(first), values_of, range(12))
-    half = fill(store, second, make_plan_of(second), values_of, range(5))
-    deleted = fill(store, gone, make_plan_of(gone), values_of, ())
+    study_id = begun(store, first, range(12))
+    half = begun(store, second, range(5))
+    deleted = begun(store, gone, ())
     store.set_state(deleted, "cancelled")
     log = store.data_dir / "catalogue.sqlite-wal"
     ends = log.stat().st_size
@@ -122,7 +121,7 @@ def test_what_the_tail_of_the_log_held_is_missed_and_restored(
     store.set_state(half, "cancelled", "stopped")
     store.delete(deleted)
     queued = [
-        store.submit(study, make_plan_of(study), {"kernels": "k", "solver_version": "1"})[0].id
+        enter(store, study, **PROVENANCE).id
         for number in range(25)
         for study in [make_study(f"queued {number}", damping_ratio=0.1 + number / 1000, metrics=METRICS)]
     ]
@@ -149,7 +148,7 @@ def test_what_the_tail_of_the_log_held_is_missed_and_restored(
 
 
 def test_a_study_whose_entry_is_lost_after_its_number_was_reserved_is_missed_and_restored(
-    store, make_study, make_plan_of, tmp_path, monkeypatch
+    store, tmp_path, monkeypatch
 ):
     log, ends, make = store.data_dir / "catalogue.sqlite-wal", [], store._make
 
@@ -160,7 +159,7 @@ def test_a_study_whose_entry_is_lost_after_its_number_was_reserved_is_missed_and
     monkeypatch.setattr(store, "_make", noted)
     monkeypatch.setattr(verifying, "UNDER_WAY_SECONDS", 0.0)
     study = make_study("entered", metrics=METRICS)
-    entered = store.submit(study, make_plan_of(study), {"kernels": "k", "solver_version": "1"})[0].id
+    entered = enter(store, study, **PROVENANCE).id
     before = told(store)
     data = tmp_path / "cut"
     shutil.copytree(store.data_dir, data)
@@ -174,7 +173,7 @@ def test_a_study_whose_entry_is_lost_after_its_number_was_reserved_is_missed_and
         assert list(check_catalogue(again)) == []
 
 
-def test_a_submission_under_way_is_waited_for(store, make_study, make_plan_of, monkeypatch):
+def test_a_submission_under_way_is_waited_for(store, monkeypatch):
     looked, make, found = threading.Event(), store._make, []
     looking = threading.Thread(target=lambda: found.extend(check_catalogue(store)))
 
@@ -187,7 +186,7 @@ def test_a_submission_under_way_is_waited_for(store, make_study, make_plan_of, m
     monkeypatch.setattr(verifying, "UNDER_WAY_SECONDS", 600.0)
     monkeypatch.setattr(verifying.time, "sleep", lambda _: looked.set())
     study = make_study("under way", metrics=METRICS)
-    store.submit(study, make_plan_of(study), {})
+    enter(store, study)
     looking.join(600)
     assert found == []
 
@@ -207,7 +206,7 @@ def test_a_study_that_was_resumed_since_its_end_is_left_as_it_is(filled):
     assert filled.find(half.id).state == "queued"
 
 
-def test_an_older_copy_gets_what_it_lacks(filled, make_study, make_plan_of, values_of):
+def test_an_older_copy_gets_what_it_lacks(filled):
     data = filled.data_dir
     filled.close()
     older = sqlite3.connect(data / "catalogue.sqlite")
@@ -217,9 +216,9 @@ def test_an_older_copy_gets_what_it_lacks(filled, make_study, make_plan_of, valu
     older.close()
     store = Store.open(data)
     study = make_study("new", damping_ratio=0.3, metrics=METRICS)
-    fill(store, study, make_plan_of(study), values_of, range(3))
+    begun(store, study, range(3))
     first = make_study("study 1", damping_ratio=0.02, metrics=METRICS)
-    fill(store, first, make_plan_of(first), values_of, range(5, 9))
+    begun(store, first, range(5, 9))
     before = {key: value["blocks_done"] for key, value in told(store).items()}
     store.close()
     (data / "older").replace(data / "catalogue.sqlite")
@@ -292,13 +291,11 @@ def test_a_removal_that_was_cut_short_anywhere_brings_nothing_back(filled, tmp_p
         assert not cube.exists()
 
 
-def test_a_study_submitted_again_after_its_deletion_is_the_one_that_comes_back(
-    filled, make_study, make_plan_of, values_of
-):
+def test_a_study_submitted_again_after_its_deletion_is_the_one_that_comes_back(filled):
     data = filled.data_dir
     filled.delete(filled.find("study 0").id)
     study = make_study("study 0", damping_ratio=0.01, metrics=METRICS)
-    fill(filled, study, make_plan_of(study), values_of, range(3))
+    begun(filled, study, range(3))
     before = told(filled)
     filled.close()
     lose_catalogue(data)
@@ -362,7 +359,7 @@ def test_rows_that_are_damaged_are_told_and_made_anew(filled, damage):
     again.close()
 
 
-def test_an_attempt_of_another_solver_is_no_block_of_the_cube(store, make_study, make_plan_of, values_of):
+def test_an_attempt_of_another_solver_is_no_block_of_the_cube(store):
     study = make_study(metrics=METRICS)
     plan, block = make_plan_of(study), make_plan_of(study).block(0)
     record, _ = store.submit(study, plan, {"identity": "ours", "solver_version": "1"})
@@ -380,7 +377,7 @@ def test_an_attempt_of_another_solver_is_no_block_of_the_cube(store, make_study,
     again.close()
 
 
-def test_another_catalogue_with_studies_is_not_taken_over(filled, tmp_path, make_study, make_plan_of):
+def test_another_catalogue_with_studies_is_not_taken_over(filled, tmp_path):
     other = Store.open(tmp_path / "other")
     other.submit(
         make_study("other", damping_ratio=0.5), make_plan_of(make_study("other", damping_ratio=0.5)), {}

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from tests.studies.store.filling import enter, make_plan_of, make_study
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.remarks import Remarks
@@ -19,12 +20,8 @@ def names(store, **wanted):
     return [record.name for record in store.page(wanted=Wanted(**wanted)).records]
 
 
-def enter(store, study, make_plan_of):
-    return store.submit(study, make_plan_of(study), {})[0]
-
-
-def test_remarks_stay_with_their_study_and_change_nothing_else(store, make_study, make_plan_of):
-    record = enter(store, make_study(), make_plan_of)
+def test_remarks_stay_with_their_study_and_change_nothing_else(store):
+    record = enter(store, make_study())
     assert (record.tags, record.note) == ((), "")
     now = store.remark(record.id, Remarks(("rig-2", "steel"), "first"))
     assert store.remark(record.id, Remarks(note="second")).tags == ("rig-2", "steel")
@@ -39,8 +36,8 @@ def test_remarks_stay_with_their_study_and_change_nothing_else(store, make_study
         store.remark("0" * 12, Remarks(note="n"))
 
 
-def test_a_row_of_before_keeps_its_checksum_and_a_changed_remark_is_told(store, make_study, make_plan_of):
-    record = enter(store, make_study(), make_plan_of)
+def test_a_row_of_before_keeps_its_checksum_and_a_changed_remark_is_told(store):
+    record = enter(store, make_study())
     with store.catalogue.reading() as connection:
         before = connection.execute(studies.select()).one().crc
     store.remark(record.id, Remarks(("a",), "n"))
@@ -60,10 +57,10 @@ def test_a_row_of_before_keeps_its_checksum_and_a_changed_remark_is_told(store, 
     again.close()
 
 
-def test_a_tag_is_found_whole(store, make_study, make_plan_of):
+def test_a_tag_is_found_whole(store):
     for place, tags in enumerate((("rig",), ("rig-2",), ("a", "rig"), ())):
         study = make_study(f"study {place}", damping_ratio=0.01 * (place + 1))
-        store.remark(enter(store, study, make_plan_of).id, Remarks(tags))
+        store.remark(enter(store, study).id, Remarks(tags))
     assert names(store, tag="rig") == ["study 2", "study 0"]
     assert names(store, tag="rig-2") == ["study 1"]
     assert names(store, tag="ri") == []
@@ -73,11 +70,11 @@ def test_a_tag_is_found_whole(store, make_study, make_plan_of):
             Wanted(tag=bad)
 
 
-def test_studies_are_found_by_what_they_vary(store, make_study, make_plan_of):
+def test_studies_are_found_by_what_they_vary(store):
     axes = {"friction_ratio": 0.1, "restitution": 0.47, "mass_ratio": 0.1, "frequency_ratio": [0.9, 1.1]}
     for low, high in ((1.0, 2.0), (3.0, 5.0), (6.0, 9.0)):
         study = make_study(f"{low:g} to {high:g}", axes=axes | {"clearance_ratio": [low, high]})
-        store.submit(study, make_plan_of(study, (1,) * 6), {})
+        enter(store, study, (1,) * 6)
     found = {
         (None, None): ["6 to 9", "3 to 5", "1 to 2"],
         (2.5, 4.0): ["3 to 5"],
@@ -92,14 +89,14 @@ def test_studies_are_found_by_what_they_vary(store, make_study, make_plan_of):
     assert names(store, axis="clearance_m") == []
 
 
-def test_studies_in_units_are_found_by_what_they_say_in_units(store, make_study, make_plan_of):
+def test_studies_in_units_are_found_by_what_they_say_in_units(store):
     physical = {"mass_kg": 1.3, "natural_frequency_hz": 8.0, "base_amplitude_m": 0.001}
     physical |= {"excitation_frequency_hz": [7.5, 8.5]}
     axes = {"friction_ratio": [0.1, 0.2], "restitution": 0.47, "mass_ratio": 0.1}
     spelled = {"list": [0.003, 0.02], "range": {"start": 0.03, "stop": 0.05, "num": 3}, "number": 0.06}
     for name, clearance in spelled.items():
         study = make_study(name, axes=axes, physical=physical | {"clearance_m": clearance})
-        store.submit(study, make_plan_of(study, (1,) * 6), {})
+        enter(store, study, (1,) * 6)
     assert names(store, axis="clearance_m", high=0.0021) == []
     assert names(store, axis="clearance_m", low=0.004, high=0.005) == ["list"]
     assert names(store, axis="clearance_m", low=0.02, high=0.031) == ["range", "list"]
@@ -112,11 +109,11 @@ def test_studies_in_units_are_found_by_what_they_say_in_units(store, make_study,
     assert names(store, axis="clearance_ratio", low=55.0) == ["number"]
 
 
-def test_a_page_looks_at_no_more_than_it_may(store, make_study, make_plan_of, monkeypatch):
+def test_a_page_looks_at_no_more_than_it_may(store, monkeypatch):
     monkeypatch.setattr("damperlab.studies.store.life_cycle.lookup.MOST_LOOKED_AT", 2)
     monkeypatch.setattr("damperlab.studies.store.life_cycle.lookup._AT_ONCE", 2)
     for place in range(5):
-        enter(store, make_study(f"study {place}", damping_ratio=0.01 * (place + 1)), make_plan_of)
+        enter(store, make_study(f"study {place}", damping_ratio=0.01 * (place + 1)))
     for limit, high, expected in (
         (50, 0.01, [[], [], ["study 0"]]),
         (1, 0.02, [[], ["study 1"], ["study 0"]]),
@@ -146,8 +143,8 @@ def test_what_no_study_can_be_is_refused(wanted):
     assert caught.value.fault.advice
 
 
-def test_remarks_that_were_put_off_are_written_beside_the_blocks(store, make_study, make_plan_of):
-    record = enter(store, make_study(), make_plan_of)
+def test_remarks_that_were_put_off_are_written_beside_the_blocks(store):
+    record = enter(store, make_study())
     shelf = store.cube_shelf(record.id, 1)
     store.set_state(record.id, "cancelled")
     store.remark(record.id, Remarks(("steel",), "n"), at_once=False)
@@ -165,8 +162,8 @@ def test_remarks_that_were_put_off_are_written_beside_the_blocks(store, make_stu
     again.close()
 
 
-def test_a_study_that_was_cancelled_and_goes_on_writes_no_late_marks(store, make_study, make_plan_of):
-    record = enter(store, make_study(), make_plan_of)
+def test_a_study_that_was_cancelled_and_goes_on_writes_no_late_marks(store):
+    record = enter(store, make_study())
     shelf = store.cube_shelf(record.id, 1)
     assert store.set_state(record.id, "cancelled", at_once=False).state == "cancelled"
     assert read_marks(shelf) is None
@@ -179,10 +176,8 @@ def test_a_study_that_was_cancelled_and_goes_on_writes_no_late_marks(store, make
     assert read_marks(shelf)[0]["state"] == "cancelled"
 
 
-def test_late_marks_of_one_study_that_cannot_be_written_hold_up_no_other(
-    store, make_study, make_plan_of, monkeypatch
-):
-    ids = [enter(store, make_study(damping_ratio=0.01 + 0.01 * n), make_plan_of).id for n in range(3)]
+def test_late_marks_of_one_study_that_cannot_be_written_hold_up_no_other(store, monkeypatch):
+    ids = [enter(store, make_study(damping_ratio=0.01 + 0.01 * n)).id for n in range(3)]
     for each in ids:
         store.set_state(each, "cancelled", at_once=False)
     keep = store._keep_late

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.studies.store.filling import enter, make_plan_of, make_study, values_of
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.rebuild import rebuild
@@ -60,7 +61,7 @@ def watched(store: Store) -> Store:
     return store
 
 
-def test_no_file_is_touched_within_a_transaction(watched, make_study, make_plan_of, values_of):
+def test_no_file_is_touched_within_a_transaction(watched):
     store, study = watched, make_study()
     plan = make_plan_of(study)
     record, _ = store.submit(study, plan, {"identity": "one"})
@@ -88,7 +89,7 @@ def test_no_file_is_touched_within_a_transaction(watched, make_study, make_plan_
     assert list(check_catalogue(store)) == []
 
 
-def test_of_two_that_enter_one_study_at_once_one_makes_it(watched, make_study, make_plan_of):
+def test_of_two_that_enter_one_study_at_once_one_makes_it(watched):
     store = watched
     other = Store.open(store.data_dir)
     study = make_study()
@@ -111,9 +112,7 @@ def test_of_two_that_enter_one_study_at_once_one_makes_it(watched, make_study, m
     other.close()
 
 
-def test_a_cube_that_was_taken_for_garbage_before_its_study_was_entered_is_made_anew(
-    store, make_study, make_plan_of, monkeypatch
-):
+def test_a_cube_that_was_taken_for_garbage_before_its_study_was_entered_is_made_anew(store, monkeypatch):
     study, make, swept = make_study(), store._make, []
 
     def make_and_sweep(fresh: Any) -> None:
@@ -177,9 +176,7 @@ def test_a_submission_that_is_killed_leaves_nothing_that_hinders_the_next(tmp_pa
     store.close()
 
 
-def test_a_study_that_a_rebuild_enters_for_a_submission_under_way_keeps_its_cube(
-    store, make_study, make_plan_of, monkeypatch
-):
+def test_a_study_that_a_rebuild_enters_for_a_submission_under_way_keeps_its_cube(store, monkeypatch):
     make = store._make
 
     def rebuilt(fresh):
@@ -188,6 +185,6 @@ def test_a_study_that_a_rebuild_enters_for_a_submission_under_way_keeps_its_cube
 
     monkeypatch.setattr(store, "_make", rebuilt)
     study = make_study()
-    record, _ = store.submit(study, make_plan_of(study), {})
+    record = enter(store, study)
     assert Path(store.cube_path(record.id)).exists()
     assert list(verify(store, record)) == []

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.benchmarks import model
-from tests.worker.run_here import run_here
+from tests.worker.run_here import planned, run_here, submit
 
 from damperlab.service.estimates import estimate_document
 from damperlab.studies.definition import Study, parse_study
@@ -17,10 +17,8 @@ from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.reuse.measured import measured_blocks, measured_family
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.backlog import HANDING_SECONDS, RESERVE, Backlog
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.forecast import Forecast, known_of
 from damperlab.worker.dispatch.piece import Piece
-from damperlab.worker.provenance import provenance
 
 ROWS = (1, 1, 1, 1, 1, 8)
 
@@ -130,16 +128,14 @@ def test_short_blocks_go_behind_long_ones_until_the_reserve_is_left() -> None:
 
 
 def computed(store: Store, study: Study) -> str:
-    record, _ = store.submit(study, plan_with_chunk(study, ROWS, seconds_per_point), provenance())
-    return run_here(store, record.id).id
+    return run_here(store, submit(store, study, ROWS).id).id
 
 
 def test_studies_of_a_family_tell_what_blocks_take_and_others_do_not(store: Store) -> None:
     coarse = computed(store, friction_study(5))
     computed(store, friction_study(5, steady={"max_cycles": 50}))  # other settings: no family
     finer = friction_study(16)
-    plan = plan_with_chunk(finer, ROWS, seconds_per_point)
-    record, _ = store.submit(finer, plan, provenance())
+    plan, record = planned(finer, ROWS), submit(store, finer, ROWS)
     (measured,) = measured_blocks(store, record.id)
     assert measured.record.id == coarse
     assert measured.indices.tolist() == list(range(5))

@@ -12,14 +12,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.worker.dask_processes import dask_process, scheduler_process
-from tests.worker.run_here import BLOCKS, CHUNK, friction_study, ignore, of_one_piece, run_here, submit
+from tests.worker.run_here import (
+    BLOCKS,
+    CHUNK,
+    friction_study,
+    ignore,
+    of_one_piece,
+    planned,
+    run_here,
+    submit,
+)
 
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.provenance import code_hash
 from damperlab.worker.run.progress import Progress
@@ -55,7 +62,7 @@ def test_worker_without_keys_to_the_store_cannot_begin_whatever_the_points_are(
     for name in [name for name in os.environ if name.startswith("AWS_")]:
         monkeypatch.delenv(name)
     study = friction_study()
-    canary = canary_of(plan_with_chunk(study, CHUNK, seconds_per_point), 0)
+    canary = canary_of(planned(study, CHUNK), 0)
     with pytest.raises(OSError, match="no keys for the object store"):
         examine("s3://bucket/cubes/of-somebody", study.digest, code_hash(), canary)
 
@@ -89,7 +96,7 @@ class AfterABlock(threading.Event):
 def test_whoever_is_there_is_asked_at_once_each_time(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """Not a second later because somebody has just looked who is there: every study begins with both questions."""
     record = submit(store)
-    canary = canary_of(plan_with_chunk(friction_study(), CHUNK, seconds_per_point), 0)
+    canary = canary_of(planned(friction_study(), CHUNK), 0)
     monkeypatch.setattr("damperlab.worker.dispatch.window.LOOK_SECONDS", float("inf"))
     with connect(workers=1) as client:
         window = Window(client, lambda index, key: (abs, index), Backlog([0]))
@@ -110,7 +117,7 @@ def test_whoever_is_there_is_asked_at_once_each_time(store: Store, monkeypatch: 
 def test_what_workers_compile_is_no_want_of_workers(store: Store) -> None:
     """Kernels may take longer to compile than a study waits for workers: before their points are asked for, and after."""
     record = submit(store)
-    canary = canary_of(plan_with_chunk(friction_study(), CHUNK, seconds_per_point), 0)
+    canary = canary_of(planned(friction_study(), CHUNK), 0)
     wait_seconds = 2.0
     with connect(workers=1) as client:
         # whatever it loads first is no part of this
@@ -200,7 +207,7 @@ def test_study_that_waits_in_vain_can_be_resumed(store: Store) -> None:
 def test_stored_answers_have_the_bits_that_workers_compute(store: Store) -> None:
     record = submit(store)
     run_here(store, record.id)
-    plan = plan_with_chunk(friction_study(), CHUNK, seconds_per_point)
+    plan = planned(friction_study(), CHUNK)
     for index in (0, 3, BLOCKS - 1):
         canary = canary_of(plan, index)
         assert 1 < canary.points < plan.block(index).points

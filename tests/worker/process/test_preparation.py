@@ -4,12 +4,11 @@ import threading
 from pathlib import Path
 
 import pytest
+from tests.worker.run_here import submit
 
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import make_plan
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 
@@ -38,7 +37,7 @@ def test_what_is_missing_is_compiled_first_and_said_so(
     stored = set()
 
     def run(study: Study) -> None:
-        study_id = store.submit(study, make_plan(study, seconds_per_point), {})[0].id
+        study_id = submit(store, study, None).id
 
         def note(progress: Progress) -> None:
             now = progress.phase, progress.phase_done, progress.phase_total

@@ -5,17 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.worker.run_here import planned, submit
 
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import VARIABLES, Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import WrongCode, code_hash, provenance
+from damperlab.worker.provenance import WrongCode, code_hash
 from damperlab.worker.worker_process.tasks import failed_values, run_block
 
-CHUNK = (1, 1, 1, 1, 1, 50)
+CHUNK = 50
 
 
 def study_of(values: int, metrics: list[str] | None = None) -> Study:
@@ -30,8 +29,7 @@ def study_of(values: int, metrics: list[str] | None = None) -> Study:
 
 def test_block_is_solved_stored_and_counted(store: Store) -> None:
     study = study_of(100)
-    plan = plan_with_chunk(study, CHUNK, seconds_per_point)
-    record, _ = store.submit(study, plan, provenance())
+    plan, record = planned(study, CHUNK), submit(store, study, CHUNK)
     path = store.cube_path(record.id)
     outcomes = [run_block(path, study.digest, plan.block(index), code_hash(), "g") for index in range(2)]
     # Undamped at exactly r = 1, the first point of the first block has no bounded response.
@@ -51,15 +49,14 @@ def test_message_of_a_task_does_not_grow_with_the_study() -> None:
     sizes = []
     for values in (100, 10_000):
         study = study_of(values)
-        block = plan_with_chunk(study, CHUNK, seconds_per_point).block(1)
+        block = planned(study, CHUNK).block(1)
         sizes.append(len(pickle.dumps((run_block, "cube", study.digest, block, code_hash(), "g"))))
     assert sizes[0] == sizes[1]
 
 
 def test_other_code_and_other_studies_are_refused(store: Store, tmp_path: Path) -> None:
     study, other = study_of(100), study_of(101)
-    plan = plan_with_chunk(study, CHUNK, seconds_per_point)
-    record, _ = store.submit(study, plan, provenance())
+    plan, record = planned(study, CHUNK), submit(store, study, CHUNK)
     path = store.cube_path(record.id)
     with pytest.raises(WrongCode):
         run_block(path, study.digest, plan.block(0), "0" * 64, "g")
@@ -71,7 +68,7 @@ def test_other_code_and_other_studies_are_refused(store: Store, tmp_path: Path) 
 
 def test_failed_block_has_its_status_and_nothing_else() -> None:
     study = study_of(100)
-    block = plan_with_chunk(study, CHUNK, seconds_per_point).block(1)
+    block = planned(study, CHUNK).block(1)
     values = failed_values(study, block)
     assert set(values) == set(study.metrics)
     for name, column in values.items():

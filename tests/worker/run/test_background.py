@@ -9,15 +9,11 @@ from pathlib import Path
 
 import pytest
 from sqlalchemy.exc import TimeoutError as PoolTimeout
+from tests.worker.run_here import linear_study, submit
 
-from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault
-from damperlab.studies.plan import make_plan
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
 from damperlab.worker.run.background import Background
 from damperlab.worker.run.lease import Lease, hold
 
@@ -130,7 +126,7 @@ def test_a_claim_is_renewed_whatever_one_renewal_raises(
 ) -> None:
     monkeypatch.setattr("damperlab.worker.run.lease.RENEW_SECONDS", 0.01)
     with closing(Store.open(tmp_path)) as store:
-        record = submitted(store)
+        record = submit(store, linear_study([0.8, 1.0]), None)
         renew, errors, renewed = store.renew, [error], threading.Event()
 
         def renew_at_last(study_id: str, owner: str) -> bool:
@@ -151,7 +147,7 @@ def test_a_claim_is_renewed_no_longer_than_its_runner_lives(
 ) -> None:
     monkeypatch.setattr("damperlab.worker.run.lease.RENEW_SECONDS", 0.01)
     with closing(Store.open(tmp_path)) as store:
-        record = submitted(store)
+        record = submit(store, linear_study([0.8, 1.0]), None)
         begun: list[Background] = []
 
         def run() -> None:
@@ -164,9 +160,3 @@ def test_a_claim_is_renewed_no_longer_than_its_runner_lives(
         runner.join(GIVE_UP_SECONDS)
         begun[0]._thread.join(GIVE_UP_SECONDS)
         assert not begun[0]._thread.is_alive()
-
-
-def submitted(store: Store) -> Record:
-    axes = {"friction_ratio": 0, "frequency_ratio": [0.8, 1.0]}
-    study = parse_study({"damping_ratio": 0.05, "axes": axes, "particle": False})
-    return store.submit(study, make_plan(study, seconds_per_point), provenance())[0]

@@ -8,18 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.worker.run_here import run_here
+from tests.worker.run_here import run_here, submit
 
 import damperlab.studies.store.cubes
 from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.catalogue.home import MARKER
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
 
 STUDY = parse_study(
@@ -68,8 +65,7 @@ def test_a_full_disk_stops_a_study_that_goes_on_when_there_is_room(
 ) -> None:
     monkeypatch.setattr(damperlab.studies.store.cubes, "RESERVE_BYTES", reserve)
     store = Store.open(disk / "data")
-    plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 1), seconds_per_point)
-    study_id = store.submit(STUDY, plan, provenance())[0].id
+    study_id = submit(store, STUDY, 1).id
 
     def fill_up(progress: Progress) -> None:
         if not ballast:
@@ -89,16 +85,16 @@ def test_a_full_disk_stops_a_study_that_goes_on_when_there_is_room(
             run(store, study_id, fill_up)
     kept = store.cube(study_id).load()
     done = store.find(study_id).blocks_done
-    assert (kept["status"] == 0).sum() == done < plan.count
+    assert (kept["status"] == 0).sum() == done < STUDY.points
     ballast[0].unlink()
     record = run(store, study_id, lambda progress: None)
-    assert (record.state, record.message, record.blocks_done) == ("done", None, plan.count)
+    assert (record.state, record.message, record.blocks_done) == ("done", None, STUDY.points)
     assert list(verify(store, record)) == []
     whole = store.cube(study_id).load()
     times = kept["run_time"].values
     # run times never repeat: what was done before was not computed again
     np.testing.assert_array_equal(times[~np.isnan(times)], whole["run_time"].values[~np.isnan(times)])
-    assert sum(1 for _ in Path(store.cube_path(study_id), "blocks").iterdir()) == plan.count
+    assert sum(1 for _ in Path(store.cube_path(study_id), "blocks").iterdir()) == STUDY.points
     store.close()
 
 
@@ -125,8 +121,7 @@ def test_a_disk_that_takes_no_more_files_is_full_wherever_it_is_mounted(disk: Pa
 def test_a_study_waits_while_the_disk_of_the_cubes_is_not_mounted(tmp_path: Path) -> None:
     """The disk goes while a study is computed: nothing is written below its mount point, and what was done goes on."""
     store = Store.open(tmp_path / "data")
-    plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 1), seconds_per_point)
-    study_id = store.submit(STUDY, plan, provenance())[0].id
+    study_id = submit(store, STUDY, 1).id
     cubes, disk = tmp_path / "data" / "cubes", tmp_path / "disk"
 
     def unmount(progress: Progress) -> None:
@@ -137,10 +132,10 @@ def test_a_study_waits_while_the_disk_of_the_cubes_is_not_mounted(tmp_path: Path
     record = run(store, study_id, unmount, outage_as="queued")
     assert record.state == "queued"
     assert "mounted" in (record.message or "")
-    assert 1 <= record.blocks_done < plan.count
+    assert 1 <= record.blocks_done < STUDY.points
     other = parse_study({**STUDY.document(), "damping_ratio": 0.06})
     with pytest.raises(StoreFault, match="mounted"):
-        store.submit(other, plan_with_chunk(other, (1, 1, 1, 1, 1, 1), seconds_per_point), provenance())
+        submit(store, other, 1)
     assert list(cubes.iterdir()) == []
     cubes.rmdir()
     disk.rename(cubes)

@@ -9,18 +9,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.worker.run_here import of_one_piece
+from tests.worker.run_here import of_one_piece, planned, submit
 
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import Block, Plan, plan_with_chunk
+from damperlab.studies.plan import Block, plan_with_chunk
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.dispatch.forecast import Forecast
 from damperlab.worker.dispatch.piece import Piece, cut
-from damperlab.worker.provenance import code_hash, computing, provenance
+from damperlab.worker.provenance import code_hash, computing
 from damperlab.worker.run.gathering import Gathering
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
@@ -85,17 +84,11 @@ def test_pieces_get_shorter_towards_the_end_and_hold_all_blocks() -> None:
     assert all(piece.part is None for piece in pieces(Backlog(range(40), Forecast(plan)), 10_000))
 
 
-def submitted(store: Store, study: Study, chunk: tuple[int, ...]) -> tuple[str, Plan]:
-    plan = plan_with_chunk(study, chunk, seconds_per_point)
-    record, _ = store.submit(study, plan, provenance())
-    return record.id, plan
-
-
 @pytest.mark.parametrize("start", ["rest", {"kind": "continuation", "direction": "down"}])
 def test_block_from_parts_is_the_block_in_one(store: Store, start: Any) -> None:
     study = study_of(6, 10, start=start)
-    study_id, plan = submitted(store, study, (1, 1, 1, 1, 3, 10))
-    cube_path, digest = store.cube_path(study_id), store.find(study_id).digest
+    record = submit(store, study, (1, 1, 1, 1, 3, 10))
+    plan, study_id, cube_path = planned(study, record.chunk), record.id, store.cube_path(record.id)
     gathering = Gathering(plan, cube_path)
     for index in range(plan.count):
         parts = cut(Piece(index), plan.block(index), 7, study.whole_rows)
@@ -103,7 +96,7 @@ def test_block_from_parts_is_the_block_in_one(store: Store, start: Any) -> None:
         came = []
         for piece in np.random.default_rng(index).permutation(np.array(parts, object)):
             identity = computing()["identity"]
-            outcome = gathering.take(run_part(cube_path, digest, piece.part, code_hash(), identity))
+            outcome = gathering.take(run_part(cube_path, record.digest, piece.part, code_hash(), identity))
             came.append(outcome)
         assert came[:-1] == [None] * (len(parts) - 1)
         assert isinstance(came[-1], BlockOutcome)
@@ -123,10 +116,10 @@ def test_one_block_keeps_several_workers_busy(store: Store, monkeypatch: pytest.
     def watch(progress: Progress) -> None:
         flying.append(progress.blocks_in_flight)
 
-    study_id, plan = submitted(store, study, study.shape)
-    assert (plan.count, plan.seconds > 0.8) == (1, True)
-    ended = run_study(store, study_id, lambda: connect(workers=2), watch, threading.Event())
+    record, seconds = submit(store, study, study.shape), planned(study, study.shape).seconds
+    assert (record.blocks_total, seconds > 0.8) == (1, True)
+    ended = run_study(store, record.id, lambda: connect(workers=2), watch, threading.Event())
     assert (ended.state, ended.points_failed, ended.blocks_done) == ("done", 0, 1)
     assert max(flying) >= 2
     assert ended.kernel_seconds > 0.0
-    assert of_one_piece(store, study_id, study)
+    assert of_one_piece(store, record.id, study)

@@ -7,18 +7,16 @@ from typing import Any
 
 import pytest
 from distributed import Client
+from tests.worker.run_here import submit
 
 from damperlab.studies.coarse import coarse
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import make_plan
 from damperlab.studies.remarks import read_remarks
 from damperlab.studies.store.life_cycle.wanted import Wanted
 from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.store.submitter import SUBMITTED_BY, submitter
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
 from damperlab.worker.run import runner
 from damperlab.worker.run.preview import Preview
 from damperlab.worker.run.progress import Progress
@@ -43,8 +41,7 @@ def _previewed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def run(store: Store, client: Client, study: Study, reuse: bool = True, **options: Any) -> Record:
-    plan = make_plan(study, seconds_per_point)
-    record, _ = store.submit(study, plan, provenance() | options.pop("facts", {}), reuse=reuse)
+    record = submit(store, study, None, reuse, **options.pop("facts", {}))
     tell = options.pop("tell", lambda now: None)
     stop = options.pop("stop", threading.Event())
     return run_study(store, record.id, lambda: nullcontext(client), tell, stop, **options)
@@ -120,7 +117,7 @@ def test_a_coarse_grid_that_cannot_be_had_costs_the_study_nothing(store: Store, 
     study = large(0.07)
     first = coarse(study)
     assert first is not None
-    taken, _ = store.submit(first, make_plan(first, seconds_per_point), dict(provenance()))
+    taken = submit(store, first, None)
     assert store.claim(taken.id, "elsewhere:1:00000000")
     record = run(store, client, study)
     assert (record.state, record.points_reused) == ("done", 0)
@@ -174,7 +171,7 @@ def test_whatever_becomes_of_the_coarse_grid_its_study_goes_on(
 
 def test_a_coarse_grid_that_waits_and_tells_nothing_stops_with_its_study(store: Store) -> None:
     study = large(0.09)
-    record, _ = store.submit(study, make_plan(study, seconds_per_point), provenance())
+    record = submit(store, study, None)
     cancelled = threading.Event()
     seen: list[bool] = []
 

@@ -6,17 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from tests.worker.run_here import run_here
+from tests.worker.run_here import give_up, planned, run_here, submit
 
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube.cube import write_region
-from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.record import Record
 from damperlab.studies.store.reuse.reuse import Overlaps
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
-from damperlab.worker.worker_process.tasks import failed_values
 
 
 def study_of(frequencies: int = 7, start: float = 0.75, stop: float = 1.25, **changes: Any) -> Study:
@@ -33,13 +28,12 @@ REFINED = study_of(13)
 LONGER = study_of(13, stop=1.75)
 
 
-def submit(store: Store, study: Study, chunk: int, reuse: bool = True, **provenances: str) -> Record:
-    plan = plan_with_chunk(study, (1, 1, 1, 1, min(2, study.shape[-2]), chunk), seconds_per_point)
-    return store.submit(study, plan, {**provenance(), **provenances}, reuse=reuse)[0]
+def entered(store: Store, study: Study, chunk: int, reuse: bool = True, **facts: str) -> Record:
+    return submit(store, study, (1, 1, 1, 1, min(2, study.shape[-2]), chunk), reuse, **facts)
 
 
 def run(store: Store, study: Study, chunk: int = 4, **options: Any) -> Record:
-    return run_here(store, submit(store, study, chunk, **options).id)
+    return run_here(store, entered(store, study, chunk, **options).id)
 
 
 def assert_same_bits(one: xr.Dataset, other: xr.Dataset) -> None:
@@ -85,11 +79,11 @@ def test_refined_and_longer_axes_take_their_points_and_change_no_bit(store: Stor
     ],
 )
 def test_what_is_not_the_same_is_not_taken(store: Store, study: Study, options: dict[str, Any]) -> None:
-    first = submit(store, FIRST, 7)
+    first = entered(store, FIRST, 7)
     for index in range(first.blocks_total):
-        mark_made_up(store, first, FIRST, index)
-    record = submit(store, study, 13, **options)
-    plan = plan_with_chunk(study, record.chunk, seconds_per_point)
+        give_up(store, first, FIRST, index)
+    record = entered(store, study, 13, **options)
+    plan = planned(study, record.chunk)
     overlaps = Overlaps(store, record)
     shared = [source for index in range(plan.count) for source in overlaps.of(plan.block(index))]
     # only the last frequency of the shifted axis is the same number
@@ -98,16 +92,9 @@ def test_what_is_not_the_same_is_not_taken(store: Store, study: Study, options: 
     )
 
 
-def mark_made_up(store: Store, record: Record, study: Study, index: int) -> None:
-    block = plan_with_chunk(study, record.chunk, seconds_per_point).block(index)
-    values = failed_values(study, block)
-    found = write_region(store.cube_path(record.id), block, values, "g")
-    store.mark(record.id, BlockOutcome(index, block.points, block.points, 0.1, 0.0, "lost", "g", found))
-
-
 def test_points_of_failed_and_of_damaged_blocks_are_computed(store: Store) -> None:
-    first = submit(store, FIRST, 4)
-    mark_made_up(store, first, FIRST, 0)
+    first = entered(store, FIRST, 4)
+    give_up(store, first, FIRST, 0)
     run_here(store, first.id)
     # block 0 failed as a whole; of the three others one is lost
     next(Path(store.cube_path(first.id), "blocks").glob("3~*")).unlink()

@@ -13,18 +13,15 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from tests.worker.run_here import of_one_piece
+from tests.worker.run_here import of_one_piece, submit
 
 import damperlab.studies.store.life_cycle.claims
 import damperlab.worker.run.lease
 from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 
@@ -87,8 +84,7 @@ def test_a_runner_that_wakes_up_after_its_claim_was_taken_spoils_nothing(
     monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "CLAIM_SECONDS", 2.0)
     monkeypatch.setattr(damperlab.worker.run.lease, "RENEW_SECONDS", 0.3)
     store = Store.open(tmp_path / "data")
-    plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 2), seconds_per_point)
-    study_id = store.submit(STUDY, plan, provenance())[0].id
+    study_id = submit(store, STUDY, 2).id
     script = tmp_path / "run.py"
     script.write_text(_RUN)
     root = Path(__file__).parents[3]
@@ -130,7 +126,7 @@ def test_a_runner_that_wakes_up_after_its_claim_was_taken_spoils_nothing(
         os.killpg(first.pid, signal.SIGKILL) if first.poll() is None else None
         first.wait()
     record = store.find(study_id)
-    assert (record.state, record.blocks_done, record.owner) == ("done", plan.count, None)
+    assert (record.state, record.blocks_done, record.owner) == ("done", record.blocks_total, None)
     collect_garbage(store, -1.0)
     assert list(verify(store, record)) == []
     cube = store.cube(study_id).load()

@@ -6,22 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.worker.run_here import run_here
+from tests.worker.run_here import linear_study, run_here, submit
 
-from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
 from damperlab.worker.run.lease import hold
 
-STUDY = parse_study(
-    {
-        "damping_ratio": 0.05,
-        "axes": {"friction_ratio": 0, "frequency_ratio": [0.8, 1.0, 1.2]},
-        "particle": False,
-    }
-)
+STUDY = linear_study([0.8, 1.0, 1.2])
 RENEW_SECONDS = 0.05
 
 
@@ -42,13 +32,8 @@ def late(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Late:
     return Late.open(tmp_path / "data")  # type: ignore[return-value]
 
 
-def submit(store: Store) -> str:
-    plan = plan_with_chunk(STUDY, (1, 1, 1, 1, 1, 1), seconds_per_point)
-    return store.submit(STUDY, plan, provenance())[0].id
-
-
 def test_a_study_whose_runner_waits_for_its_turn_at_writing_is_not_cancelled(late: Late) -> None:
-    study_id = submit(late)
+    study_id = submit(late, STUDY, 1).id
     # as when many submissions are before it: its claim is renewed several times meanwhile
     late.after_claim = lambda: time.sleep(20 * RENEW_SECONDS)
     record = run_here(late, study_id)
@@ -58,7 +43,7 @@ def test_a_study_whose_runner_waits_for_its_turn_at_writing_is_not_cancelled(lat
 
 def test_a_claim_is_not_withdrawn_before_the_study_runs_and_is_afterwards(late: Late) -> None:
     late.after_claim = lambda: None
-    study_id = submit(late)
+    study_id = submit(late, STUDY, 1).id
     with hold(late, study_id) as lease:
         time.sleep(10 * RENEW_SECONDS)
         assert not lease.over
@@ -69,7 +54,7 @@ def test_a_claim_is_not_withdrawn_before_the_study_runs_and_is_afterwards(late: 
 
 
 def test_a_study_that_is_cancelled_as_its_runner_begins_stays_cancelled(late: Late) -> None:
-    study_id = submit(late)
+    study_id = submit(late, STUDY, 1).id
     late.after_claim = lambda: late.set_state(study_id, "cancelled", only_from=("queued", "running"))
     record = run_here(late, study_id, only_from=("queued", "running"))
     assert (record.state, record.blocks_done, record.owner) == ("cancelled", 0, None)

@@ -12,13 +12,10 @@ from pathlib import Path
 
 import pytest
 from tests.worker.dask_processes import ROOT, scheduler_process
-from tests.worker.run_here import of_one_piece
+from tests.worker.run_here import of_one_piece, submit
 
 from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
 
 pytestmark = pytest.mark.night
 
@@ -75,8 +72,7 @@ def test_service_and_workers_are_replaced_while_a_study_runs(tmp_path: Path) -> 
     study = parse_study({"damping_ratio": 0.05, "axes": axes, "particle": False})
     data = tmp_path / "data"
     store = Store.open(data)
-    plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 12), seconds_per_point)
-    record, _ = store.submit(study, plan, provenance())
+    record = submit(store, study, 12)
 
     def done() -> int:
         return store.find(record.id).blocks_done

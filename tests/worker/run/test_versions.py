@@ -7,21 +7,17 @@ import numpy as np
 import pytest
 from tests.other_solver import SCALE, OtherSolver
 from tests.service.cli.commands import run
-from tests.worker.run_here import run_here
+from tests.worker.run_here import give_up, run_here, submit
 
-from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.definition import parse_study
 from damperlab.studies.store.catalogue.tables import done_blocks
-from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import NothingToDo, StudyNotFound
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.reuse.differences import differences_of
 from damperlab.studies.store.solver import solver
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import computing, provenance
-from damperlab.worker.worker_process.tasks import failed_values
 
 STUDY = parse_study(
     {
@@ -41,11 +37,6 @@ def other(tmp_path_factory: pytest.TempPathFactory) -> OtherSolver:
     return OtherSolver(tmp_path_factory.mktemp("other"))
 
 
-def submit(store: Store, study: Study = STUDY, chunk: int = 4) -> tuple[Record, bool]:
-    plan = plan_with_chunk(study, (1, 1, 1, 1, 1, chunk), seconds_per_point)
-    return store.submit(study, plan, provenance())
-
-
 def identities(store: Store, record: Record) -> set[str]:
     """By whom the blocks of a study were computed."""
     with store.catalogue.reading() as connection:
@@ -57,7 +48,7 @@ def identities(store: Store, record: Record) -> set[str]:
 @pytest.fixture
 def old(store: Store, other: OtherSolver) -> Record:
     """Submitted to this solver, and computed wholly by the other one."""
-    record, _ = submit(store)
+    record = submit(store, STUDY, 4)
     other.run("resume", record.id, "--data-dir", str(store.data_dir))
     return store.find(record.id)
 
@@ -74,21 +65,21 @@ def test_a_study_asked_for_again_is_the_old_one_until_it_is_recomputed_and_the_t
     assert json.loads(store.cube(old.id).attrs["provenance"])["identity"] == old.provenance["identity"]
     assert identities(store, old) == {old.provenance["identity"]}
     # its points go into no study of today's solver
-    finer = run_here(store, submit(store, parse_study({**STUDY.document(), "axes": FINER}))[0].id)
+    finer = run_here(store, submit(store, parse_study({**STUDY.document(), "axes": FINER}), 4).id)
     assert (finer.state, finer.points_reused, finer.outdated) == ("done", 0, False)
     store.delete(finer.id)
     # and none of its blocks is taken back to be tried again
     with pytest.raises(NothingToDo, match=f"damperlab recompute {old.id}"):
         store.retry(old.id)
     assert store.find(old.id).blocks_done == 3
-    again, created = submit(store)
-    assert (again.id, created, again.outdated) == (old.id, False, True)
+    again = submit(store, STUDY, 4)
+    assert (again.id, again.outdated) == (old.id, True)
     newer, created = store.recompute(old.id, provenance())
     assert (newer.id, newer.version, newer.digest, created) == (f"{old.id}-2", 2, old.digest, True)
     assert store.recompute(old.id, provenance()) == (newer, False)
     newer = run_here(store, newer.id)
     assert (newer.state, newer.outdated, newer.points_reused) == ("done", False, 0)
-    assert submit(store)[0].id == newer.id
+    assert submit(store, STUDY, 4).id == newer.id
     assert [each.id for each in store.versions(old.id)] == [old.id, newer.id]
     # the older one is what it was, to the last bit
     ours, theirs = (store.cube(each.id)["amplitude_ratio"].values for each in (newer, old))
@@ -119,7 +110,7 @@ def test_a_study_asked_for_again_is_the_old_one_until_it_is_recomputed_and_the_t
 
 
 def test_no_solver_finishes_what_another_began(store: Store, other: OtherSolver) -> None:
-    done = run_here(store, submit(store)[0].id)
+    done = run_here(store, submit(store, STUDY, 4).id)
     taken = store.forget(done.id, [1], "to be computed again")
     assert taken.blocks_done == done.blocks_total - 1
     refused = other.run("resume", done.id, "--data-dir", str(store.data_dir), allowed=(1,))
@@ -131,7 +122,7 @@ def test_no_solver_finishes_what_another_began(store: Store, other: OtherSolver)
 
 
 def test_the_catalogue_takes_no_block_of_another_solver(store: Store) -> None:
-    record, _ = submit(store)
+    record = submit(store, STUDY, 4)
     with pytest.raises(ValueError, match="0000000000000000"):
         store.mark(record.id, BlockOutcome(0, 4, 0, 0.1, 0.1, generation="g", identity="0" * 16))
     assert store.find(record.id).blocks_done == 0
@@ -166,9 +157,7 @@ def test_both_are_kept_until_the_older_one_is_replaced(store: Store, old: Record
 @pytest.mark.night
 def test_the_older_one_stays_while_blocks_of_the_newer_one_have_no_answer(store: Store, old: Record) -> None:
     newer, _ = store.recompute(old.id, provenance())
-    block = plan_with_chunk(STUDY, newer.chunk, seconds_per_point).block(1)
-    checksum = write_region(store.cube_path(newer.id), block, failed_values(STUDY, block), "g")
-    store.mark(newer.id, BlockOutcome(1, 4, 4, 0.1, 0.0, "its worker died", "g", checksum))
+    give_up(store, newer, STUDY, 1)
     assert run_here(store, newer.id).state == "done"
     command = "recompute", old.id, "--replace", "--json", "--data-dir", store.data_dir
     done = run(*command, status=1)
@@ -186,11 +175,8 @@ def test_versions_of_a_study_with_uploaded_files_keep_them(tmp_path: Path) -> No
     document = {"records": ["el-centro"], "axes": {"natural_frequency_hz": 1.0}, "mass_kg": 1.0}
     store = Store.open(tmp_path)
     suite = parse_study(document, Shelf(tmp_path))
-    plan = plan_with_chunk(suite, suite.shape, lambda _, at: np.ones(len(next(iter(at.values())))))
-    older, _ = store.submit(suite, plan, {**provenance(), "solver": "0" * 16, "identity": "0" * 16})
-    block = plan.block(0)
-    checksum = write_region(store.cube_path(older.id), block, failed_values(suite, block), "g")
-    store.mark(older.id, BlockOutcome(0, block.points, 0, 0.1, 0.1, None, "g", checksum, 0, "0" * 16))
+    older = submit(store, suite, suite.shape, solver="0" * 16, identity="0" * 16)
+    give_up(store, older, suite, 0)
     newer, _ = store.recompute(older.id, provenance())
     for key in suite.attached:
         assert store.snapshot(newer.id)[0].get(key) == store.snapshot(older.id)[0].get(key)
@@ -198,11 +184,8 @@ def test_versions_of_a_study_with_uploaded_files_keep_them(tmp_path: Path) -> No
 
 
 def test_blocks_that_were_given_up_are_tried_again_and_nothing_else(store: Store) -> None:
-    record, _ = submit(store)
-    block = plan_with_chunk(STUDY, record.chunk, seconds_per_point).block(1)
-    values = failed_values(STUDY, block)
-    checksum = write_region(store.cube_path(record.id), block, values, "g")
-    store.mark(record.id, BlockOutcome(1, 4, 4, 0.1, 0.0, "its worker died", "g", checksum))
+    record = submit(store, STUDY, 4)
+    give_up(store, record, STUDY, 1)
     done = run_here(store, record.id)
     assert (done.state, done.points_failed) == ("done", 4)
     kept = store.snapshot(record.id)[1]
@@ -227,7 +210,7 @@ def test_points_that_fail_by_their_numbers_are_not_tried_again(store: Store) -> 
             "axes": {"friction_ratio": 0, "frequency_ratio": [0.5, 1.0]},
         }
     )
-    record = run_here(store, submit(store, study, 2)[0].id)
+    record = run_here(store, submit(store, study, 2).id)
     assert record.points_failed == 1
     with pytest.raises(NothingToDo, match="failed numerically"):
         store.retry(record.id)

@@ -1,45 +1,35 @@
-"""A study on somebody else's scheduler, which dies while the study runs."""
+"""A study whose scheduler, or whose catalogue's server, is killed while it runs, and comes back."""
 
 import threading
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import dask
+import numpy as np
 import psutil
 import pytest
+from tests.faults.processes import Database
 from tests.worker.dask_processes import member, scheduler_process
+from tests.worker.run_here import linear_study, run_here, submit
 
-from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.provenance import provenance
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
 
-pytestmark = [pytest.mark.night, pytest.mark.usefixtures("anew")]
+
+def linear(store: Store, chunk: int = 4) -> Record:
+    """Enter 4,000 points in closed form."""
+    return submit(store, linear_study(np.linspace(0.5, 1.5, 4000).tolist(), 0.0038), chunk)
 
 
-def submitted(store: Store, chunk: int = 4) -> Record:
-    study = parse_study(
-        {
-            "name": "linear",
-            "damping_ratio": 0.0038,
-            "axes": {"friction_ratio": 0, "frequency_ratio": {"start": 0.5, "stop": 1.5, "num": 4000}},
-            "particle": False,
-        }
-    )
-    record, _ = store.submit(
-        study, plan_with_chunk(study, (1, 1, 1, 1, 1, chunk), seconds_per_point), provenance()
-    )
-    return record
-
-
+@pytest.mark.night
+@pytest.mark.usefixtures("anew")
 def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
     store = Store.open(tmp_path)
-    record = submitted(store)
+    record = linear(store)
     with ExitStack() as stack:
         address, process = stack.enter_context(scheduler_process())
         # one worker, which comes back by itself
@@ -75,10 +65,12 @@ def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
     store.close()
 
 
+@pytest.mark.night
+@pytest.mark.usefixtures("anew")
 def test_embedded_scheduler_that_dies_is_replaced_and_leaves_no_process(tmp_path: Path) -> None:
     """As where the system kills it for want of memory."""
     store = Store.open(tmp_path)
-    record = submitted(store)
+    record = linear(store)
     here = psutil.Process()
     before = {process.pid for process in here.children()}
     killed: list[int] = []
@@ -98,3 +90,35 @@ def test_embedded_scheduler_that_dies_is_replaced_and_leaves_no_process(tmp_path
     assert len(killed) == 2
     assert not any(psutil.pid_exists(pid) for pid in killed)
     store.close()
+
+
+@pytest.mark.parametrize("patience", [300.0, pytest.param(0.0, marks=pytest.mark.night)])
+def test_a_catalogue_that_comes_back_in_time_is_gone_on_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, patience: float
+) -> None:
+    monkeypatch.setattr("damperlab.worker.run.account.REPORT_SECONDS", 0.0)
+    with (
+        closing(Database(tmp_path / "postgresql")) as server,
+        closing(Store.open(tmp_path / "data", server.address)) as store,
+    ):
+        record = linear(store, 200)
+        kept: list[int] = []
+        waited: list[str] = []
+
+        def kill(progress: Progress) -> None:
+            if progress.blocks_done and not kept:
+                kept.append(progress.blocks_done)
+                server.kill()
+            if progress.waits_for and not waited:
+                waited.append(progress.waits_for)
+                server.keep_up()
+
+        if not patience:
+            with pytest.raises(StoreFault):
+                run_here(store, record.id, kill, return_seconds=patience)
+            return
+        run_here(store, record.id, kill, return_seconds=patience)
+        ended = store.find(record.id)
+        assert (ended.state, ended.points_failed, ended.message) == ("done", 0, None)
+        assert 0 < kept[0] < ended.blocks_done == ended.blocks_total
+        assert "cannot be read or written" in waited[0]
