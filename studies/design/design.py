@@ -206,7 +206,7 @@ def _require(search: Search) -> None:
         return
     found, dampers = f"{search.book.budget:,} points", counted(len(search.first()), "damper")
     told = f"{{field}} allows {found}; the first look at {dampers} takes {first:,}, and as many are kept for what follows."
-    key = "budget_minutes" if search.asked.budget_points is None else "budget_points"
+    key = search.asked.budget_key
     more = key.removeprefix("budget_")
     advice = f"give more {more}, choose fewer quantities, or give one amplitude in place of a range"
     raise StudyFaults([Fault(key, found, f"at least {2 * first:,} points", advice, told)])

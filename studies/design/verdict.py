@@ -368,7 +368,7 @@ def _next(found: Found, notes: list[Note]) -> str:
             for name, (end, value) in known["end_of_range"].items()
         ]
         return f"allow {', '.join(steps)}."
-    return "more `budget_minutes`." if "budget" in known else f"{report}."
+    return f"more `{found.asked.budget_key}`." if "budget" in known else f"{report}."
 
 
 def _span_end(asked: Specification, name: str, value: float) -> str:

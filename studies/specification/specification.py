@@ -264,6 +264,11 @@ class Specification:
     cavity: Cavity = LEVEL
 
     @property
+    def budget_key(self) -> str:
+        """Name of the field that bounds the search."""
+        return "budget_minutes" if self.budget_points is None else "budget_points"
+
+    @property
     def free(self) -> tuple[str, ...]:
         """What is chosen."""
         return tuple(name for name in CHOSEN if self.choices[name].free)
