@@ -44,7 +44,9 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
         doubt = f"It depends on the start: {low} to {high} over {spread['starts']} starts."
     moved_m = float(answer["record"]["peak_displacement_m"])
     if moved_m > FARTHEST_M:
-        far = f"Beware: the record moves its base by {moved_m:.3g} m. Check its unit of time and its baseline."
+        far = (
+            f"Beware: the record moves its base by {moved_m:.3g} m. Check its unit of time and its baseline."
+        )
         doubt = f"{far} {doubt}".rstrip()
     rows = tuple(
         (values["label"], _mm(values[PEAK]), f"{float(values['peak_absolute_acceleration_m_s2']):.3g} m/s²")
