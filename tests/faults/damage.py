@@ -24,21 +24,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from tests.filling import make_plan_of, make_study, values_of, write
 
-from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 from damperlab.studies.store.cube.checksum import checksum
-from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.cube.opened import KEPT
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
 GOOD = ("refused", "found", "harmless")
-CHUNK = (1, 1, 1, 2, 2, 3)
 
 
 @dataclass
@@ -76,31 +72,15 @@ def fill_store(folder: Path) -> Store:
         ("half", 0.02, 5, "cancelled"),
         ("new", 0.03, 0, None),
     ):
-        study = parse_study(
-            {
-                "name": name,
-                "damping_ratio": zeta,
-                "axes": {
-                    "clearance_ratio": [1.0, 2.0, 3.0, 5.0, 8.0],
-                    "friction_ratio": [0.0, 0.2, 0.4],
-                    "restitution": 0.47,
-                    "mass_ratio": 0.1,
-                    "frequency_ratio": [0.8, 0.9, 1.0, 1.1],
-                },
-                "metrics": ["amplitude_ratio", "period", "response_class"],
-            }
-        )
-        plan = plan_with_chunk(study, CHUNK, lambda _, at: np.ones(len(at["mass_ratio"])))
+        study = make_study(name, damping_ratio=zeta, metrics=["amplitude_ratio", "period", "response_class"])
+        plan = make_plan_of(study)
         record, _ = store.submit(study, plan, {"kernels": "k", "solver_version": "1"}, key=f"key of {name}")
-        for index in range(blocks):
-            block = plan.block(index)
+        for block in map(plan.block, range(blocks)):
             values = {
-                v.name: (random.random(block.shape) * 4).astype(v.dtype) for v in stored_variables(study)
-            } | {"status": np.zeros(block.shape, np.int8)}
-            told = {"seconds": 0.5, "kernel_seconds": 0.25}
-            found = write_region(store.cube_path(record.id), block, values, "g", told)
-            outcome = BlockOutcome(index, block.points, 0, 0.5, 0.25, None, "g", found)
-            store.mark(record.id, outcome)
+                name: column if name == "status" else (random.random(block.shape) * 4).astype(column.dtype)
+                for name, column in values_of(study, block).items()
+            }
+            write(store, record.id, block, values, "g", {"seconds": 0.5, "kernel_seconds": 0.4})
         if state is not None:
             store.set_state(record.id, state)
     return store

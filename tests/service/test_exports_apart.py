@@ -9,9 +9,9 @@ from typing import Any
 
 import anyio
 import httpx
-import numpy as np
 import pytest
 from starlette.requests import ClientDisconnect
+from tests.filling import enter
 
 from damperlab.service.problems import Problem
 from damperlab.service.routes import export
@@ -19,7 +19,6 @@ from damperlab.service.security.caller import ANYBODY
 from damperlab.service.settings import Settings
 from damperlab.service.work.questions import Answer, Apart, answer
 from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.care.sweep import LEFT_ALONE_SECONDS, remove_exports
 from damperlab.studies.store.store import Store
 
@@ -94,9 +93,8 @@ def test_a_folder_that_cannot_be_used_is_the_store_s_trouble(tmp_path: Path) -> 
 def test_a_process_writes_in_its_folder_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     axes = {"friction_ratio": 0, "frequency_ratio": [0.9, 1.0]}
     study = parse_study({"name": "by hand", "damping_ratio": 0.01, "particle": False, "axes": axes})
-    plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 2), lambda _, at: np.ones(len(at["mass_ratio"])))
     store = Store.open(tmp_path / "data")
-    record, _ = store.submit(study, plan, {})
+    record = enter(store, study, study.shape)
     store.close()
     folder = tmp_path / "folder"
     folder.mkdir()

@@ -7,11 +7,10 @@ from typing import Any
 
 import httpx
 import pytest
+from tests.filling import enter
 
-from damperlab.studies.plan import make_plan
 from damperlab.studies.reading import parse_study_text
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.cost_model import seconds_per_point
 
 STUDIES = "/api/v1/studies"
 
@@ -51,7 +50,7 @@ def test_study_of_a_dead_process_is_picked_up(
     text = '{"particle": false, "axes": {"frequency_ratio": [0.5, 1]}}'
     study = parse_study_text(text, "json")
     store = Store.open(tmp_path / "data")
-    record, _ = store.submit(study, make_plan(study, seconds_per_point), {})
+    record = enter(store, study, study.shape)
     # What a process leaves that was killed: a running study, and a claim that nobody renews.
     assert store.claim(record.id, "a process that died", seconds=0.5)
     store.set_state(record.id, "running")

@@ -8,12 +8,11 @@ import httpx
 import numpy as np
 import pytest
 import xarray as xr
+from tests.filling import enter, make_plan_of, values_of, write
 
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.plan import Plan, plan_with_chunk
-from damperlab.studies.store.cube.cube import stored_variables, write_region
+from damperlab.studies.plan import Block, Plan
 from damperlab.studies.store.export.export import without_names
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
 STUDIES = "/api/v1/studies"
@@ -24,18 +23,10 @@ def _study(points: int) -> Study:
     return parse_study({"name": "by hand", "damping_ratio": 0.01, "particle": False, "axes": axes})
 
 
-def _plan(study: Study, chunk: int) -> Plan:
-    return plan_with_chunk(study, (1, 1, 1, 1, 1, chunk), lambda _, at: np.ones(len(at["mass_ratio"])))
-
-
-def _write(store: Store, study_id: str, study: Study, plan: Plan, index: int, generation: str) -> None:
-    block = plan.block(index)
-    values = {v.name: np.full(block.shape, 1 + index, v.dtype) for v in stored_variables(study)}
-    values["status"][...] = 0
-    found = write_region(store.cube_path(study_id), block, values, generation)
-    store.mark(
-        study_id, BlockOutcome(index, block.points, 0, 1.0, 1.0, generation=generation, checksum=found)
-    )
+def _write(store: Store, study: Study, block: Block, generation: str) -> None:
+    """Write a block whose values are all above zero, its status aside."""
+    values = {name: column + (name != "status") for name, column in values_of(study, block).items()}
+    write(store, study.digest[:12], block, values, generation)
 
 
 @pytest.fixture(scope="module")
@@ -43,12 +34,12 @@ def stopped(service: Any) -> Iterator[tuple[Store, str, Study, Plan]]:
     """A study beside the service's own: blocks 0 to 2 of 8 are done, and somebody cancelled it."""
     store = Store.open(service.log.parent / "data")
     study = _study(40)
-    plan = _plan(study, 10)
-    record, _ = store.submit(study, plan, {})
+    plan = make_plan_of(study, (1, 1, 1, 1, 1, 10))
+    record = enter(store, study, plan.chunk)
     assert store.claim(record.id, "the test", 600.0)
     store.set_state(record.id, "cancelled")
     for index in range(3):
-        _write(store, record.id, study, plan, index, "first")
+        _write(store, study, plan.block(index), "first")
     yield store, record.id, study, plan
     store.close()
 
@@ -80,7 +71,7 @@ def test_blocks_that_are_still_coming_are_no_fill_values(
         # at a revision the study stands still, whatever becomes done between two reads
         pinned = xr.open_zarr(f"{service.url}{url}/@{revision}", chunks=None)
         status = pinned["status"].load()
-        _write(store, study_id, study, plan, 4, "later")
+        _write(store, study, plan.block(4), "later")
         cycles = pinned["cycles"].load()
         np.testing.assert_array_equal(status == 0, cycles > 0)
         assert (status == 0).sum() == 30
@@ -93,11 +84,11 @@ def test_a_deleted_study_is_gone_and_no_fill_values(service: Any, client: httpx.
     study = parse_study(
         {"particle": False, "damping_ratio": 0.02, "axes": {"frequency_ratio": [0.5, 0.7, 1.1]}}
     )
-    plan = plan_with_chunk(study, (1, 1, 1, 1, 1, 2), lambda _, at: np.ones(len(at["mass_ratio"])))
-    record, _ = store.submit(study, plan, {})
+    plan = make_plan_of(study, (1, 1, 1, 1, 1, 2))
+    record = enter(store, study, plan.chunk)
     assert store.claim(record.id, "the test", 600.0)
     for index in range(plan.count):
-        _write(store, record.id, study, plan, index, "first")
+        _write(store, study, plan.block(index), "first")
     store.set_state(record.id, "done")
     store.release(record.id, "the test")
     url = f"{STUDIES}/{record.id}/zarr"
@@ -200,18 +191,18 @@ def test_an_etag_changes_with_the_generation_and_old_revisions_are_gone(
 ) -> None:
     store = Store.open(service.log.parent / "data")
     study = _study(20)
-    plan = _plan(study, 20)
+    plan = make_plan_of(study, (1, 1, 1, 1, 1, 20))
     study_id = store.submit(study, plan, {})[0].id
     assert store.claim(study_id, "the test", 600.0)
     store.set_state(study_id, "cancelled")
-    _write(store, study_id, study, plan, 0, "first")
+    _write(store, study, plan.block(0), "first")
     url = f"{STUDIES}/{study_id}/zarr"
     revision = store.find(study_id).revision
     first = client.get(f"{url}/@{revision}/status/c.0.0.0.0.0.0")
     store.release(study_id, "the test")
     store.forget(study_id, [0], "for this test")
     store.set_state(study_id, "cancelled")
-    _write(store, study_id, study, plan, 0, "second")
+    _write(store, study, plan.block(0), "second")
     second = client.get(f"{url}/status/c.0.0.0.0.0.0", headers={"If-None-Match": first.headers["etag"]})
     assert second.status_code == 200
     assert second.headers["etag"] != first.headers["etag"]

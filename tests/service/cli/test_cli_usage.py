@@ -1,14 +1,17 @@
+"""What a user meets before a command computes: help, completion, libraries, spelling, folders."""
+
 import json
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.service.cli.commands import run
+from tests.service.cli.commands import END_SECONDS, LINEAR, command, environment, run
 from typer.main import get_command
 
 from damperlab.service.cli.main import GONE, app
@@ -172,3 +175,59 @@ def test_every_shell_completes_commands(shell: str) -> None:
 def test_a_tag_that_no_study_has_is_not_answered_with_a_study_to_compute(tmp_path: Path) -> None:
     assert "figure-11" in run("studies", "--data-dir", tmp_path).stderr
     assert "figure-11" not in run("studies", "--tag", "mine", "--data-dir", tmp_path).stderr
+
+
+def test_doctor_tries_everything_but_the_cluster(tmp_path: Path) -> None:
+    report = json.loads(run("doctor", "--no-cluster", "--data-dir", tmp_path / "data", "--json").stdout)
+    assert report["ok"] is True
+    found = {check["name"]: check["found"] for check in report["checks"]}
+    assert list(found) == ["versions", "cores", "closed form", "kernels", "store"]
+    assert "131.5827473" in found["closed form"]
+    assert str(tmp_path / "data") in found["store"]
+
+
+def test_doctor_names_what_does_not_work_and_exits_1(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    report = json.loads(
+        run(
+            "doctor", "--scheduler", "tcp://127.0.0.1:1", "--data-dir", tmp_path / "file", "--json", status=1
+        ).stdout
+    )
+    assert report["ok"] is False
+    assert [check["name"] for check in report["checks"] if not check["ok"]] == ["store", "cluster"]
+
+
+# Root may write where permissions say no; without two of its capabilities it is held to them like everybody else.
+AS_A_USER = ["setpriv", "--bounding-set", "-dac_override,-dac_read_search"] if os.geteuid() == 0 else []
+
+pytestmark = pytest.mark.skipif(
+    bool(AS_A_USER) and shutil.which("setpriv") is None, reason="root, and no setpriv to lay its powers down"
+)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["serve", "--port", "0"], pytest.param(["run", "figure-7"], marks=pytest.mark.night)],
+    ids=" ".join,
+)
+def test_a_folder_without_permission_is_named_in_one_sentence(words: list[str], tmp_path: Path) -> None:
+    folder = tmp_path / "data"
+    folder.mkdir(mode=0o555)
+    ended = subprocess.run(
+        [*AS_A_USER, *command(*words, "--data-dir", folder)],
+        capture_output=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        env=environment(),
+        timeout=END_SECONDS,
+    )
+    assert ended.returncode == 1
+    assert str(folder) in ended.stderr
+    assert "permissions" in ended.stderr
+    assert "Traceback" not in ended.stderr
+    assert list(folder.iterdir()) == []
+
+    folder.chmod(0o755)
+    study = tmp_path / "study.json"
+    study.write_text(json.dumps(LINEAR))
+    run("run", study, "--data-dir", folder)

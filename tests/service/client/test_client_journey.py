@@ -10,12 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.filling import enter, put
 
 from damperlab.service.client import Client, Conflict, NotFound, Refused, StillRunning, Stopped
 from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube.cube import stored_variables, write_region
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
 LOAD = "import sys; from damperlab.service.client import Client; print([name for name in {names!r} if name in sys.modules])"
@@ -162,17 +160,10 @@ def large(service: Any) -> Iterator[str]:
             "axes": {name: {"start": a, "stop": b, "num": SIDE} for name, (a, b) in axes.items()},
         }
     )
-    plan = plan_with_chunk(study, (1, 1, 1, 1, STEP, STEP), lambda _, at: np.ones(len(at["mass_ratio"])))
-    record, _ = store.submit(study, plan, {})
+    record = enter(store, study, (1, 1, 1, 1, STEP, STEP))
     assert store.claim(record.id, "the test", 600.0)
     store.set_state(record.id, "cancelled")
-    for index in range(SIDE // STEP):
-        block = plan.block(index)
-        values = {v.name: np.full(block.shape, index, v.dtype) for v in stored_variables(study)}
-        values["status"][...] = 0
-        found = write_region(store.cube_path(record.id), block, values, "first")
-        outcome = BlockOutcome(index, block.points, 0, 1.0, 1.0, generation="first", checksum=found)
-        store.mark(record.id, outcome)
+    put(store, study, *range(SIDE // STEP), generation="first")
     yield record.id
     store.delete(record.id)
     store.close()

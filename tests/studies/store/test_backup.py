@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.studies.store.filling import enter, make_plan_of, make_study, put
+from tests.filling import enter, make_plan_of, make_study, put
 
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi

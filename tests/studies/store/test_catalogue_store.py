@@ -1,4 +1,4 @@
-"""The catalogue: one record per study, counted done-marks, claims, pages, deletion."""
+"""The catalogue: one record per study, counted done-marks, claims, phases, pages, deletion."""
 
 import sqlite3
 import sys
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.studies.store.filling import enter, entered, make_plan_of, make_study, outcome_of
+from tests.filling import enter, entered, make_plan_of, make_study, outcome_of
 
 from damperlab.studies.store.cube.description import describe_cube
 from damperlab.studies.store.faults import RevisionGone, StoreFault, StudyBusy, StudyNotFound
@@ -285,3 +285,41 @@ def test_marks_are_kept_while_threads_look_at_many_studies(store, monkeypatch):
     finally:
         sys.setswitchinterval(before)
     assert found == [{}] * 800
+
+
+def _phase(store: Store, study_id: str) -> tuple[str, int | None, int | None]:
+    record = store.find(study_id)
+    return record.phase, record.phase_done, record.phase_total
+
+
+def test_a_phase_is_the_state_but_for_what_its_owner_says_before_the_blocks(store: Store) -> None:
+    *_, study_id = entered(store)
+    assert _phase(store, study_id) == ("queued", None, None)
+    assert store.claim(study_id, "one")
+    store.set_phase(study_id, "starting", owner="one")
+    assert _phase(store, study_id) == ("queued", None, None), "a phase is of a study that runs"
+    store.set_state(study_id, "running", owner="one")
+    assert _phase(store, study_id) == ("running", None, None)
+    store.set_phase(study_id, "starting", owner="one")
+    assert _phase(store, study_id) == ("starting", None, None)
+    store.set_phase(study_id, "compiling", 0, 2, owner="two")
+    assert _phase(store, study_id) == ("starting", None, None)
+    store.set_phase(study_id, "compiling", 1, 3, owner="one")
+    assert _phase(store, study_id) == ("compiling", 1, 3)
+    for state in ("cancelled", "queued", "running", "done"):
+        store.set_state(study_id, state, owner="one")
+        assert _phase(store, study_id) == (state, None, None)
+
+
+def test_the_pace_of_a_study_leaves_its_preparation_out(store: Store) -> None:
+    _, plan, study_id = entered(store)
+    assert store.claim(study_id, "one")
+    store.set_state(study_id, "running", owner="one")
+    with store.catalogue.writing() as connection:
+        # as if compiling had taken an hour
+        connection.exec_driver_sql("UPDATE studies SET run_began = run_began - 3600")
+    store.set_phase(study_id, None, owner="one")
+    store.mark(study_id, outcome_of(plan.block(0)))
+    left = store.find(study_id).seconds_left
+    assert left is not None
+    assert left < 3600

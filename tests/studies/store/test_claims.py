@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from tests.studies.store.filling import enter, make_plan_of, make_study, outcome_of, values_of
+from tests.filling import enter, make_plan_of, make_study, outcome_of, values_of
 
 import damperlab.studies.store.catalogue.rows
 import damperlab.studies.store.life_cycle.claims

@@ -13,7 +13,7 @@ import pyarrow.parquet
 import pytest
 import xarray as xr
 import zarr
-from tests.studies.store.filling import enter, entered, make_plan_of, make_study, outcome_of, values_of
+from tests.filling import enter, entered, make_plan_of, make_study, outcome_of, values_of
 from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
 

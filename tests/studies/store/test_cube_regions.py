@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from tests.studies.store.filling import enter, entered, make_plan_of, make_study, outcome_of, put, values_of
+from tests.filling import enter, entered, make_plan_of, make_study, outcome_of, put, values_of
 
 import damperlab.studies.store.files.durable
 from damperlab.studies.store.cube.cube import write_region

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.studies.store.filling import enter, entered, make_plan_of, make_study, put, values_of, write
+from tests.filling import enter, entered, make_plan_of, make_study, put, values_of, write
 
 from damperlab.studies.store.care.sweep import collect_garbage, sweep
 from damperlab.studies.store.care.verify import repair, verify

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from tests.studies.store.filling import make_plan_of, make_study
+from tests.filling import make_plan_of, make_study
 
 from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.quota import Quota

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from tests.filling import enter, fill, make_study
 from tests.object_store import BUCKET, SECRET, ObjectServer, environment, proxy_before
-from tests.studies.store.filling import enter, fill, make_study
 
 from damperlab.studies.store.care.backup import copy_store
 from damperlab.studies.store.care.rebuild import rebuild

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from sqlalchemy import delete
-from tests.studies.store.filling import enter, fill, make_study, put
+from tests.filling import enter, fill, make_study, put
 
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage

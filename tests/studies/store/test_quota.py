@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from tests.studies.store.filling import enter, make_plan_of, make_study
+from tests.filling import enter, make_plan_of, make_study
 
 from damperlab.studies.store.catalogue.quota import Quota, Taken
 from damperlab.studies.store.cube.cube import bytes_per_point

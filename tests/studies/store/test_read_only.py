@@ -9,7 +9,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from tests.studies.store.filling import enter, entered, make_study, put
+from tests.filling import enter, entered, make_study, put
 
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE

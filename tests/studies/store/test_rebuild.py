@@ -12,7 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from tests.studies.store.filling import enter, make_plan_of, make_study, values_of, write
+from tests.filling import enter, make_plan_of, make_study, values_of, write
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care import verify as verifying

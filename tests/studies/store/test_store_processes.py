@@ -18,22 +18,13 @@ SECONDS = 900
 PREAMBLE = """
 import sys
 from pathlib import Path
-import numpy as np
-from damperlab.studies.definition import parse_study
-from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.cube.cube import stored_variables, write_region
-from damperlab.studies.store.record import BlockOutcome
+from tests.filling import enter, make_plan_of, make_study, put
 from damperlab.studies.store.store import Store
 
 axes = dict(clearance_ratio={"start": 1, "stop": 9, "num": 9}, friction_ratio={"start": 0, "stop": 0.8, "num": 9},
             restitution=0.5, mass_ratio=0.1, frequency_ratio=[0.9, 1.0, 1.1])
-study = parse_study({"name": "race", "damping_ratio": 0.0038, "axes": axes})
-plan = plan_with_chunk(study, (1, 1, 1, 2, 2, 3), lambda _, at: np.ones(len(at["mass_ratio"])))
-outcome = lambda block: BlockOutcome(block.index, block.points, 0, 0.01, 0.01)
-
-def values(block):
-    found = {v.name: np.full(block.shape, block.index, v.dtype) for v in stored_variables(study)}
-    return found | {"status": np.zeros(block.shape, "i1")}
+study = make_study("race", axes=axes)
+plan = make_plan_of(study)
 """
 
 BLOCKS = 25
@@ -59,13 +50,11 @@ def data_dir(tmp_path: Path) -> Path:
 def test_a_reader_beside_a_writer_never_sees_a_torn_block(data_dir):
     code = """
     store = Store.open(Path(sys.argv[1]))
-    study_id = store.submit(study, plan, {})[0].id
+    study_id = enter(store, study).id
     for index in range(plan.count):
         if index in (0, plan.count // 2):
             print(study_id, flush=True); sys.stdin.readline()
-        block = plan.block(index)
-        write_region(store.cube_path(study_id), block, values(block))
-        store.mark(study_id, outcome(block))
+        put(store, study, index)
     """
     writer = _start(code, data_dir)
     assert writer.stdout is not None

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.studies.store.filling import enter, make_plan_of, make_study, values_of
+from tests.filling import enter, make_plan_of, make_study, values_of
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.rebuild import rebuild

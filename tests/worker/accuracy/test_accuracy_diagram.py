@@ -1,12 +1,13 @@
-"""Work-precision diagrams: references are those of the reference simulator, orders are those of the methods."""
+"""The report on accuracy: references, orders and an integrator that shares nothing with the solver."""
 
 from math import pi
 
 import pytest
+from tests.benchmarks._peers import scipy_method
 from tests.reference.make_accuracy import point_of
 from tests.reference.simulator import simulate as simulate_in_digits
 
-from damperlab.worker.accuracy.cases import SCENES, references
+from damperlab.worker.accuracy.cases import SCENES, Scene, references
 from damperlab.worker.accuracy.extremes import extreme_cases
 from damperlab.worker.accuracy.methods import METHODS, Method
 from damperlab.worker.accuracy.report import advantages
@@ -97,3 +98,24 @@ def test_advantage_is_over_the_slower_of_ours_and_only_where_ours_is_no_worse() 
     assert found["rough"]["times_slower"] == 5.0
     assert found["finer"]["times_slower"] is None
     assert "lost" not in found
+
+
+TOLERANCE = 1e-10
+EVENT = METHODS[0]
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [one if one.name == "hybrid" else pytest.param(one, marks=pytest.mark.night) for one in SCENES],
+    ids=lambda scene: scene.name,
+)
+def test_dop853_with_events_agrees(scene: Scene) -> None:
+    """Its error per unit of time is about its tolerance, over 60 to 70 units of time, and amplified on the way."""
+    found = scipy_method("DOP853", (TOLERANCE,)).march(scene.design, scene.cycles, 1.0 / TOLERANCE)
+    ours = EVENT.march(scene.design, scene.cycles, 0.0)
+    assert found is not None
+    assert ours is not None
+    reference = references()[scene.name]
+    allowed = 100.0 * TOLERANCE * max(1.0, reference.amplification) * max(abs(x) for x in reference.state)
+    for one, other in zip(found, ours, strict=True):
+        assert one == pytest.approx(other, rel=0.0, abs=allowed)

@@ -1,4 +1,4 @@
-"""The worker's side of one block, on a real cube."""
+"""The worker's side of one block, on a real cube, and what a scheduler learns of the calls that it hands on."""
 
 import pickle
 from pathlib import Path
@@ -11,7 +11,11 @@ from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import VARIABLES, Status
 from damperlab.worker.block import solve_block
-from damperlab.worker.provenance import WrongCode, code_hash
+from damperlab.worker.cluster.cluster import connect
+from damperlab.worker.dispatch.errands import Errands
+from damperlab.worker.provenance import WrongCode, code_hash, computing
+from damperlab.worker.worker_process.examination import examine
+from damperlab.worker.worker_process.sealed_call import sealed
 from damperlab.worker.worker_process.tasks import failed_values, run_block
 
 CHUNK = 50
@@ -77,3 +81,36 @@ def test_failed_block_has_its_status_and_nothing_else() -> None:
             assert (column == Status.BLOCK_FAILED).all()
         else:
             np.testing.assert_array_equal(column, np.full(block.shape, VARIABLES[name].fill))
+
+
+def test_a_sealed_call_is_made_with_its_arguments() -> None:
+    make, call = sealed(divmod, 7, 3)
+    assert make(call) == (2, 1)
+    make, call = sealed(divmod, 7, 0)
+    with pytest.raises(ZeroDivisionError):
+        make(call)
+
+
+def test_a_sealed_call_can_be_made_by_who_knows_its_function_alone() -> None:
+    """A worker of an earlier version then answers that it is one, and not that it lacks a module."""
+    _, call = sealed(examine, "", "", "other", None)
+    assert examine.__module__.encode() in call
+    assert sealed.__module__.encode() not in call
+
+
+@pytest.mark.night
+@pytest.mark.usefixtures("anew")
+def test_a_scheduler_loads_neither_solver_nor_store_for_what_workers_do() -> None:
+    with connect(workers=1) as client:
+        (address,) = client.nthreads()
+        errands = Errands(client, 0)
+        facts = errands.send(errands.key("facts"), address, (computing,)).result()
+        assert facts["identity"] == computing()["identity"]
+        # what it raises comes back as well
+        refused = errands.send(
+            errands.key("examination"), address, (examine, "", "", "other", None)
+        ).exception()
+        assert type(refused).__name__ == "WrongCode"
+        loaded = client.run_on_scheduler(eval, "list(__import__('sys').modules)")
+    assert "distributed.scheduler" in loaded
+    assert not {"numba", "pydantic", "sqlalchemy", computing.__module__, examine.__module__} & set(loaded)
