@@ -22,7 +22,7 @@ from damperlab.studies.unit_names import (
     RESULT_NAMES,
     SPEED,
 )
-from damperlab.studies.variables import DIMENSION_LONG_NAMES, PARTICLE_FRICTION
+from damperlab.studies.variables import DIMENSION_LONG_NAMES, GRAVITY, MADE_BY, PARTICLE_FRICTION
 
 COEFFICIENT = DERIVATIONS[PARTICLE_FRICTION].source
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
@@ -234,7 +234,7 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
         InUnits(
             COEFFICIENT,
             PARTICLE_FRICTION,
-            acceleration / STANDARD_GRAVITY,
+            acceleration / (STANDARD_GRAVITY * _leaning(physical.get(MADE_BY[GRAVITY], 0.0))),
             "1",
             COORDINATE_NAMES[COEFFICIENT],
         ),
@@ -247,6 +247,13 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
         InUnits(ENERGY, "dissipation_per_cycle", force * amplitude, "J", RESULT_NAMES[ENERGY], 2),
     ]
     return [each for each in every if math.isfinite(each.factor)]
+
+
+def _leaning(tilt_deg: Any) -> float:
+    """Give the share of its weight with which a particle lies on the floor of its cavity; NaN where there is no one share."""
+    if not isinstance(tilt_deg, int | float) or tilt_deg == 90.0:
+        return math.nan
+    return math.cos(math.radians(tilt_deg))
 
 
 def _physical(cube: xr.Dataset) -> Mapping[str, Any]:

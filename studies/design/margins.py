@@ -62,7 +62,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
         ]
     # a worst case can only grow: where the coarse look shows a failure, nothing beyond it needs a look, or a closer one
     near: dict[tuple[str, int], list[Build]] = {key: [] for key in moved}
-    for first, last in ((0, FEW), (FEW, len(MOVES))):
+    for first, last in ((0, FEW), (FEW, None)):
         further = {
             key: [each for _, each in row[first:last]]
             for key, row in moved.items()

@@ -288,7 +288,10 @@ def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
     if CAVITY.intersection(asked.document):
         cavity = asked.cavity
         lies = f"cavity tilted by {cavity.tilt_deg:.3g}°" if cavity.tilt_deg else "lying"
-        yield "given", f"{lies}, μ_i = {cavity.particle_friction_coefficient:.3g}", ""
+        stands = cavity.tilt_deg == 90.0 and cavity.particle_friction_coefficient > 0.0
+        given = PARTICLE_FRICTION.name in asked.document
+        rubs = f"μ_i = {cavity.particle_friction_coefficient:.3g}" if given else "assumed frictionless"
+        yield "given", f"{lies}, {rubs}", "friction has no effect where a cavity stands" if stands else ""
     elif asked.choices["particle_mass_kg"].stop:
         yield (
             "assumed",

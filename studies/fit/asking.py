@@ -1,6 +1,6 @@
 """A question to a measurement, put together from what is known and what is wanted; every fault is named."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -60,6 +60,7 @@ def make_question(
     """
     faults: list[Fault] = []
     numbers, ranges, settings = taken_apart(structure, faults)
+    faults += _twice([*(known or {}), *(name for name in fit if name in (known or {}))])
     for name, value in (known or {}).items():
         for of in (numbers, ranges):
             drop(of, name)
@@ -157,6 +158,18 @@ def _ends(raw: object) -> tuple[Any, Any] | None:
     if isinstance(raw, list | tuple) and len(raw) > 1 and all(isinstance(one, int | float) for one in raw):
         return min(raw), max(raw)
     return None
+
+
+def _twice(names: Iterable[str]) -> Iterator[Fault]:
+    """Name what is given twice: by a ratio and a quantity, or as known and as sought."""
+    seen: dict[str, str] = {}
+    for name in names:
+        first = seen.setdefault(RATIO_OF.get(name, name), name)
+        if first != name or list(names).count(name) > 1:
+            other = "`fit`" if first == name else first
+            told = f"{name} is given twice: also by {other}."
+            yield Fault(name, f"also {other}", "one of the two", "leave one of them out", told)
+            return
 
 
 def _not_free(name: str) -> Fault:

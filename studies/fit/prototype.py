@@ -14,6 +14,7 @@ from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.physical import PARTICLE_FRICTION, TILT
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, RATIO_OF, Structure
+from damperlab.studies.variables import BEFORE, MADE_BY
 
 Given = Mapping[str, float]
 Question = FitQuestion | HistoryQuestion
@@ -129,6 +130,10 @@ def _of_response(question: FitQuestion, estimates: Sequence[Estimate], otherwise
         told = "A response to a force on the structure makes no specification here: it knows no amplitude of the force."
         advice = "write it by hand, with `force_n` as its excitation"
         raise StudyFaults([Fault("excitation", "force", "a base that moves", advice, told)])
+    if of_cavity := sorted({*question.known, *(each.name for each in estimates)} & set(BEFORE)):
+        told = "{field} is over the amplitude of the base; a specification needs the coefficient, or the tilt, that makes it."
+        advice = f"give `{MADE_BY[of_cavity[0]]}` in its place"
+        raise StudyFaults([Fault(of_cavity[0], "a ratio", "a quantity in units", advice, told)])
     rows = [conditions for conditions, _ in question.configurations]
 
     def given(values: Given) -> list[dict[str, float]]:

@@ -192,8 +192,8 @@ def study_document(
     axes = {name: value for name, value in given.items() if name in QUANTITY_OF and name not in beside}
     physical = {name: value for name, value in given.items() if name not in QUANTITY_OF}
     if not settings.get("particle", True):
-        for part in (beside, axes, physical):
-            for name in [name for name in part if RATIO_OF.get(name, name) in (*OF_PARTICLE, *BEFORE)]:
+        for part in (axes, physical):
+            for name in [name for name in part if RATIO_OF.get(name, name) in OF_PARTICLE]:
                 del part[name]
     document: dict[str, Any] = {**settings, **beside, "axes": {**axes, "frequency_ratio": frequencies}}
     if physical:

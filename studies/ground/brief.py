@@ -34,6 +34,9 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     scale = float(answer["design"]["scale"])
     under = answer["record"]["name"] + ("" if scale == 1.0 else f" × {scale:g}")
     told = f"Under {under} {cases[best]['label']} moves least against the base: {_mm(cases[best][PEAK])}"
+    if best == "none":
+        bare_mm = _mm(cases[best][PEAK])
+        told = f"Under {under} no damper is worth building: without one the structure moves {bare_mm} against the base"
     bare = cases.get("none")
     if bare is not None and best != "none":
         told += f", {100 * (1 - float(cases[best][PEAK]) / float(bare[PEAK])):.0f} % less than without damper"

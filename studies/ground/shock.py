@@ -39,7 +39,8 @@ class Shock:
     Parameters
     ----------
     shape : str
-        One of `SHAPES`. A sawtooth rises to its peak at the end, and falls within a further fiftieth of the duration.
+        One of `SHAPES`. A sawtooth rises to its peak near the end, and falls within the last fiftieth of the duration, so that
+        its area is that of the sharp one.
     peak_g : float
         Largest acceleration [g].
     duration_ms : float
@@ -73,7 +74,8 @@ class Shock:
             pulse = sin(math.pi * share)
             pulse[-1] = 0.0
         elif self.shape == "sawtooth":
-            pulse = share
+            pulse = share / share[-2]
+            pulse[-1] = 0.0
         else:
             pulse = np.minimum(1.0, np.minimum(share, share[::-1]) / RISE)
         acceleration = np.zeros(self.samples)

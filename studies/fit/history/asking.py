@@ -72,6 +72,7 @@ def make_history_question(
     ranges |= fit
     faults += [_without_base(name) for name in (*numbers, *ranges) if name in OVER_BASE]
     faults += [_unknown(name) for name in ranges if name not in (*FREE, *OVER_BASE)]
+    faults += [_not_marched(name) for name in numbers if name not in (*KNOWN, *OVER_BASE)]
     settings = {name: value for name, value in settings.items() if value not in (None, "rest")}
     for name in sorted(set(settings) - set(OF_SETTINGS)):
         told = f"{name} says nothing about a time history."
@@ -114,6 +115,17 @@ def _without_base(name: str) -> Fault:
     told = f"{name} belongs to a base that moves as a sine; a time history knows no base amplitude."
     advice = f"give {instead}" if instead else "leave it out: the table has the motion of the base"
     return Fault(name, name, f"one of {listing(KNOWN)}", advice, told)
+
+
+def _not_marched(name: str) -> Fault:
+    told = f"{name} is not computed in a time history: its particle slides freely in a cavity that lies."
+    return Fault(
+        name,
+        "a particle that rubs or falls",
+        "nothing",
+        "leave it out, or fit a response over frequency",
+        told,
+    )
 
 
 def _unknown(name: str) -> Fault:
