@@ -18,7 +18,9 @@ from damperlab.service.settings import Settings
 from damperlab.studies.reading import read_study
 
 ROOT = Path(__file__).parents[2]
-WITHOUT_FIGURE = ("glossary.md", "storage.md", "reproduction.md", "how-to/access.md", "threat-model.md")
+WITHOUT_FIGURE = (
+    "glossary.md", "storage.md", "reproduction.md", "how-to/access.md", "threat-model.md", "solver.md", "scheduling.md",
+)  # fmt: skip
 """Pages to look things up in."""
 
 

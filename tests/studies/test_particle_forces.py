@@ -13,6 +13,7 @@ from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.kinds import dimensions_of_definition
 from damperlab.studies.plan import Block
+from damperlab.studies.units import quantities_of
 from damperlab.studies.variables import DIMENSIONS
 from damperlab.worker.block import solve_block
 
@@ -114,3 +115,16 @@ def test_answers_tell_them_as_they_tell_other_dimensions() -> None:
     shown = resonance_map(cube, "particle_friction_ratio", "clearance_ratio")
     assert shown.sizes["particle_friction_ratio"] == 2
     assert shown["amplitude_ratio"].min().item() == best
+
+
+@pytest.mark.parametrize(("tilt_deg", "told"), [(0, 0.05), (45, 0.05), (90, None)])
+def test_the_coefficient_is_told_as_it_was_given_however_the_cavity_lies(
+    tilt_deg: float, told: float | None
+) -> None:
+    given = PHYSICAL | {"particle_friction_coefficient": 0.05, "tilt_deg": tilt_deg}
+    quantities = {each.name: each for each in quantities_of({"physical": given})}
+    ratio = WEIGHT * 0.05 * np.cos(np.radians(tilt_deg))
+    if told is None:
+        assert "particle_friction_coefficient" not in quantities
+    else:
+        assert quantities["particle_friction_coefficient"].of(ratio) == pytest.approx(told, rel=1e-12)

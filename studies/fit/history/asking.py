@@ -121,7 +121,7 @@ def _not_marched(name: str) -> Fault:
     told = f"{name} is not computed in a time history: its particle slides freely in a cavity that lies."
     return Fault(
         name,
-        "a particle that rubs or falls",
+        "friction or gravity of the particle",
         "nothing",
         "leave it out, or fit a response over frequency",
         told,

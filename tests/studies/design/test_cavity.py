@@ -8,7 +8,7 @@ from tests.studies.design.test_design import pursued, solved
 
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.design.answer import answer_document
-from damperlab.studies.design.margins import WITHIN
+from damperlab.studies.design.margins import COEFFICIENTS, WITHIN
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.specification.cavity import LEVEL
 from damperlab.studies.specification.reading import parse_specification
@@ -92,6 +92,12 @@ def test_the_friction_of_the_particle_that_a_damper_bears_is_computed_with_it() 
     row = answer_document(found)["verdict"]["rows"][0]
     assert row[:2] == ["assumed", "lying, frictionless"]
     assert f"{bears.fails_above:.3g}" in row[2]
+
+
+def test_a_damper_that_bears_all_friction_that_is_looked_at_is_not_said_to_fail() -> None:
+    wide = {"choose": {}, "clearance_m": 0.004, "limits": {"displacement_m": 1.0}}
+    bears = pursued(FLOOR | wide, 20_000)[0].margins["particle_friction_coefficient"]
+    assert (bears.high, bears.fails_above) == (COEFFICIENTS[-1], None)
 
 
 @pytest.mark.parametrize(

@@ -82,6 +82,8 @@ def test_a_range_of_a_decade_is_searched_in_its_logarithm() -> None:
         ({**PROTOTYPE, "contact": {"model": "soft"}}, {"damping_ratio": None}, "contact.model"),
         ({**PROTOTYPE, "solver": {"method": "rk4"}}, {"damping_ratio": None}, "A fit needs the event solver"),
         ({**PROTOTYPE, "particle": False}, {"restitution": None}, "in a scene without a particle"),
+        ({**PROTOTYPE, "particle": False, "particle_friction_ratio": 0.1}, {"damping_ratio": None},
+         "a scene without a particle"),
         ({**PROTOTYPE, "physical": {}}, {"damping_ratio": None}, "the amplitudes are measured in metres"),
     ],
 )  # fmt: skip
@@ -91,6 +93,19 @@ def test_what_cannot_be_asked_is_refused_in_a_sentence(
     with pytest.raises(StudyFaults) as caught:
         asked(structure, **fit)
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("known", "fit"),
+    [
+        ({"clearance_m": 0.01, "clearance_ratio": 5.0}, {"damping_ratio": None}),
+        ({"restitution": 0.5}, {"restitution": None}),
+        ({"particle_friction_coefficient": 0.05}, {"particle_friction_coefficient": None}),
+    ],
+)
+def test_what_is_given_twice_is_refused(known: dict[str, float], fit: dict[str, Any]) -> None:
+    with pytest.raises(StudyFaults, match="given twice"):
+        make_question(parse_measurement(TABLE), PROTOTYPE, fit, known=known)
 
 
 def test_confidence_and_deviation_have_bounds() -> None:
@@ -145,6 +160,7 @@ def test_an_axis_is_a_range_and_an_option_replaces_a_ratio_or_what_makes_it() ->
         (history_without("restitution"), {"damping_ratio": None}, "`restitution` is neither given nor estimated"),
         (history_without("mass_kg"), {"restitution": None}, "`mass_kg` is neither given nor estimated"),
         (history_without("friction_force_n"), {"restitution": None}, "`friction_force_n` is neither given nor estimated"),
+        (KNOWN | {"gravity_ratio": 1.0}, {"restitution": None}, "gravity_ratio is not computed in a time history"),
         (KNOWN | {"start": {"kind": "continuation", "direction": "up"}}, {"restitution": None}, "says nothing about a time"),
     ],
 )  # fmt: skip
