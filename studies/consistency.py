@@ -58,14 +58,14 @@ NOT_WITH_RUBBING = {
 
 
 def rubbing_faults(field: str, found: str, beside: Mapping[str, bool]) -> Iterator[Fault]:
-    """Name what friction of a particle, or gravity, stands beside though it is not computed with it.
+    """Refuse what is not computed with friction of the particle or gravity.
 
     Parameters
     ----------
     field, found : str
         Where the friction or the tilt is given, and what.
     beside : mapping of bool
-        What stands beside it, by the names of `NOT_WITH_RUBBING`.
+        Whether the document has it, by the names of `NOT_WITH_RUBBING`.
     """
     for name in (name for name, stands in beside.items() if stands):
         words, advice = NOT_WITH_RUBBING[name]

@@ -1,4 +1,4 @@
-"""The text of a file that people made with whatever program they have."""
+"""The text of a file in any of the encodings that spreadsheets and old programs write."""
 
 
 def decoded(text: bytes | str) -> str:

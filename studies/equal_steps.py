@@ -1,4 +1,4 @@
-"""Times in equal steps, as far as the digits show that they were written with."""
+"""The step between times that are equally spaced and were rounded when they were written."""
 
 import math
 import re
@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 UNEVEN = 0.02
-"""Largest difference of a time from equal steps, over a step, whatever the digits."""
+"""Largest difference of a time from equal steps, over a step. Times with few digits may differ by more."""
+TOO_FEW_DIGITS = "The times have too few digits: they leave open how far apart the samples are."
+"""What is said where the step is NaN."""
 KNOWN = 1e-3
 """Largest uncertainty of a step, over the step."""
 

@@ -204,7 +204,7 @@ def _weight(of: Values) -> NDArray[np.float64]:
     return STANDARD_GRAVITY / ((2.0 * math.pi * of["natural_frequency_hz"]) ** 2 * of["base_amplitude_m"])
 
 
-def _lying(of: Values) -> float | NDArray[np.float64]:
+def lying(of: Values) -> float | NDArray[np.float64]:
     """Give the share of its weight with which the particle lies on the floor of its cavity."""
     if "tilt_deg" not in of:
         return 1.0
@@ -232,7 +232,7 @@ DERIVATIONS: dict[str, Derivation] = {
         ),
         Derivation(
             PARTICLE_FRICTION_RATIO, MADE_BY[PARTICLE_FRICTION_RATIO], ("natural_frequency_hz", "base_amplitude_m"),
-            lambda of: of["particle_friction_coefficient"] * _weight(of) * _lying(of), of_particle=True,
+            lambda of: of["particle_friction_coefficient"] * _weight(of) * lying(of), of_particle=True,
         ),
         Derivation(
             GRAVITY, MADE_BY[GRAVITY], ("natural_frequency_hz", "base_amplitude_m"),

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, base_amplitudes
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
-from damperlab.studies.physical import DERIVATIONS, STANDARD_GRAVITY, Physical
+from damperlab.studies.physical import DERIVATIONS, STANDARD_GRAVITY, Physical, lying
 from damperlab.studies.unit_names import (
     ACCELERATIONS,
     AMPLITUDES,
@@ -234,7 +234,7 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
         InUnits(
             COEFFICIENT,
             PARTICLE_FRICTION,
-            acceleration / (STANDARD_GRAVITY * _leaning(physical.get(MADE_BY[GRAVITY], 0.0))),
+            acceleration / (STANDARD_GRAVITY * _on_floor(physical)),
             "1",
             COORDINATE_NAMES[COEFFICIENT],
         ),
@@ -249,11 +249,10 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
     return [each for each in every if math.isfinite(each.factor)]
 
 
-def _leaning(tilt_deg: Any) -> float:
-    """Give the share of its weight with which a particle lies on the floor of its cavity; NaN where there is no one share."""
-    if not isinstance(tilt_deg, int | float) or tilt_deg == 90.0:
-        return math.nan
-    return math.cos(math.radians(tilt_deg))
+def _on_floor(physical: Mapping[str, Any]) -> float:
+    """Give the share of its weight with which a particle lies on the floor of its cavity; NaN of none, or of an axis."""
+    tilt = MADE_BY[GRAVITY]
+    return float(lying({tilt: np.array(_number(physical, tilt))})) or math.nan if tilt in physical else 1.0
 
 
 def _physical(cube: xr.Dataset) -> Mapping[str, Any]:

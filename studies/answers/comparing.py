@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Found = dict[str, NDArray[Any]]
-"""Designs, one entry each in every array: `value`, where they stand on the grid, and what is told beside it."""
+"""Arrays of equal length, one entry a design: its `value`, its grid indices, and further results."""
 
 CONFIDENCE = 0.95
 """Of the limits of each amplitude."""
@@ -26,7 +26,7 @@ ALIKE = 1e-9
 COMPARED = 2000
 """Most designs in one probability; those whose limits lie highest are left out first."""
 CLEARLY = 0.02
-"""Share by which a value must be less for another kind of damper to be recommended."""
+"""Another kind of damper is recommended only if its value is less by this share."""
 
 
 def clearly_less(value: float, other: float) -> bool:

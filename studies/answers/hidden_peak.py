@@ -147,7 +147,7 @@ def hidden_on(cube: xr.Dataset, metric: str, plane: tuple[str, str], index: Mapp
 
     zeta, beta = each("damping_ratio"), each("mass_ratio")
     if not (np.diff(r) > zeta.min()).any():
-        return []  # close enough, whatever was computed
+        return []  # the frequencies are closer than any bandwidth: no peak can hide
     where = np.zeros((zeta.size, r.size - 1), np.bool_)
     extent, across = (part.sizes[name] for name in plane)
     step = max(1, BUDGET // (across * r.size))

@@ -45,7 +45,7 @@ def over_records(values: Floats, share: float) -> OverRecords:
 
     Notes
     -----
-    The interval of the quantile is that of order statistics, whatever the distribution: the number of results below the
+    The ends of the interval are order statistics. They hold for any distribution, since the number of results below the
     quantile is binomial. H. A. David, H. N. Nagaraja, Order Statistics (2003), section 7.1.
     """
     from scipy.special import bdtr

@@ -12,7 +12,7 @@ from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step
 from damperlab.studies.physical import PARTICLE_FRICTION
 from damperlab.studies.specification.cavity import Cavity
-from damperlab.studies.specification.specification import CHOSEN, Specification
+from damperlab.studies.specification.specification import CHOSEN, Specification, beside_rubbing
 
 MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Shares by which each quantity is moved alone."""
@@ -141,14 +141,9 @@ def _moved(search: Search, build: Build) -> list[str]:
 
 
 def _may_rub(asked: Specification) -> bool:
-    """Whether a particle that rubs can be computed beside all that is asked, where it was assumed not to."""
-    beside = (
-        asked.cavity.acts,
-        asked.cases,
-        any(each.motion.constant for each in asked.excitations),
-        any(asked.choices["restitution"].contact_times_s),
-    )
-    return asked.in_units and not any(beside)
+    """Whether a particle that rubs can be computed with all that is asked, where none was stated to."""
+    beside = beside_rubbing(asked.in_units, bool(asked.cases), asked.excitations, asked.choices)
+    return not asked.cavity.acts and not any(beside.values())
 
 
 def _size(search: Search, build: Build, name: str) -> float:

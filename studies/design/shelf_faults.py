@@ -1,7 +1,6 @@
 """What may be wrong about a design that is asked of a shelf."""
 
-from damperlab.studies.faults import Fault
-from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.faults import StoreFault, lost_files
 
 
 class DesignNotFound(StoreFault):
@@ -22,12 +21,5 @@ class DesignsFull(StoreFault):
 
 def damaged(design_id: str, why: str) -> DesignDamaged:
     """Say that the files of a design are not what was written, and why."""
-    return DesignDamaged(
-        Fault(
-            "design",
-            f"{design_id}, whose files are lost or damaged ({why})",
-            "a design whose files are complete",
-            "delete it and submit its specification again: its studies are in the store, so nothing is computed twice",
-            f"The files of design {design_id} are lost or damaged: {why.rstrip('.')}.",
-        )
-    )
+    advice = "delete it and submit its specification again: its studies are in the store, so nothing is computed twice"
+    return DesignDamaged(lost_files("design", design_id, why, advice))

@@ -164,12 +164,14 @@ def _twice(names: Iterable[str]) -> Iterator[Fault]:
     """Name what is given twice: by a ratio and a quantity, or as known and as sought."""
     seen: dict[str, str] = {}
     for name in names:
-        first = seen.setdefault(RATIO_OF.get(name, name), name)
-        if first != name or list(names).count(name) > 1:
+        ratio = RATIO_OF.get(name, name)
+        if ratio in seen:
+            first = seen[ratio]
             other = "`fit`" if first == name else first
             told = f"{name} is given twice: also by {other}."
             yield Fault(name, f"also {other}", "one of the two", "leave one of them out", told)
             return
+        seen[ratio] = name
 
 
 def _not_free(name: str) -> Fault:

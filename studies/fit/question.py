@@ -27,7 +27,7 @@ NAMED: dict[str, Quantity] = {
 FREE: tuple[str, ...] = (*(name for name in NAMED if name not in ("mass_kg", "base_amplitude_m")),)
 """What may be estimated; mass and base amplitude are what the other quantities are measured with."""
 BESIDE_AXES = ("damping_ratio", *BEFORE)
-"""Ratios that stand beside the axes of a study."""
+"""Ratios that a study has outside its `axes`."""
 METRICS = ("amplitude_ratio", "amplitude_error", "impacts_per_cycle", "stick_fraction", "response_class")
 """What is computed of each measured row."""
 

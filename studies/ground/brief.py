@@ -33,13 +33,14 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
     best = next(case for case, values in cases.items() if float(values[PEAK]) <= least * (1 + SAME))
     scale = float(answer["design"]["scale"])
     under = answer["record"]["name"] + ("" if scale == 1.0 else f" × {scale:g}")
-    told = f"Under {under} {cases[best]['label']} moves least against the base: {_mm(cases[best][PEAK])}"
+    moves = _mm(cases[best][PEAK])
     if best == "none":
-        bare_mm = _mm(cases[best][PEAK])
-        told = f"Under {under} no damper is worth building: without one the structure moves {bare_mm} against the base"
-    bare = cases.get("none")
-    if bare is not None and best != "none":
-        told += f", {100 * (1 - float(cases[best][PEAK]) / float(bare[PEAK])):.0f} % less than without damper"
+        told = f"Under {under} no damper is worth building: without one the structure moves {moves} against the base"
+    else:
+        told = f"Under {under} {cases[best]['label']} moves least against the base: {moves}"
+        if "none" in cases:
+            share = 1 - float(cases[best][PEAK]) / float(cases["none"][PEAK])
+            told += f", {100 * share:.0f} % less than without damper"
     spread = cases[best].get("spread")
     doubt = ""
     if spread and spread["sensitive"]:

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from damperlab.studies.decoded import decoded
-from damperlab.studies.equal_steps import equal_step, resolution_of
+from damperlab.studies.equal_steps import TOO_FEW_DIGITS, equal_step, resolution_of
 from damperlab.studies.faults import counted, describe, listing, printable
 from damperlab.studies.ground.heading import (
     acceleration_unit,
@@ -210,17 +210,16 @@ def _between(rows: list[list[str]], places: list[int], heading: str) -> float:
     second = second_of(heading)
     written = [cells[0] for cells in rows]
     time = np.array([_float(each) for each in written])
-    if re.sub(r"\W", "", heading) == "" and time.size > 2 and _counts(written):
+    if not re.search(r"\w", heading) and time.size > 2 and _counts(written):
         told = "The first column counts the samples, and nothing says that it is a time."
         advice = "write the times of the samples, or a heading `time (s), ...` where they are seconds"
         raise refused("time", "1, 2, 3, …", "a column of times", advice, told)
     step, wrong = equal_step(second * time, second * resolution_of(written))
-    if step != step:
-        told = "The times have too few digits: they leave open how far apart the samples are."
+    if np.isnan(step):
         advice = (
             "write the times with more digits, or the number of samples and the step above one value a line"
         )
-        raise refused("time", f"times such as {written[-1]}", "a known time step", advice, told)
+        raise refused("time", f"times such as {written[-1]}", "a known time step", advice, TOO_FEW_DIGITS)
     if wrong is None:
         return step
     if step <= 0.0:

@@ -15,7 +15,7 @@ import numpy as np
 from damperlab.studies.faults import Fault, describe, listing, nearest
 from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record, whole_id
 from damperlab.studies.ground.motion import GroundMotion
-from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.faults import StoreFault, lost_files
 from damperlab.studies.store.files.durable import sync_path
 from damperlab.studies.store.files.sealed import PLACEHOLDER, is_sealed, require_seal, seal
 from damperlab.studies.store.kept_quota import USUAL, KeptQuota
@@ -237,12 +237,5 @@ class Shelf:
 
 
 def _damaged(record_id: str, why: str) -> RecordDamaged:
-    return RecordDamaged(
-        Fault(
-            "record",
-            f"{record_id}, whose files are lost or damaged ({why})",
-            "a record whose files are complete",
-            "upload it again, which replaces its files; or remove them from the folder `records`",
-            f"The files of record {record_id} are lost or damaged: {why.rstrip('.')}.",
-        )
-    )
+    advice = "upload it again, which replaces its files; or remove them from the folder `records`"
+    return RecordDamaged(lost_files("record", record_id, why, advice))

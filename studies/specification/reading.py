@@ -33,6 +33,7 @@ from damperlab.studies.specification.specification import (
     Choice,
     Specification,
     Structure,
+    beside_rubbing,
 )
 from damperlab.studies.text import MAX_BYTES, Format, load_text
 
@@ -235,12 +236,7 @@ class _Reader(LimitFields):
         if not cavity.acts:
             return LEVEL
         field = PARTICLE_FRICTION.name if cavity.particle_friction_coefficient else TILT.name
-        beside = {
-            "ratios": not self._in_units,
-            "records": self._shaken_by_records,
-            "constant": any(each.motion.constant for each in excitations),
-            "contact": any(choices["restitution"].contact_times_s),
-        }
+        beside = beside_rubbing(self._in_units, self._shaken_by_records, excitations, choices)
         self.faults.extend(rubbing_faults(field, describe(self.document[field]), beside))
         return cavity
 

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -174,6 +175,18 @@ class Choice:
     def _place(self, share: float) -> int:
         """Give the place in the list that is nearest to a share of it."""
         return round(share * (len(self.values) - 1))
+
+
+def beside_rubbing(
+    in_units: bool, by_records: bool, excitations: Iterable[Excitation], choices: Mapping[str, Choice]
+) -> dict[str, bool]:
+    """Say which of `consistency.NOT_WITH_RUBBING` a specification has: what friction or gravity is not computed with."""
+    return {
+        "ratios": not in_units,
+        "records": by_records,
+        "constant": any(each.motion.constant for each in excitations),
+        "contact": any(choices["restitution"].contact_times_s),
+    }
 
 
 @dataclass(frozen=True)

@@ -94,3 +94,10 @@ def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueD
             f"The catalogue is damaged: study {study_id} has {found}.",
         )
     )
+
+
+def lost_files(noun: str, name: str, why: str, advice: str) -> Fault:
+    """Make the fault for a design or a record whose files are not what was written."""
+    found = f"{name}, whose files are lost or damaged ({why})"
+    told = f"The files of {noun} {name} are lost or damaged: {why.rstrip('.')}."
+    return Fault(noun, found, f"a {noun} whose files are complete", advice, told)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from damperlab.studies.equal_steps import equal_step, resolution_of
+from damperlab.studies.equal_steps import TOO_FEW_DIGITS, equal_step, resolution_of
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
 from damperlab.studies.fit.columns import LENGTHS, SHARES, Column, NotFitted, read_heading, says_time
 from damperlab.studies.fit.history.history import History
@@ -146,15 +146,13 @@ def _cell(cell: str) -> float:
 def _step(time: np.ndarray, resolution: float, faults: list[Fault]) -> float:
     """Find the time step; a fault where the steps are not equal."""
     step, wrong = equal_step(time, resolution)
-    if wrong is not None or step != step:
-        worst = wrong or 0
-        found = f"row {worst + 1} at {time[worst]:g} s"
+    advice = "resample the history, or write the times with more digits"
+    if wrong is not None:
+        found = f"row {wrong + 1} at {time[wrong]:g} s"
         told = f"The times must rise in equal steps; {found} does not follow the others."
-        if wrong is None:
-            found = f"times such as {time[-1]:g} s"
-            told = "The times have too few digits: they leave open how far apart the samples are."
-        advice = "resample the history, or write the times with more digits"
         faults.append(Fault(TIME, found, "equal steps", advice, told))
+    elif np.isnan(step):
+        faults.append(Fault(TIME, f"times such as {time[-1]:g} s", "equal steps", advice, TOO_FEW_DIGITS))
     return step
 
 

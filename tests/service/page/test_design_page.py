@@ -161,17 +161,19 @@ def test_excitations_are_added_named_and_removed_in_the_form(open_page: Callable
     assert len(excitation()) == 8
 
 
-@pytest.mark.night
-def test_a_sweep_is_asked_for_in_the_form(open_page: Callable[..., Any], helpers: Any) -> None:
+def form_of(open_page: Callable[..., Any], helpers: Any) -> tuple[Any, Callable[[], Any]]:
+    """Open the form of a specification without limits; with what it says of the excitation."""
     watched = open_page()
     watched.allowed = ("422",)
     page = watched.go("#/designs/new")
     text = page.get_by_label("The specification as JSON")
     text.fill(json.dumps({**helpers.SPECIFICATION, "limits": {}}))
+    return page, lambda: json.loads(text.input_value())["excitation"]
 
-    def excitation() -> Any:
-        return json.loads(text.input_value())["excitation"]
 
+@pytest.mark.night
+def test_a_sweep_is_asked_for_in_the_form(open_page: Callable[..., Any], helpers: Any) -> None:
+    page, excitation = form_of(open_page, helpers)
     page.get_by_label("Kind of excitation").select_option("sweep")
     sweep = {"start_hz": 2, "stop_hz": 3, "rate_hz_per_s": 0.1, "base_amplitude_m": 0.001}
     assert excitation() == {"sweep": sweep}
@@ -199,15 +201,7 @@ def test_a_sweep_is_asked_for_in_the_form(open_page: Callable[..., Any], helpers
 def test_random_vibration_and_a_shock_are_asked_for_in_the_form(
     open_page: Callable[..., Any], helpers: Any
 ) -> None:
-    watched = open_page()
-    watched.allowed = ("422",)
-    page = watched.go("#/designs/new")
-    text = page.get_by_label("The specification as JSON")
-    text.fill(json.dumps({**helpers.SPECIFICATION, "limits": {}}))
-
-    def excitation() -> Any:
-        return json.loads(text.input_value())["excitation"]
-
+    page, excitation = form_of(open_page, helpers)
     page.get_by_label("Kind of excitation").select_option("random_vibration")
     page.locator('[data-field="excitation.random_vibration.frequency_hz"] input').fill("1, 5, 50")
     page.get_by_label("Unit of the levels").select_option("psd_m2_per_s3")
