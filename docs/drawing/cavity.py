@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from damperlab.service.figures.reproduction import draw_numbers
 from damperlab.service.figures.style import BLUE, GREY, VERMILION
-from damperlab.service.reproduction.rubbing import CASES, WORDS, Prototype, computed_here, peaks_of
+from damperlab.service.reproduction.prototype import CASES, WORDS, Prototype, computed_here, peaks_of
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.paper import paper_numbers
 from damperlab.studies.plan import Block

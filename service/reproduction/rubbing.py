@@ -1,181 +1,207 @@
 """Table 3 once more, with the particle's own friction: one base amplitude, peaks of curves, what is open fitted."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from itertools import product
-from math import exp, log, pi, sqrt
-
-import numpy as np
-import xarray as xr
-from scipy.optimize import minimize
+from dataclasses import replace
 
 from damperlab.service.figures.reproduction import draw_numbers
-from damperlab.service.reproduction.readings import INSTANT
+from damperlab.service.reproduction.prototype import (
+    ASSUMED,
+    BAND,
+    CASES,
+    CAVITIES,
+    CONFIDENCE,
+    RANGES,
+    WORDS,
+    Prototype,
+    computed_here,
+    deviation,
+    fitted,
+    fitted_from_anywhere,
+    intervals,
+    peaks_of,
+)
+from damperlab.service.reproduction.readings import INSTANT, PRINTED, REAL
 from damperlab.service.reproduction.section import Row, Section, Solve
+from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.definition import Study, parse_harmonic
-from damperlab.studies.paper import paper_numbers
-from damperlab.studies.plan import Block
-from damperlab.studies.specification.cavity import Cavity
-from damperlab.worker.block import solve_block
+from damperlab.studies.paper import PaperNumber, paper_numbers
+from damperlab.studies.questions import Tuning
 
-MEASURED = {"restitution": "restitution_soft", "mass_ratio": "mass_ratio"}
-"""What the paper states of the particle, by the names of its numbers."""
-BAND = {"start": 0.86, "stop": 1.12, "num": 53}
-AMPLITUDES_M, DAMPING, FRICTION = (0.0005, 0.004), (0.002, 0.03), (0.0, 0.2)
-"""Physical ranges of the base amplitude Z, of ζ and of μ_i."""
-RANGES = (AMPLITUDES_M, DAMPING)
-"""Of what is searched in its logarithm."""
-STARTS = 4
-"""Values of each of them that are looked at first."""
-EVALUATIONS = 80
-"""Of each fit, after those."""
-CAVITIES = (1, 2, 3)
-WORDS = {"particle": "particle alone", "hybrid": "hybrid"}
-CASES = tuple(product(WORDS, CAVITIES))
-"""The numbers of Table 3 with a particle, by what their names begin with and the cavity."""
-RMS_DIGITS = 5
-"""To which the deviation is compared: two roundings of one response make no other fit."""
-
-
-@dataclass(frozen=True)
-class Prototype:
-    """What is open about the prototype: base amplitude Z [m], ζ and μ_i."""
-
-    base_amplitude_m: float
-    damping_ratio: float
-    particle_friction: float
-
-    @property
-    def friction_ratio(self) -> float:
-        """γ_F with which friction alone has the peak that the paper prints: (1 − 4γ_F/π)/(2ζ) (Den Hartog)."""
-        peak = paper_numbers()["friction_alone"].value
-        return 0.25 * pi * (1.0 - 2.0 * self.damping_ratio * peak)
-
-    def study(self) -> Study:
-        """Make the study of the particle alone and of the hybrid in each cavity."""
-        known = paper_numbers()
-        frequency_hz = known["natural_frequency_hz"].value
-        cavity = Cavity(self.particle_friction)
-        lengths_m = [1e-3 * known[f"clearance_{k}_mm"].value for k in CAVITIES]
-        document = {
-            "name": f"table-3, μ_i = {self.particle_friction:.4g}",
-            "damping_ratio": self.damping_ratio,
-            "axes": {
-                "clearance_ratio": [length / self.base_amplitude_m for length in lengths_m],
-                "friction_ratio": [0.0, self.friction_ratio],
-                "frequency_ratio": BAND,
-                **{name: known[number].value for name, number in MEASURED.items()},
-            },
-            "metrics": ["amplitude_ratio"],
-        }
-        if self.particle_friction > 0.0:
-            document["particle_friction_ratio"] = cavity.ratios(frequency_hz, self.base_amplitude_m)[0]
-        return parse_harmonic(document)
-
-
-def peaks_of(amplitude: xr.DataArray) -> dict[str, float]:
-    """Give the six peaks of a prototype's responses, by the names of the paper's numbers."""
-    peaks = amplitude.max("frequency_ratio").squeeze(drop=True)
-    return {
-        f"{kind}_{k}": float(peaks.isel(friction_ratio=int(kind == "hybrid"), clearance_ratio=k - 1))
-        for kind, k in CASES
-    }
-
-
-def computed_here(study: Study) -> xr.DataArray:
-    """Compute the responses of a study that nobody will ask for again, and store nothing."""
-    values = solve_block(study, Block.whole(study.shape))
-    return xr.DataArray(values["amplitude_ratio"], dims=tuple(study.coordinates))
+PROFILE = (0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2)
+"""Values of μ_i for which the best Z and ζ are found."""
+MIDDLE = Prototype(0.0015, 0.008, 0.0)
+"""From where a search of the whole ranges begins; what it finds does not depend on it."""
+FREE = (*ASSUMED, "particle_friction")
+WITHOUT, WITH = "without friction of the particle", "with friction of the particle"
+FIGURES = {"particle": 7, "hybrid": 12}
+"""Where the paper draws the curves of each."""
 
 
 def table_3_rubbing(solve: Solve, quick: bool) -> Section:
-    """Fit base amplitude, damping and the particle's friction to the six numbers with a particle; and without friction."""
+    """Fit what is open of the prototype to Table 3, with and without friction of the particle, and ask it for the figures."""
     section = Section("Table 3 with the particle's own friction")
-    known = paper_numbers()
-    fitted = {
-        "without friction of the particle": _fitted(quick, rubs=False),
-        "with friction of the particle": _fitted(quick, rubs=True),
-    }
-    found = {
-        name: peaks_of(section.solve(solve, prototype.study())["amplitude_ratio"])
-        for name, prototype in fitted.items()
-    }
-    for name, peaks in found.items():
-        assumption = f"peak of the curve, {name}"
-        for (kind, k), value in zip(CASES, peaks.values(), strict=True):
-            quantity = f"{WORDS[kind]}, d = {known[f'clearance_{k}_mm'].value:g} mm"
-            section.rows.append(Row(quantity, known[f"{kind}_{k}"], value, assumption, None, INSTANT))
-    head = ("fit", "Z [mm]", "ζ", "μ_i", "γ_F", "rms deviation")
-    lines: list[tuple[object, ...]] = [
+    frictions = PROFILE[-1:] if quick else PROFILE
+    profile = {mu: fitted_from_anywhere(replace(MIDDLE, particle_friction=mu), quick) for mu in frictions}
+    nearest = min(profile.values(), key=_deviation)
+    best = fitted(nearest, FREE, quick)
+    without = fitted_from_anywhere(MIDDLE, quick)
+    held = [fitted_from_anywhere(replace(MIDDLE, contact=name), quick) for name in (REAL, PRINTED)]
+    section.rows, found = _peaks(section, solve, {WITHOUT: without, WITH: best})
+    section.rows += _figures(section, solve, best, found[WITH])
+    section.tables = [
+        _fits(
+            {
+                WITHOUT: without,
+                "the same, particle held 20.55 ms": held[0],
+                "the same, particle held 0.411 s": held[1],
+                WITH: best,
+                "the same, e fitted as well": fitted(best, (*FREE, "restitution"), quick),
+            }
+        ),
         (
-            name,
-            f"{1e3 * each.base_amplitude_m:.3g}",
-            f"{each.damping_ratio:.3g}",
-            f"{each.particle_friction:.3g}",
-            f"{each.friction_ratio:.3g}",
-            f"{deviation(found[name]):.1%}",
-        )
-        for name, each in fitted.items()
+            ("μ_i", "Z [mm]", "ζ", "rms deviation"),
+            [(f"{mu:g}", *_spelled(each), f"{_deviation(each):.1%}") for mu, each in profile.items()],
+        ),
     ]
-    section.tables.append((head, lines))
+    known = paper_numbers()
+    names = ["friction\nalone", *(f"{kind}\n{known[f'clearance_{k}_mm'].value:g} mm" for kind, k in CASES)]
+    measured = [known["friction_alone"].value, *(known[f"{kind}_{k}"].value for kind, k in CASES)]
     section.figures["table-3-friction.png"] = draw_numbers(
-        [f"{kind}\n{known[f'clearance_{k}_mm'].value:g} mm" for kind, k in CASES],
-        [known[f"{kind}_{k}"].value for kind, k in CASES],
-        {name: list(peaks.values()) for name, peaks in found.items()},
+        names, measured, {name: list(peaks.values()) for name, peaks in found.items()}
     )
-    rubbing = found["with friction of the particle"]
-    section.words = [
-        "The paper lists μ_i, internal friction, among its symbols, and its particle slides on a rail. Here the numbers "
-        "of Table 3 are read as peaks of the curves at one base amplitude Z for all cavities. e is the measured one; γ_F is "
-        f"that with which friction alone has the peak printed ({known['friction_alone'].value:g}). Z, ζ and μ_i are fitted "
-        f"to the six numbers with a particle, within Z of {1e3 * AMPLITUDES_M[0]:g} to {1e3 * AMPLITUDES_M[1]:g} mm, ζ of "
-        f"{DAMPING[0]:g} to {DAMPING[1]:g} and μ_i up to {FRICTION[1]:g}, and once with μ_i = 0. The deviation is the root "
-        "mean square of the logarithms of ours over the paper's.",
-        f"The hybrids of the two longer cavities are printed as {known['hybrid_2'].value:g} and "
-        f"{known['hybrid_3'].value:g}, all but equal. With friction of the particle they come out as "
-        f"{rubbing['hybrid_2']:.3g} and {rubbing['hybrid_3']:.3g}. Equal numbers say that the particle reaches no wall and "
-        "damps by its friction alone.",
-        f"The damping ratio that was measured is {known['damping_ratio'].value:g}; what the fit wants beyond it, the model "
-        "lacks. Three numbers are fitted to six, and no interval is stated.",
-    ]
+    section.words = _words(best, found[WITH], intervals(best, FREE))
     return section
 
 
-def deviation(peaks: Mapping[str, float]) -> float:
-    """Give the root mean square of the logarithms of peaks over the paper's."""
-    known = paper_numbers()
-    off = [log(value / known[name].value) for name, value in peaks.items()]
-    return sqrt(sum(each * each for each in off) / len(off))
+def _deviation(prototype: Prototype) -> float:
+    return deviation(peaks_of(computed_here(prototype.study())))
 
 
-def _fitted(quick: bool, rubs: bool) -> Prototype:
-    """Find the prototype of the least deviation: the best of a coarse grid, and down from there by Nelder and Mead."""
-
-    def prototype(at: np.ndarray) -> Prototype:
-        friction = float(np.clip(at[2], *FRICTION)) if rubs else 0.0
-        amplitude, damping = (
-            exp(float(np.clip(x, log(low), log(high)))) for x, (low, high) in zip(at[:2], RANGES, strict=True)
-        )
-        return Prototype(float(f"{amplitude:.6g}"), float(f"{damping:.6g}"), float(f"{friction:.6g}"))
-
-    def value(at: np.ndarray) -> float:
-        return round(deviation(peaks_of(computed_here(prototype(at).study()))), RMS_DIGITS)
-
-    count = 2 if quick else STARTS
-    shares = (np.arange(count) + 0.5) / count
-    axes = [log(low) + shares * log(high / low) for low, high in RANGES]
-    axes.append(FRICTION[1] * shares**2 if rubs else np.zeros(1))
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    best = min(grid, key=value)
-    free = 3 if rubs else 2
-    simplex = np.vstack([best[:free], best[:free] + np.diag([0.2, 0.3, 0.02][:free])])
-    options = {
-        "initial_simplex": simplex,
-        "maxfev": 2 if quick else EVALUATIONS,
-        "xatol": 1e-3,
-        "fatol": 1e-4,
-    }
-    found = minimize(
-        lambda at: value(np.append(at, best[free:])), simplex[0], method="Nelder-Mead", options=options
+def _friction_alone(prototype: Prototype) -> Study:
+    document = prototype.study().document()
+    axes = {name: document["axes"][name] for name in ("friction_ratio", "frequency_ratio")}
+    return parse_harmonic(
+        {
+            "name": "table-3, friction alone",
+            "damping_ratio": prototype.damping_ratio,
+            "particle": False,
+            "axes": {**axes, "friction_ratio": prototype.friction_ratio},
+            "metrics": ["amplitude_ratio"],
+        }
     )
-    return prototype(np.append(found.x, best[free:]))
+
+
+def _peaks(
+    section: Section, solve: Solve, fits: dict[str, Prototype]
+) -> tuple[list[Row], dict[str, dict[str, float]]]:
+    """Set the seven numbers of each fit beside the paper's."""
+    known = paper_numbers()
+    rows, found = [], {}
+    for name, prototype in fits.items():
+        alone = section.solve(solve, _friction_alone(prototype))["amplitude_ratio"]
+        six = peaks_of(section.solve(solve, prototype.study())["amplitude_ratio"])
+        found[name] = {"friction_alone": float(alone.max()), **six}
+        quantities = [
+            "friction alone",
+            *(f"{WORDS[kind]}, d = {known[f'clearance_{k}_mm'].value:g} mm" for kind, k in CASES),
+        ]
+        rows += [
+            Row(quantity, known[number], value, f"peak of the curve, {name}", None, INSTANT)
+            for quantity, (number, value) in zip(quantities, found[name].items(), strict=True)
+        ]
+    return rows, found
+
+
+def _figures(section: Section, solve: Solve, best: Prototype, peaks: dict[str, float]) -> list[Row]:
+    """Say what the fitted prototype makes of the paper's other statements."""
+    known = paper_numbers()
+    lengths = {k: known[f"clearance_{k}_mm"].value for k in CAVITIES}
+    hard = replace(best, restitution=known["restitution_hard"].value)
+    harder = peaks_of(section.solve(solve, hard.study())["amplitude_ratio"])
+    shortest = {
+        kind: Row(
+            f"clearance best for the {words}, mm",
+            PaperNumber(lengths[min(CAVITIES, key=lambda k: known[f"{kind}_{k}"].value)], "Table 3"),
+            lengths[min(CAVITIES, key=lambda k: peaks[f"{kind}_{k}"])],
+            f"the lowest peak; Figure {FIGURES[kind]}",
+            None,
+            INSTANT,
+        )
+        for kind, words in WORDS.items()
+    }
+    by_spring = PaperNumber(4.0 / 3.0, "F_N = k_s Δs, Section 4.2")
+    at_3_mm = best.friction_of(known["friction_peak"].value)
+    cavity = lengths[1] * 1e-3 / best.base_amplitude_m
+    beside = tmd_comparison(
+        section.solve(solve, best.study()),
+        Tuning("den_hartog_table4"),
+        {"clearance_ratio": cavity, "friction_ratio": best.friction_ratio},
+    ).attrs
+    return [
+        *shortest.values(),
+        *(
+            Row(
+                f"particle alone, d = {length:g} mm, peak at e = {hard.restitution:g} over that at {best.restitution:g}",
+                None,
+                harder[f"particle_{k}"] / peaks[f"particle_{k}"],
+                "Figure 8; the paper says that the harder wall is worse",
+                None,
+                INSTANT,
+            )
+            for k, length in lengths.items()
+        ),
+        Row(
+            "ratio of the friction forces of 4 and 3 mm",
+            by_spring,
+            best.friction_ratio / at_3_mm,
+            "Figure 10; each from the peak that was measured, (1 − 4γ_F/π)/(2ζ)",
+        ),
+        Row(
+            f"peak of the hybrid over the tuned mass damper's, d = {lengths[1]:g} mm",
+            None,
+            beside["ratio"],
+            f"Figure 14, r = {BAND['start']:g} to {BAND['stop']:g}, Table 4's ζ in (13); the hybrid is lower at "
+            f"{beside['hybrid_better_share']:.0%} of the frequencies",
+            None,
+            INSTANT,
+        ),
+    ]
+
+
+def _spelled(fit: Prototype) -> tuple[str, str]:
+    return f"{1e3 * fit.base_amplitude_m:.3g}", f"{fit.damping_ratio:.3g}"
+
+
+def _fits(fits: dict[str, Prototype]) -> tuple[tuple[str, ...], list[tuple[object, ...]]]:
+    """Make the table of all fits."""
+    lines = [
+        (name, *_spelled(fit), f"{fit.particle_friction:.3g}", f"{fit.restitution:.3g}", f"{fit.friction_ratio:.3g}",
+         f"{_deviation(fit):.1%}")
+        for name, fit in fits.items()
+    ]  # fmt: skip
+    return ("fit", "Z [mm]", "ζ", "μ_i", "e", "γ_F", "rms deviation"), list(lines)
+
+
+def _words(best: Prototype, peaks: dict[str, float], within: dict[str, tuple[float, float]]) -> list[str]:
+    """Say how Table 3 is read, what was found, and what stays open."""
+    known = paper_numbers()
+    (z, zeta, mu), factor = (within[name] for name in FREE), 1e3
+    ranges = {name: RANGES[name] for name in FREE}
+    return [
+        "The paper lists μ_i, internal friction, among its symbols, and its particle slides on a rail. Here the numbers of "
+        "Table 3 are read as peaks of the curves, at one base amplitude Z for all cavities. e is the measured one. γ_F is "
+        f"that with which friction alone has the peak printed ({known['friction_alone'].value:g}). The rest is fitted to the "
+        f"six numbers with a particle, within Z of {factor * ranges['base_amplitude_m'][0]:g} to "
+        f"{factor * ranges['base_amplitude_m'][1]:g} mm, ζ of {ranges['damping_ratio'][0]:g} to "
+        f"{ranges['damping_ratio'][1]:g} and μ_i up to {ranges['particle_friction'][1]:g}. The deviation is the root mean "
+        "square of the logarithms of ours over the paper's.",
+        f"With friction of the particle the fit has, at {CONFIDENCE:.0%}, Z of {factor * z[0]:.3g} to {factor * z[1]:.3g} mm, "
+        f"ζ of {zeta[0]:.3g} to {zeta[1]:.3g} and μ_i of {mu[0]:.2g} to {mu[1]:.2g}. The last table has the best fit for "
+        "given values of μ_i: a lower μ_i goes with a lower Z and a lower ζ.",
+        f"The hybrids of the two longer cavities are printed as {known['hybrid_2'].value:g} and "
+        f"{known['hybrid_3'].value:g}, all but equal. With friction of the particle they come out as "
+        f"{peaks['hybrid_2']:.3g} and {peaks['hybrid_3']:.3g}. Equal numbers say that the particle reaches no wall and "
+        "damps by its friction alone. Contact times without that friction do not explain them.",
+        f"The fitted ζ is {best.damping_ratio / known['damping_ratio'].value:.2g} times the measured "
+        f"{known['damping_ratio'].value:g}. The measured one belongs to the structure without a damper; what the rails and "
+        "the particle add, the model lacks.",
+    ]

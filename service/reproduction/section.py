@@ -96,8 +96,9 @@ class Section:
     studies: list[Study] = field(default_factory=list)
 
     def solve(self, solve: Solve, study: Study) -> xr.Dataset:
-        """Compute a study, and note that the section stands on it."""
-        self.studies.append(study)
+        """Compute a study, and note once that the section stands on it."""
+        if study not in self.studies:
+            self.studies.append(study)
         return solve(study)
 
     def document(self) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """The page on the paper reproduced is the report of today: its sections, and every number of those that take seconds."""
 
+from dataclasses import replace
+
 import pytest
 import xarray as xr
 from docs.computed import is_of_here
@@ -7,8 +9,15 @@ from docs.console import Shown, difference
 from docs.reproduced import KEY, PAGE, RECOMPUTED, page_of, section_in
 
 from damperlab.service.documents import plain
+from damperlab.service.reproduction.prototype import (
+    Prototype,
+    computed_here,
+    deviation,
+    fitted,
+    intervals,
+    peaks_of,
+)
 from damperlab.service.reproduction.report import SECTIONS, in_markdown
-from damperlab.service.reproduction.rubbing import Prototype, computed_here, deviation, peaks_of
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.paper import paper_numbers
 from damperlab.studies.plan import Block
@@ -73,3 +82,17 @@ def test_a_prototype_that_measures_what_is_printed_deviates_by_nothing() -> None
     assert deviation({**printed, "hybrid_2": 2 * printed["hybrid_2"]}) == pytest.approx(
         0.6931471805599453 / 6**0.5
     )
+
+
+def test_intervals_are_those_of_least_squares() -> None:
+    """At either end of μ_i the best deviation is the threshold of the same confidence: F of 1 and 3 degrees of freedom."""
+    best = Prototype(0.002118, 0.01262, 0.094)
+    free = ("base_amplitude_m", "damping_ratio", "particle_friction")
+    found = intervals(best, free)
+    for name, (low, high) in found.items():
+        assert low < getattr(best, name) < high
+    least = deviation(peaks_of(computed_here(best.study())))
+    threshold = least * (1.0 + 10.128 / 3.0) ** 0.5
+    for end in found["particle_friction"]:
+        there = fitted(replace(best, particle_friction=end), free[:2], quick=False)
+        assert deviation(peaks_of(computed_here(there.study()))) == pytest.approx(threshold, rel=0.15)

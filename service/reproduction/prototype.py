@@ -1,0 +1,186 @@
+"""The paper's prototype: what is open about it, and the parameters with which Table 3 comes out nearest."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import log, pi, sqrt
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.stats import t as student
+
+from damperlab.service.reproduction.readings import INSTANT, SOFT
+from damperlab.studies.definition import Study, parse_harmonic
+from damperlab.studies.paper import paper_numbers
+from damperlab.studies.plan import Block
+from damperlab.studies.specification.cavity import Cavity
+from damperlab.worker.block import solve_block
+
+BAND = {"start": 0.86, "stop": 1.12, "num": 53}
+RANGES = {
+    "base_amplitude_m": (0.0005, 0.004),
+    "damping_ratio": (0.002, 0.03),
+    "particle_friction": (0.0, 0.2),
+    "restitution": (0.2, 0.9),
+}
+"""Physical ranges of what may be fitted. A search sees a share of each: of its logarithm where it starts above zero."""
+ASSUMED = ("base_amplitude_m", "damping_ratio")
+"""What every fit leaves free."""
+STARTS = 4
+"""Values of each of them that are tried first."""
+STEP = 0.08
+"""First step of a search, as a share of the range."""
+EVALUATIONS_EACH = 20
+"""Evaluations of a search, for each free parameter."""
+DIFFERENCE = 1e-3
+"""Share of the range over which derivatives are taken."""
+CONFIDENCE = 0.95
+RMS_DIGITS = 5
+"""To which the deviation is compared: two roundings of one response make no other fit."""
+CAVITIES = (1, 2, 3)
+WORDS = {"particle": "particle alone", "hybrid": "hybrid"}
+CASES = tuple(product(WORDS, CAVITIES))
+"""The numbers of Table 3 with a particle, by what their names begin with and the cavity."""
+
+
+@dataclass(frozen=True)
+class Prototype:
+    """What is open about the prototype: base amplitude Z [m], ζ, μ_i, e, and the contact model by its name."""
+
+    base_amplitude_m: float
+    damping_ratio: float
+    particle_friction: float
+    restitution: float = 0.47
+    contact: str = INSTANT
+
+    @property
+    def friction_ratio(self) -> float:
+        """γ_F with which friction alone has the peak that Table 3 prints."""
+        return self.friction_of(paper_numbers()["friction_alone"].value)
+
+    def friction_of(self, peak: float) -> float:
+        """γ_F with which friction alone has a peak: the peak is (1 − 4γ_F/π)/(2ζ) (Den Hartog)."""
+        return 0.25 * pi * (1.0 - 2.0 * self.damping_ratio * peak)
+
+    def study(self) -> Study:
+        """Make the study of the particle alone and of the hybrid in each cavity."""
+        known = paper_numbers()
+        lengths_m = [1e-3 * known[f"clearance_{k}_mm"].value for k in CAVITIES]
+        document = {
+            "name": f"table-3, μ_i = {self.particle_friction:.4g}, e = {self.restitution:.4g}",
+            "damping_ratio": self.damping_ratio,
+            "contact": SOFT[self.contact],
+            "axes": {
+                "clearance_ratio": [length / self.base_amplitude_m for length in lengths_m],
+                "friction_ratio": [0.0, self.friction_ratio],
+                "frequency_ratio": BAND,
+                "restitution": self.restitution,
+                "mass_ratio": known["mass_ratio"].value,
+            },
+            "metrics": ["amplitude_ratio"],
+        }
+        if self.particle_friction > 0.0:
+            cavity, frequency_hz = Cavity(self.particle_friction), known["natural_frequency_hz"].value
+            document["particle_friction_ratio"] = cavity.ratios(frequency_hz, self.base_amplitude_m)[0]
+        return parse_harmonic(document)
+
+    def shares(self, names: Sequence[str]) -> NDArray[np.float64]:
+        """Where it lies within the ranges of some parameters, shape (names,)."""
+        return np.array([_share(getattr(self, name), *RANGES[name]) for name in names])
+
+    def at(self, names: Sequence[str], shares: Sequence[float] | NDArray[np.float64]) -> "Prototype":
+        """Move some parameters to shares of their ranges; a share outside counts as the end."""
+        values = {name: _value(share, *RANGES[name]) for name, share in zip(names, shares, strict=True)}
+        return replace(self, **values)
+
+
+def _share(value: float, low: float, high: float) -> float:
+    return (value - low) / (high - low) if low == 0.0 else log(value / low) / log(high / low)
+
+
+def _value(share: float, low: float, high: float) -> float:
+    """Six digits, so that a study states what it is."""
+    within = float(np.clip(share, 0.0, 1.0))
+    return float(f"{low + within * (high - low) if low == 0.0 else low * (high / low) ** within:.6g}")
+
+
+def peaks_of(amplitude: xr.DataArray) -> dict[str, float]:
+    """Give the six peaks of a prototype's responses, by the names of the paper's numbers."""
+    peaks = amplitude.max("frequency_ratio").squeeze(drop=True)
+    return {
+        f"{kind}_{k}": float(peaks.isel(friction_ratio=int(kind == "hybrid"), clearance_ratio=k - 1))
+        for kind, k in CASES
+    }
+
+
+def computed_here(study: Study) -> xr.DataArray:
+    """Compute the responses of a study that nobody will ask for again, and store nothing."""
+    values = solve_block(study, Block.whole(study.shape))
+    return xr.DataArray(values["amplitude_ratio"], dims=tuple(study.coordinates))
+
+
+def off(peaks: Mapping[str, float]) -> NDArray[np.float64]:
+    """Logarithms of peaks over the paper's."""
+    known = paper_numbers()
+    return np.array([log(value / known[name].value) for name, value in peaks.items()])
+
+
+def deviation(peaks: Mapping[str, float]) -> float:
+    """Root mean square of the logarithms of peaks over the paper's."""
+    return sqrt(float(np.mean(off(peaks) ** 2)))
+
+
+def _computed_off(prototype: Prototype) -> NDArray[np.float64]:
+    return off(peaks_of(computed_here(prototype.study())))
+
+
+def _deviation_at(prototype: Prototype) -> float:
+    return round(sqrt(float(np.mean(_computed_off(prototype) ** 2))), RMS_DIGITS)
+
+
+def fitted(start: Prototype, free: Sequence[str], quick: bool) -> Prototype:
+    """Find the prototype of the least deviation near another, by Nelder and Mead over shares of the ranges."""
+    first = start.shares(free)
+    steps = np.diag(np.where(first > 0.5, -STEP, STEP))
+    found = minimize(
+        lambda shares: _deviation_at(start.at(free, shares)),
+        first,
+        method="Nelder-Mead",
+        options={
+            "initial_simplex": np.vstack([first, first + steps]),
+            "maxfev": 2 if quick else EVALUATIONS_EACH * len(free),
+            "xatol": 1e-3,
+            "fatol": 1e-4,
+        },
+    )
+    return start.at(free, found.x)
+
+
+def fitted_from_anywhere(start: Prototype, quick: bool) -> Prototype:
+    """Find Z and ζ of the least deviation: the best of a coarse grid, and on from there."""
+    count = 1 if quick else STARTS
+    shares = (np.arange(count) + 0.5) / count
+    grid = [start.at(ASSUMED, each) for each in product(shares, repeat=len(ASSUMED))]
+    return fitted(min(grid, key=_deviation_at), ASSUMED, quick)
+
+
+def intervals(best: Prototype, free: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Intervals of a fit's parameters, from its derivatives and what it leaves over.
+
+    Least squares with errors of one unknown size (Seber and Wild, Nonlinear Regression, 1989, section 5.1): each is the
+    estimate ± t·s·√((JᵀJ)⁻¹), with Student's t of as many degrees of freedom as there are more numbers than parameters.
+    """
+    at = best.shares(free)
+    columns = [
+        (_computed_off(best.at(free, at + step)) - _computed_off(best.at(free, at - step)))
+        / (2.0 * DIFFERENCE)
+        for step in DIFFERENCE * np.eye(len(free))
+    ]
+    slopes, left = np.stack(columns, axis=1), _computed_off(best)
+    spare = left.size - len(free)
+    spread = np.sqrt(np.sum(left**2) / spare * np.diag(np.linalg.inv(slopes.T @ slopes)))
+    half = float(student.ppf(0.5 + 0.5 * CONFIDENCE, spare)) * spread
+    ends = (best.at(free, at - half), best.at(free, at + half))
+    return {name: (getattr(ends[0], name), getattr(ends[1], name)) for name in free}
