@@ -103,6 +103,42 @@ MUTANTS = (
         'kind !== "hidden_peak"',
         "tests/service/page/test_first_look_browser.py",
     ),
+    Mutant(
+        "studies/ground/shelf.py",
+        "        sync_path(self.folder.parent)\n",
+        "",
+        "tests/studies/store/test_folder.py",
+    ),
+    Mutant(
+        "studies/ground/shelf.py",
+        "self.folder / name)\n        sync_path(self.folder)",
+        "self.folder / name)",
+        "tests/studies/store/test_folder.py",
+    ),
+    Mutant(
+        "service/security/sessions.py",
+        "return key_id if ends > time.time() else None",
+        "return key_id or None",
+        "tests/service/security/test_who_may_ask.py::test_a_session_ends_after_hours_and_with_its_key",
+    ),
+    Mutant(
+        "service/simulation.py",
+        'if method == "rk4" and isinstance(contact, DwellContact | CompliantContact):',
+        'if method == "rk4" and isinstance(contact, DwellContact):',
+        "tests/service/cli/test_cli_refused.py",
+    ),
+    Mutant(
+        "service/page/numbers.js",
+        "short(1000 * value,",
+        "short(value,",
+        "tests/service/page/test_page_files.py",
+    ),
+    Mutant(
+        "studies/design/corners.py",
+        "(1, -1, -1, -1, -1, 1, 1)",
+        "(1, -1, -1, -1, -1, 1, -1)",
+        "tests/studies/design/test_parts.py::test_corners_are_all_of_a_few_tolerances_and_a_fraction_of_many",
+    ),
 )
 
 
