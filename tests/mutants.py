@@ -134,6 +134,12 @@ MUTANTS = (
         "tests/service/page/test_page_files.py",
     ),
     Mutant(
+        "studies/answers/fragility.py",
+        "DROP = 1.9207",
+        "DROP = 1.3528",
+        "tests/studies/answers/test_fragility.py",
+    ),
+    Mutant(
         "studies/design/corners.py",
         "(1, -1, -1, -1, -1, 1, 1)",
         "(1, -1, -1, -1, -1, 1, -1)",
