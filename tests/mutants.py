@@ -140,6 +140,12 @@ MUTANTS = (
         "tests/studies/answers/test_fragility.py",
     ),
     Mutant(
+        "worker/dispatch/crew.py",
+        "self.retries += attempt.tries > 0",
+        "self.retries += attempt.tries",
+        "tests/worker/dispatch/test_crew.py",
+    ),
+    Mutant(
         "studies/design/corners.py",
         "(1, -1, -1, -1, -1, 1, 1)",
         "(1, -1, -1, -1, -1, 1, -1)",
