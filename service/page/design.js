@@ -6,7 +6,7 @@ import { given, isItself, isMean } from "./design_answer.js";
 import { againstMass, overAmplitudes, overBand } from "./design_figures.js";
 import { help } from "./help.js";
 import { modelSketch } from "./model_sketch.js";
-import { count, counted, short } from "./numbers.js";
+import { count, counted, drawn, short } from "./numbers.js";
 import { badge, isActive } from "./progress.js";
 import { WORDS } from "./words.js";
 
@@ -192,7 +192,7 @@ function reference(worst) {
 
 /** @param {any} worst */
 function response(worst) {
-  const value = worst.units === "m" ? `${short(1000 * worst.value, 4)} mm` : worst.units === "1" ? `${short(worst.value, 4)} times ${reference(worst)}` : `${short(worst.value, 4)} ${worst.units}`;
+  const value = worst.units === "1" ? `${short(worst.value, 4)} times ${reference(worst)}` : drawn(worst.value, worst.units, 4);
   if (worst.record) return `${value} under ${worst.record_name ?? worst.record} × ${worst.scale}`;
   const at = worst.frequency_hz === undefined || worst.frequency_hz === null ? worst.frequency_ratio && `r = ${short(worst.frequency_ratio, 4)}` : `${short(worst.frequency_hz, 4)} Hz`;
   return at ? `${value} at ${at}` : value;

@@ -3,7 +3,7 @@
 import { colour, CURVES, DASHES, figure } from "./figure.js";
 import { given, isItself, isMean } from "./design_answer.js";
 import { capital } from "./dom.js";
-import { short } from "./numbers.js";
+import { drawn, short } from "./numbers.js";
 
 /**
  * What the values of a figure are in.
@@ -71,10 +71,9 @@ export function overAmplitudes(design) {
   return chart.element;
 }
 
-/** An amplitude in the unit of a drawing. @param {any} row */
-export function level({ amplitude, amplitude_units: units }) {
-  if (units === "1") return `${short(amplitude, 3)} times`;
-  return units === "m" || units === "m/s" ? `${short(1000 * amplitude, 3)} m${units}` : `${short(amplitude, 3)} ${units}`;
+/** @param {any} row */
+function level({ amplitude, amplitude_units: units }) {
+  return units === "1" ? `${short(amplitude, 3)} times` : drawn(amplitude, units, 3);
 }
 
 /** A colour between those of the first two curves. @param {number} share */

@@ -23,6 +23,11 @@ export function counted(value, noun) {
   return `${count(value)} ${noun}${value === 1 ? "" : "s"}`;
 }
 
+/** A quantity in the unit of a drawing, millimetres for metres. @param {number} value @param {string} units in SI @param {number} digits */
+export function drawn(value, units, digits) {
+  return units === "m" || units === "m/s" ? `${short(1000 * value, digits)} m${units}` : `${short(value, digits)} ${units}`;
+}
+
 /** A time span. @param {number | null | undefined} seconds */
 export function duration(seconds) {
   if (seconds === null || seconds === undefined) return "–";

@@ -3,7 +3,7 @@
 import { refusalBox } from "./api.js";
 import { debounced, el, fill, picker } from "./dom.js";
 import { colour, CURVES, figure } from "./figure.js";
-import { short } from "./numbers.js";
+import { drawn, short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
 import { pythonLine } from "./python_line.js";
 import { RECORD } from "./selection.js";
@@ -141,6 +141,6 @@ function energies(found) {
   return [
     el("h3", {}, "Energies"),
     el("dl", { class: "facts" }, ENERGIES.map(([name, words]) => el("div", {}, el("dt", {}, words), el("dd", {}, `${short(found[name], 4)} J${share(name)}`)))),
-    el("p", { class: "quiet" }, `Largest drift ${short(1000 * found.peak_relative_displacement_m, 4)} mm, largest acceleration ${short(found.peak_absolute_acceleration_m_s2, 4)} m/s², ${found.impacts} impacts, the fastest at ${short(found.impact_speed_max_m_s, 3)} m/s.`),
+    el("p", { class: "quiet" }, `Largest drift ${drawn(found.peak_relative_displacement_m, "m", 4)}, largest acceleration ${short(found.peak_absolute_acceleration_m_s2, 4)} m/s², ${found.impacts} impacts, the fastest at ${short(found.impact_speed_max_m_s, 3)} m/s.`),
   ];
 }

@@ -212,6 +212,7 @@ class Shelf:
             if full is not None:
                 raise ShelfFull(full)
         self.folder.mkdir(parents=True, exist_ok=True)
+        sync_path(self.folder.parent)
         samples = io.BytesIO()
         np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
         # the summary last: a record is there when its summary is

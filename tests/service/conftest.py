@@ -18,6 +18,8 @@ import pytest
 from tests import ports
 from tests.ready import Started, ready
 
+from damperlab.service.edge.connection import LEAVE_SECONDS
+
 START_SECONDS = 300.0
 WORK_SECONDS = 3000.0
 PATIENCE_SECONDS = 300.0
@@ -153,6 +155,27 @@ def held(running: Running) -> psutil.Process:
     (process,) = computing(running)
     process.suspend()
     return process
+
+
+def ends_once_given_up(process: psutil.Process, ask: Callable[[float], object]) -> bool:
+    """Whether a held process ends once nobody waits for it any more.
+
+    Parameters
+    ----------
+    process : Process
+        As `held` gives it.
+    ask : callable
+        Asks for what the process shall compute, and gives it up after so many seconds. On a busy machine the process may not
+        have been asked by then, and nothing has to end: it is asked again, for longer.
+    """
+    for seconds in (0.5, 2.0, 8.0):
+        ask(seconds)
+        began = time.monotonic()
+        while time.monotonic() < began + LEAVE_SECONDS + seconds:
+            if not psutil.pid_exists(process.pid):
+                return True
+            time.sleep(0.05)
+    return False
 
 
 def ended(record: dict[str, Any]) -> bool:

@@ -116,6 +116,7 @@ NAMED = [
     ("simulate --contact dwell --contact-time -2", "`--contact-time` must be"),
     ("simulate --contact-time 0.1", "--contact dwell"),
     ("simulate --method rk4 --cycles 3 --contact dwell --contact-time 0.1", "--method event"),
+    ("simulate --method rk4 --cycles 3 --contact compliant --contact-time 0.1", "--method event"),
     ("earthquake --contact-time 0.1", "--contact dwell"),
     ("earthquake el-centro --duration-s 5", "--kanai-tajimi"),
     ("earthquake --generate '{sweep: {start_hz: 2}}'", "rate_hz_per_s"),

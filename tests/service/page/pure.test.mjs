@@ -7,7 +7,7 @@ import { extentOf, isWide } from "../../../service/page/extent.js";
 import { tableOf } from "../../../service/page/figure_table.js";
 import { History } from "../../../service/page/history.js";
 import { Kept, plainly } from "../../../service/page/kept.js";
-import { count, counted, duration, isLogarithmic, nearest, short, size } from "../../../service/page/numbers.js";
+import { count, counted, drawn, duration, isLogarithmic, nearest, short, size } from "../../../service/page/numbers.js";
 import { Selection } from "../../../service/page/selection.js";
 
 // what modules of figures ask of a browser as they are loaded
@@ -22,6 +22,7 @@ test("numbers have the digits that matter, times and sizes the unit that is read
   const times = [[2e-5, "20 µs"], [0.25, "250 ms"], [59, "59 s"], [120, "2 min"], [3600, "60 min"], [7200, "2 h"], [2 * 86400, "2 days"], [null, "–"]];
   for (const [seconds, text] of times) assert.equal(duration(seconds), text);
   for (const [bytes, text] of [[999, "999 bytes"], [1500, "1.5 kB"], [2e9, "2 GB"]]) assert.equal(size(bytes), text);
+  for (const [units, text] of [["m", "2.13 mm"], ["m/s", "2.13 mm/s"], ["m/s²", "0.00213 m/s²"]]) assert.equal(drawn(0.0021349, units, 3), text);
   assert.equal(count(1234567), "1,234,567");
   assert.deepEqual([counted(1, "point"), counted(2, "point")], ["1 point", "2 points"]);
 });

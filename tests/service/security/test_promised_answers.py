@@ -1,13 +1,13 @@
 """Answers that are promised and fetched later: RFC 7240, ``Prefer: respond-async``."""
 
+import time
 from collections.abc import Callable
 from typing import Any
 
 import httpx
-import psutil
 import pytest
 from starlette.datastructures import Headers
-from tests.service.security.conftest import QUICK
+from tests.service.security.conftest import ENDLESS, QUICK
 
 from damperlab.service.client.client import Client
 from damperlab.service.client.faults import Unreachable
@@ -15,6 +15,7 @@ from damperlab.service.work.later import LONGEST_WAIT_SECONDS, WAIT_SECONDS, wai
 
 SIMULATE = "/api/v1/simulate"
 AT_ONCE = {"Prefer": "respond-async, wait=0"}
+PATIENTLY = {"Prefer": "respond-async, wait=60"}
 
 
 @pytest.mark.parametrize(
@@ -61,7 +62,7 @@ def test_promised_answer_is_the_answer(service: Any, client: httpx.Client, helpe
     assert promised.json()["state"] == straight.json()["state"]
     assert promised.json()["metrics"].keys() == straight.json()["metrics"].keys()
     # whoever waits long enough is answered at once
-    patient = client.post(SIMULATE, json=QUICK, headers={"Prefer": "respond-async, wait=60"})
+    patient = client.post(SIMULATE, json=QUICK, headers=PATIENTLY)
     assert (patient.status_code, patient.json()["state"]) == (200, straight.json()["state"])
     # a refusal is an answer too
     refused = client.post(SIMULATE, json=QUICK | {"frequency_ratio": -1}, headers=AT_ONCE)
@@ -75,39 +76,46 @@ def test_promised_answer_is_the_answer(service: Any, client: httpx.Client, helpe
         assert found.state == straight.json()["state"]
 
 
-def test_what_is_given_up_is_computed_no_longer(own_service: Callable[..., Any], helpers: Any) -> None:
+@pytest.mark.parametrize("promised", [True, False], ids=["promise", "request"])
+def test_what_is_given_up_is_computed_no_longer(
+    own_service: Callable[..., Any], helpers: Any, promised: bool
+) -> None:
     running = own_service()
-
-    def ended(process: psutil.Process) -> None:
-        helpers.wait_until(lambda: not psutil.pid_exists(process.pid))
-
     with httpx.Client(base_url=running.url, timeout=helpers.PATIENCE_SECONDS) as client:
 
-        def begun() -> psutil.Process:
-            assert client.post(SIMULATE, json=QUICK).status_code == 200
-            process: psutil.Process = helpers.held(running)
-            return process
+        def give_up(seconds: float) -> None:
+            promise = client.post(SIMULATE, json=ENDLESS, headers=AT_ONCE)
+            assert promise.status_code == 202
+            time.sleep(seconds)
+            assert client.get(promise.headers["location"]).status_code == 202
+            assert client.delete(promise.headers["location"]).status_code == 204
+            gone = client.get(promise.headers["location"])
+            assert (gone.status_code, gone.json()["type"]) == (404, "urn:damperlab:problem:no-such-answer")
 
-        process = begun()
-        promise = client.post(SIMULATE, json=QUICK, headers=AT_ONCE)
-        assert promise.status_code == 202
-        assert client.get(promise.headers["location"]).status_code == 202
-        assert client.delete(promise.headers["location"]).status_code == 204
-        ended(process)
-        gone = client.get(promise.headers["location"])
-        assert (gone.status_code, gone.json()["type"]) == (404, "urn:damperlab:problem:no-such-answer")
-        # a client that leaves before it is promised anything leaves nothing behind
-        process = begun()
-        with pytest.raises(httpx.TimeoutException):
-            client.post(SIMULATE, json=QUICK, headers={"Prefer": "respond-async, wait=60"}, timeout=2)
-        ended(process)
-        # the client of Python gives up what it no longer waits for
-        process = begun()
-        with Client(running.url, timeout=4) as python:
-            python._transport._http.headers.update(AT_ONCE)
-            with pytest.raises(Unreachable, match="took longer than 4 s"):
-                python.simulate(**QUICK)  # type: ignore[arg-type]
-        ended(process)
+        def leave(seconds: float) -> None:
+            """Before anything is promised."""
+            with pytest.raises(httpx.TimeoutException):
+                client.post(SIMULATE, json=ENDLESS, headers=PATIENTLY, timeout=seconds)
+
+        assert client.post(SIMULATE, json=QUICK).status_code == 200
+        assert helpers.ends_once_given_up(helpers.held(running), give_up if promised else leave)
+
+
+def test_the_client_of_python_gives_up_what_it_no_longer_waits_for(
+    service: Any, client: httpx.Client
+) -> None:
+    promises: list[str] = []
+    with Client(service.url) as python:
+        transport = python._transport
+        transport._http.headers.update(AT_ONCE)
+        transport._http.event_hooks["response"].append(
+            lambda answer: promises.append(answer.headers.get("location", ""))
+        )
+        transport._timeout_seconds = 0.0
+        with pytest.raises(Unreachable, match="took longer than 0 s"):
+            python.simulate(**ENDLESS)  # type: ignore[arg-type]
+    assert promises[0].startswith("/api/v1/answers/")
+    assert client.get(promises[0]).status_code == 404
 
 
 def test_an_answer_is_for_who_asked(guarded: Any, helpers: Any) -> None:

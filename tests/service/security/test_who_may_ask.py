@@ -3,6 +3,8 @@
 import json
 import stat
 import time
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from tests.service.cli.commands import run, run_apart
 from tests.service.security.conftest import Guarded, make_key
 
 from damperlab import Client
+from damperlab.service.security import sessions
 from damperlab.service.security.sessions import OF_ONE_KEY, Sessions
 from damperlab.studies.store.catalogue.access_keys import AccessKey
 
@@ -238,9 +241,19 @@ def test_a_session_ends_on_the_server(guarded: Guarded) -> None:
 
 def test_a_key_has_only_so_many_sessions() -> None:
     key = AccessKey("0" * 12, "ann", ("read",), None, None, None, "1" * 64)
-    sessions = Sessions()
-    values = [sessions.begin(key)[0] for _ in range(OF_ONE_KEY + 2)]
-    assert [sessions.stands_for(each, key) for each in values] == [False] * 2 + [True] * OF_ONE_KEY
+    opened = Sessions()
+    values = [opened.begin(key)[0] for _ in range(OF_ONE_KEY + 2)]
+    assert [opened.stands_for(each, key) for each in values] == [False] * 2 + [True] * OF_ONE_KEY
+
+
+def test_a_session_ends_after_hours_and_with_its_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    lasting = AccessKey("0" * 12, "ann", ("read",), None, None, None, "1" * 64)
+    over = replace(lasting, id="1" * 12, expires=datetime.now(UTC))
+    opened = Sessions()
+    values = [opened.begin(key)[0] for key in (lasting, over)]
+    assert [opened.key_id(each) for each in values] == [lasting.id, None]
+    monkeypatch.setattr(sessions, "LASTS_SECONDS", 0)
+    assert opened.key_id(opened.begin(lasting)[0]) is None
 
 
 def test_the_client_takes_its_key_from_argument_environment_or_file(

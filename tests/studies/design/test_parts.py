@@ -13,7 +13,7 @@ from damperlab.studies.design.absorber_structure import built
 from damperlab.studies.design.alternatives import without
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import clopper_pearson
-from damperlab.studies.design.corners import corners_of
+from damperlab.studies.design.corners import HADAMARD, corners_of
 from damperlab.studies.design.frequencies import CLOSER, SHOWN, Survey, between, brackets, rise
 from damperlab.studies.design.words import words_of_structure
 from damperlab.studies.specification.reading import parse_specification
@@ -155,6 +155,9 @@ def test_corners_are_all_of_a_few_tolerances_and_a_fraction_of_many() -> None:
     corners = corners_of(parse_specification(PROTOTYPE | {"tolerances": many}))
     assert len(corners) == 8
     assert all(set(corner.values()) <= {-1.0, 1.0} and corner.keys() == many.keys() for corner in corners)
+    # balanced: each quantity up as often as down, also beside each other one
+    signs = np.column_stack((np.ones(8), HADAMARD))
+    assert (signs.T @ signs == 8.0 * np.eye(8)).all()
     assert corners_of(parse_specification(PROTOTYPE | {"tolerances": {}})) == []
 
 

@@ -4,9 +4,14 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.shelf import Shelf as Records
 from damperlab.studies.store.files.folder import Folder
+
+MOTION = GroundMotion("short", 0.01, np.array([0.0, 1.0, 0.0]))
 
 
 @pytest.mark.parametrize(
@@ -17,20 +22,24 @@ from damperlab.studies.store.files.folder import Folder
         (lambda folder: folder.move("there", "away/there"), {".", "away"}),
         (lambda folder: folder.at("new").fill({"c/0": b"1"}), {".", "new", "new/c"}),
         (lambda folder: folder.make({"one": {"z": b"1"}, "two": {"z": b"2"}}), {".", "one", "two"}),
+        (lambda folder: Records(folder.address).put(MOTION), {".", "records"}),
+        (lambda folder: (records := Records(folder.address)).remove(records.put(MOTION)[0]), {"records"}),
     ],
-    ids=["put", "put_new", "move", "fill", "make"],
+    ids=["put", "put_new", "move", "fill", "make", "record", "no record"],
 )
 def test_each_list_of_names_that_changes_is_synced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: Callable[[Folder], object], changed: set[str]
 ) -> None:
     (tmp_path / "there").mkdir()
-    synced = set()
+    synced: dict[Path, list[Path]] = {}
     real = os.fsync
 
     def record(descriptor: int) -> None:
-        synced.add(Path(f"/proc/self/fd/{descriptor}").readlink())
+        path = Path(f"/proc/self/fd/{descriptor}").readlink()
+        synced[path] = sorted(path.iterdir()) if path.is_dir() else []
         real(descriptor)
 
     monkeypatch.setattr(os, "fsync", record)
     change(Folder(tmp_path))
-    assert {tmp_path / name for name in changed} <= synced
+    for folder in (tmp_path / name for name in changed):
+        assert synced.get(folder) == sorted(folder.iterdir()), "its names have changed since"

@@ -50,6 +50,7 @@ def test_block_whose_part_fails_everywhere_is_given_up_once() -> None:
         fill(crew)
     assert failures == [Failure(0, "ZeroDivisionError: there")]
     assert max(tried.values()) == 1 + RETRIES
+    assert crew.retries == sum(tried.values()) - len(tried)
     assert crew.waiting == 0
 
 
