@@ -12,12 +12,11 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from sqlalchemy import create_engine, inspect, text
+from sqlalchemy import create_engine, text
 from tests.filling import make_plan_of, make_study, values_of
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.rebuild import rebuild
-from damperlab.studies.store.catalogue.tables import metadata
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.life_cycle.wanted import Wanted
@@ -279,18 +278,3 @@ def test_a_catalogue_that_cannot_be_used_is_told_without_its_password(tmp_path, 
     with pytest.raises(StoreFault, match=f"(?i){told}") as caught:
         Store.open(tmp_path, given)
     assert "secret" not in str(caught.value)
-
-
-@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
-def test_a_new_catalogue_has_the_tables_that_are_described(tmp_path, address, kind):
-    store = Store.open(tmp_path, address if kind == "postgresql" else None)
-    with store.catalogue.reading() as connection:
-        found = inspect(connection)
-        for table in metadata.tables.values():
-            assert {column["name"] for column in found.get_columns(table.name)} == set(table.columns.keys())
-            assert {index["name"] for index in found.get_indexes(table.name)} >= {
-                index.name for index in table.indexes
-            }
-            nullable = {column["name"]: column["nullable"] for column in found.get_columns(table.name)}
-            assert nullable == {column.name: bool(column.nullable) for column in table.columns}
-    store.close()

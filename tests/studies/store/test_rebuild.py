@@ -333,8 +333,8 @@ def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(filled):
         "UPDATE done_blocks SET checksum = '0' WHERE study = 1 AND block = 3",
         "UPDATE events SET what = 'x' || what WHERE number = 1",
         "INSERT INTO keys (key, digest, at, crc) VALUES ('k', 'd', 1.0, 5)",
-        "UPDATE alembic_version SET version_num = '0000'",
-        "DELETE FROM alembic_version",
+        "UPDATE facts SET value = '' WHERE key = 'revision'",
+        "DELETE FROM facts WHERE key = 'revision'",
     ],
 )
 def test_rows_that_are_damaged_are_told_and_made_anew(filled, damage):
