@@ -58,8 +58,8 @@ class BlockOutcome:
     index: int
     points: int
     failed: int
-    seconds: float
-    kernel_seconds: float
+    seconds: float = 0.0
+    kernel_seconds: float = 0.0
     message: str | None = None
     generation: str = ""
     checksum: str | None = None

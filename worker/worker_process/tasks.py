@@ -2,6 +2,7 @@
 
 import json
 import time
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -90,18 +91,8 @@ def run_block(
         "kernel_seconds": kernel_seconds,
         "identity": computing()["identity"],
     }
-    checksum = write_region(cube_path, block, values, generation, told)
-    return BlockOutcome(
-        index=block.index,
-        points=values["status"].size,
-        failed=int(np.count_nonzero(values["status"] >= Status.TOO_MANY_EVENTS)),
-        seconds=time.perf_counter() - began,
-        kernel_seconds=kernel_seconds,
-        generation=generation,
-        checksum=checksum,
-        reused=reused,
-        identity=computing()["identity"],
-    )
+    outcome = write_region(cube_path, block, values, generation, told)
+    return replace(outcome, seconds=time.perf_counter() - began)
 
 
 def _solve(

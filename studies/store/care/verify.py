@@ -26,10 +26,10 @@ from damperlab.studies.store.catalogue.rowsum import SUMMED, damaged_row, is_sou
 from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, studies
 from damperlab.studies.store.cube.checksum import checksum
 from damperlab.studies.store.cube.chunks import BlockDamaged
-from damperlab.studies.store.cube.cube import lost_attachments, restore_metadata
+from damperlab.studies.store.cube.cube import lost_attachments
 from damperlab.studies.store.cube.decoded import DecodedChunks
 from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
-from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
+from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube, first_pieces
 from damperlab.studies.store.cube.opened import open_cube
 from damperlab.studies.store.cube.packed import block_key, read_header
 from damperlab.studies.store.faults import StoreAway, StoreFault, cannot_use
@@ -273,14 +273,8 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
         if lost:
             whole = parse_study(record.definition, Records(store.data_dir)).attachments()
             shelf.fill({key: whole[key] for key in lost})
-        restore_metadata(
-            shelf,
-            study,
-            record.chunk,
-            record.provenance,
-            reuse=record.reuse,
-            created=record.created.timestamp(),
-        )
+        created = record.created.timestamp()
+        shelf.fill(first_pieces(study, record.chunk, record.provenance, reuse=record.reuse, created=created))
     blocks = [damage.block for damage in damages if damage.block is not None]
     if blocks or "catalogue" in parts:
         record = store.forget(record.id, blocks, "damaged")

@@ -35,7 +35,8 @@ from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, RESERVE
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import events, keys, studies
 from damperlab.studies.store.catalogue.turns import Turns
-from damperlab.studies.store.cube.cube import block_grid, bytes_per_point, first_files
+from damperlab.studies.store.cube.cube import block_grid, bytes_per_point
+from damperlab.studies.store.cube.description import first_pieces
 from damperlab.studies.store.cube.packed import BLOCKS
 from damperlab.studies.store.faults import (
     CatalogueDamaged,
@@ -293,16 +294,7 @@ class Entering(StoreBase):
         return [_Made(entry, number, now) for entry, number in zip(entries, numbers, strict=True)]
 
     def _make(self, fresh: Sequence["_Made"]) -> None:
-        cubes = {
-            each.name: first_files(
-                each.entry.study,
-                each.entry.chunk,
-                each.entry.provenance,
-                reuse=each.entry.reuse,
-                created=each.created,
-            )
-            for each in fresh
-        }
+        cubes = {each.name: each.files() for each in fresh}
         try:
             self.shelf.make(cubes, (BLOCKS,))
         except OSError as error:
@@ -485,6 +477,14 @@ class _Made:
     def name(self) -> str:
         """Of its shelf."""
         return cube_name(self.entry.id, self.number)
+
+    def files(self) -> dict[str, bytes]:
+        """Give those of the cube while it has no block."""
+        entry = self.entry
+        first = first_pieces(
+            entry.study, entry.chunk, entry.provenance, reuse=entry.reuse, created=self.created
+        )
+        return first | entry.study.attachments()
 
 
 def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int]:

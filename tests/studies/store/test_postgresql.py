@@ -20,7 +20,6 @@ from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.life_cycle.wanted import Wanted
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
 SECONDS = 900
@@ -171,8 +170,7 @@ def test_a_study_lives_and_dies(store):
     store.set_state(record.id, "running")
     for index in (0, 7):
         block = plan.block(index)
-        found = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
-        outcome = BlockOutcome(index, block.points, 0, 0.5, 0.4, generation="g", checksum=found)
+        outcome = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
         for _ in range(2):
             store.mark(record.id, outcome)
     assert store.find("in PostgreSQL").blocks_done == 2
