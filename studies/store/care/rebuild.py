@@ -31,7 +31,7 @@ from damperlab.studies.store.catalogue.home import (
     parse_cube_name,
     remember,
 )
-from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, last_event
+from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, last_event, pieces, sums_of_marks
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, studies
 from damperlab.studies.store.cube.cube import bytes_per_point
@@ -44,7 +44,6 @@ from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.manifest import lost_end, read_marks, read_tombstone, study_columns
 from damperlab.studies.store.provenance import asked_by
 
-_AT_ONCE = 1000  # rows in one statement
 _UNTOLD = {
     "reused": 0,
     "seconds": 0.0,
@@ -355,32 +354,21 @@ def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any
         {"study": number, **{name: mark[name] for name in names if name in mark}}
         for mark in ({**_UNTOLD, **mark} for mark in marks)
     ]
-    for start in range(0, len(rows), _AT_ONCE):
-        connection.execute(insert(done_blocks), rows[start : start + _AT_ONCE])
+    for some in pieces(rows):
+        connection.execute(insert(done_blocks), some)
 
 
 def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any], restored: bool) -> None:
-    b = done_blocks.c
-    names = ("points", "failed", "reused", "seconds", "kernel_seconds")
-    sums = connection.execute(
-        select(func.count(), *(func.coalesce(func.sum(b[name]), 0) for name in names)).where(
-            b.study == number
-        )
-    ).one()
-    change = dict(
-        zip(
-            ("blocks_done", "points_done", "points_failed", "points_reused", "seconds", "kernel_seconds"),
-            sums,
-            strict=True,
-        )
-    )
+    change = sums_of_marks(connection, number)
     # what was seen of an earlier catalogue's revisions must not be taken for what is there now
     columns = studies.c.revision, studies.c.state
     before = connection.execute(select(*columns).where(studies.c.number == number)).one()
     revision = max(int(kept.get("revision", 0)), before.revision, 0) + total + 1
     change |= {"revision": revision, "taken_back": revision}
-    if sums[0] == total:
-        last = connection.execute(select(func.max(b.at)).where(b.study == number)).scalar()
+    if change["blocks_done"] == total:
+        last = connection.execute(
+            select(func.max(done_blocks.c.at)).where(done_blocks.c.study == number)
+        ).scalar()
         change |= {"state": kept.get("state", "done") if kept.get("state") in ("done", "failed") else "done"}
         change |= {"finished": kept.get("finished") or last}
     elif restored and kept.get("state") in ("cancelled", "failed"):

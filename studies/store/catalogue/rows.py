@@ -4,8 +4,8 @@ import base64
 import binascii
 import json
 import time
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, TypeVar
 
 from sqlalchemy import ColumnElement, Connection, Row, and_, func, insert, not_, select, text
 
@@ -16,6 +16,8 @@ from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.provenance import COARSE_OF, DESIGNS
 from damperlab.studies.store.record import Record, utc
 from damperlab.studies.store.solver import is_outdated
+
+Item = TypeVar("Item")
 
 ALIVE = studies.c.deleted.is_(None)
 """The studies that were not deleted."""
@@ -42,6 +44,8 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
     return row
 
 
+VALUES = 500
+"""Values, or rows, in one statement."""
 FIRST_DIGITS = 4
 """Fewest digits of an id that stand for it: fewer are as likely a name that was mistyped."""
 NAMES_COMPARED = 1000
@@ -113,6 +117,21 @@ def marks_of(
     if upto is not None:
         query = query.where(c.revision <= upto)
     return {int(row.block): str(row.generation) for row in connection.execute(query)}
+
+
+def sums_of_marks(connection: Connection, number: int) -> dict[str, Any]:
+    """Add up the done-marks of a study; by the names of the columns that keep the sums."""
+    b = done_blocks.c
+    sums = {
+        "points_done": b.points,
+        "points_failed": b.failed,
+        "points_reused": b.reused,
+        "seconds": b.seconds,
+        "kernel_seconds": b.kernel_seconds,
+    }
+    columns = [func.coalesce(func.sum(column), 0).label(name) for name, column in sums.items()]
+    query = select(func.count().label("blocks_done"), *columns).where(b.study == number)
+    return dict(connection.execute(query).one()._mapping)
 
 
 def lost_marks(row: Row[Any], found: int) -> str | None:
@@ -200,6 +219,13 @@ def number_before(cursor: str) -> int:
     raise StoreFault(
         Fault("cursor", describe(cursor), "the cursor of a page", "leave it out for the first page")
     )
+
+
+def pieces(items: Iterable[Item]) -> Iterator[list[Item]]:
+    """Cut what may be long into lists that one statement takes."""
+    every = list(items)
+    for start in range(0, len(every), VALUES):
+        yield every[start : start + VALUES]
 
 
 def log_event(connection: Connection, study_id: str, what: str) -> None:

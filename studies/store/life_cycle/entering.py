@@ -31,7 +31,14 @@ from damperlab.studies.store.catalogue.home import (
     remember,
 )
 from damperlab.studies.store.catalogue.quota import Ledger
-from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, RESERVED, newest_row, record_of
+from damperlab.studies.store.catalogue.rows import (
+    ALIVE,
+    NEVER_ENTERED,
+    RESERVED,
+    newest_row,
+    pieces,
+    record_of,
+)
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import events, keys, studies
 from damperlab.studies.store.catalogue.turns import Turns
@@ -50,10 +57,8 @@ from damperlab.studies.store.provenance import asked_by
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 
-_VALUES = 500  # values in one statement
 _MOST = 256  # studies that share a transaction: others want to write too
 
-_Item = TypeVar("_Item")
 _Answer = TypeVar("_Answer")
 
 
@@ -288,7 +293,7 @@ class Entering(StoreBase):
         """Take new numbers: rows of nobody, as of studies that were deleted and whose files are gone."""
         now = time.time()
         numbers: list[int] = []
-        for some in _pieces([_reserved(now)] * len(entries)):
+        for some in pieces([_reserved(now)] * len(entries)):
             new = insert(studies).returning(studies.c.number, sort_by_parameter_order=True)
             numbers += connection.execute(new, some).scalars()
         return [_Made(entry, number, now) for entry, number in zip(entries, numbers, strict=True)]
@@ -305,7 +310,7 @@ class Entering(StoreBase):
         with suppress(StoreFault, OSError):
             # a rebuild may have entered the study of a reserved number: only what is still nobody's is taken away
             ours: set[int] = set()
-            for some in _pieces(each.number for each in several):
+            for some in pieces(each.number for each in several):
                 mine = update(studies).where(studies.c.number.in_(some), RESERVED).values(state="cancelled")
                 with self.catalogue.writing() as connection:
                     ours |= set(connection.execute(mine.returning(studies.c.number)).scalars())
@@ -317,7 +322,7 @@ class Entering(StoreBase):
     def _give_back(self, numbers: Iterable[int]) -> None:
         """Let the catalogue forget numbers that were reserved for nothing; none is given twice all the same."""
         with suppress(StoreFault):
-            for some in _pieces(numbers):
+            for some in pieces(numbers):
                 with self.catalogue.writing() as connection:
                     connection.execute(delete(studies).where(studies.c.number.in_(some), NEVER_ENTERED))
 
@@ -330,10 +335,10 @@ class Entering(StoreBase):
         forget(connection, BACKUP_OF)
         # a reader that keeps to a revision of a study that was deleted must not find it in the new one
         ever: dict[str, int] = {}
-        for digests in _pieces(each.entry.study.digest for each in several):
+        for digests in pieces(each.entry.study.digest for each in several):
             query = select(c.id, func.max(c.revision) + 1).where(c.digest.in_(digests)).group_by(c.id)
             ever |= {row[0]: row[1] for row in connection.execute(query)}
-        for rows in _pieces(_row(each, ever.get(each.entry.id, 0)) for each in several):
+        for rows in pieces(_row(each, ever.get(each.entry.id, 0)) for each in several):
             names = rows[0].keys() - {"number"}
             change = update(studies).where(c.number == bindparam("of_number"))
             connection.execute(
@@ -341,10 +346,10 @@ class Entering(StoreBase):
                 [{"of_number": row["number"], **{f"to_{name}": row[name] for name in names}} for row in rows],
             )
         now = time.time()
-        for noted in _pieces({"study": each.entry.id, "at": now, "what": what} for each in several):
+        for noted in pieces({"study": each.entry.id, "at": now, "what": what} for each in several):
             connection.execute(insert(events), noted)
         found: dict[int, Record] = {}
-        for given in _pieces(each.number for each in several):
+        for given in pieces(each.number for each in several):
             for row in connection.execute(select(studies).where(c.number.in_(given))):
                 found[row.number] = record_of(row)
         return [found[each.number] for each in several]
@@ -410,13 +415,13 @@ class _Asked:
         submissions = [one for some in lists for one in some]
         self.known: dict[str, Record] = {}
         self._damaged: dict[str, CatalogueDamaged] = {}
-        for digests in _pieces(dict.fromkeys(one.study.digest for one in submissions)):
+        for digests in pieces(dict.fromkeys(one.study.digest for one in submissions)):
             query = select(studies).where(studies.c.digest.in_(digests), ALIVE).order_by(studies.c.version)
             for row in connection.execute(query):
                 with self._noting(row.digest):
                     self.known[row.digest] = record_of(row)
         self._keys: dict[str, str] = {}
-        for names in _pieces(one.key for one in submissions if one.key is not None):
+        for names in pieces(one.key for one in submissions if one.key is not None):
             for row in connection.execute(select(keys).where(keys.c.key.in_(names))):
                 self._keys[row.key] = row.digest
                 with self._noting(row.key):
@@ -461,7 +466,7 @@ class _Asked:
     def keep_keys(self) -> None:
         """Write what was taken."""
         rows = ({"key": key, "digest": digest, "at": time.time()} for key, digest in self._new.items())
-        for some in _pieces(rows):
+        for some in pieces(rows):
             self._connection.execute(insert(keys), some)
 
 
@@ -490,7 +495,7 @@ class _Made:
 def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int]:
     """Give the numbers that nobody has taken for garbage meanwhile."""
     found: set[int] = set()
-    for some in _pieces(each.number for each in several):
+    for some in pieces(each.number for each in several):
         query = select(studies.c.number).where(studies.c.number.in_(some), RESERVED)
         found |= set(connection.execute(query).scalars())
     return found
@@ -534,10 +539,3 @@ def _reserved(now: float) -> dict[str, Any]:
     texts = dict.fromkeys(("id", "digest", "name", "definition", "provenance"), "")
     sizes = dict.fromkeys(("points_total", "blocks_total"), 0)
     return {**texts, **sizes, "state": "queued", "shape": "[]", "chunk": "[]", "created": now, "deleted": now}
-
-
-def _pieces(items: Iterable[_Item]) -> Iterator[list[_Item]]:
-    """Cut what may be long into lists that one statement takes."""
-    every = list(items)
-    for start in range(0, len(every), _VALUES):
-        yield every[start : start + _VALUES]
