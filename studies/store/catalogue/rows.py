@@ -157,7 +157,9 @@ def _seconds_left(row: Row[Any]) -> float | None:
         return None
     # wall time, so that the pace holds for however many workers there are
     pace = (row.last_mark - row.run_began) / (row.points_done - row.run_points)
-    return float(max(0.0, left * pace - (time.time() - row.last_mark)))
+    if pace <= 0.0:
+        return None  # the clock was set back meanwhile
+    return float(max(0.0, left * pace - max(0.0, time.time() - row.last_mark)))
 
 
 def record_of(row: Row[Any]) -> Record:
