@@ -17,7 +17,7 @@ from damperlab.studies.plan import Block
 from damperlab.studies.store.cube.cube import description_of, stored_variables, write_region
 from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.reuse.known_points import Source, known_points

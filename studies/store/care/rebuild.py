@@ -20,7 +20,6 @@ from sqlalchemy import Connection, delete, func, insert, or_, select, update
 
 from damperlab.studies.digest import family_digest
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.catalogue.box import box_of
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE, Catalogue, open_catalogue
 from damperlab.studies.store.catalogue.home import (
     CUBES,
@@ -34,13 +33,13 @@ from damperlab.studies.store.catalogue.home import (
 from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, last_event, pieces, sums_of_marks
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, studies
-from damperlab.studies.store.cube.cube import bytes_per_point
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.packed import BLOCKS, parse_block_key, read_header
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_use
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
+from damperlab.studies.store.life_cycle.entering import Entry
 from damperlab.studies.store.life_cycle.manifest import lost_end, read_marks, read_tombstone, study_columns
 from damperlab.studies.store.provenance import asked_by
 
@@ -251,26 +250,10 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             found.deleted += 1
             return
         if row is None:
-            values = {
-                "number": number,
-                "id": study_id,
-                "digest": study.digest,
-                "version": int(version or 1),
-                "name": study.name,
-                "state": "queued",
-                "definition": json.dumps(study.document()),
-                "provenance": json.dumps(provenance),
-                **asked_by(provenance),
-                "shape": json.dumps(study.shape),
-                "chunk": json.dumps(next(iter(described.arrays.values())).chunks),
-                "points_total": study.points,
-                "bytes_total": study.points * bytes_per_point(study),
-                "blocks_total": total,
-                "family": family_digest(study, provenance),
-                "box": json.dumps(box_of(study)),
-                "reuse": described.reuse,
-                "created": datetime.fromisoformat(str(described.attributes["created"])).timestamp(),
-            }
+            chunk = next(iter(described.arrays.values())).chunks
+            entry = Entry(study, chunk, provenance, described.reuse, int(version or 1))
+            created = datetime.fromisoformat(str(described.attributes["created"])).timestamp()
+            values = {**entry.columns(), "number": number, "id": study_id, "created": created}
             values |= {name: value for name, value in kept.items() if name in study_columns()}
             connection.execute(insert(studies).values({**values, "deleted": deleted}))
             advance_counters(connection)

@@ -24,8 +24,8 @@ from damperlab.studies.store.catalogue.home import cube_name, holds_results, par
 from damperlab.studies.store.catalogue.rows import claim_owner, last_event, study_row
 from damperlab.studies.store.catalogue.rowsum import SUMMED, damaged_row, is_sound
 from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, studies
-from damperlab.studies.store.cube.checksum import checksum
 from damperlab.studies.store.cube.chunks import BlockDamaged
+from damperlab.studies.store.cube.coding import checksum
 from damperlab.studies.store.cube.cube import lost_attachments
 from damperlab.studies.store.cube.decoded import DecodedChunks
 from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored

@@ -34,7 +34,7 @@ from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.rowsum import forget_touched, seal_rows, watch
 from damperlab.studies.store.catalogue.tables import facts, metadata
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault
-from damperlab.studies.store.files.durable import sync_path
+from damperlab.studies.store.files.folder import sync_path
 
 BUSY_SECONDS = 60.0
 """How long a transaction waits for its turn before it gives up, unless told otherwise [s]."""

@@ -14,11 +14,11 @@ import numpy as np
 
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
-from damperlab.studies.store.cube.checksum import checksum
+from damperlab.studies.store.cube.coding import checksum
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.description import stored_variables as stored_variables
 from damperlab.studies.store.cube.packed import block_key, pack, read_part
-from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.variables import Status

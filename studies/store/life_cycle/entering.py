@@ -16,7 +16,6 @@ from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.catalogue.base import StoreBase
-from damperlab.studies.store.catalogue.box import box_of
 from damperlab.studies.store.catalogue.home import (
     BACKUP_OF,
     UNKNOWN_RESULTS,
@@ -53,9 +52,8 @@ from damperlab.studies.store.faults import (
     cannot_use,
 )
 from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
-from damperlab.studies.store.provenance import asked_by
+from damperlab.studies.store.provenance import SUBMITTED_BY, asked_by, signed
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 
 _MOST = 256  # studies that share a transaction: others want to write too
 
@@ -131,6 +129,29 @@ class Entry:
     def bytes(self) -> int:
         """What it takes when it is done, before compression."""
         return self.study.points * bytes_per_point(self.study)
+
+    def columns(self) -> dict[str, Any]:
+        """Give what its row says of it."""
+        study = self.study
+        return {
+            "id": self.id,
+            "digest": study.digest,
+            "version": self.version,
+            "name": study.name,
+            "state": "queued",
+            "definition": json.dumps(study.document()),
+            "provenance": json.dumps(self.provenance),
+            **asked_by(self.provenance),
+            "shape": json.dumps(study.shape),
+            "chunk": json.dumps(self.chunk),
+            "points_total": study.points,
+            "bytes_total": self.bytes,
+            "blocks_total": math.prod(block_grid(study.shape, self.chunk)),
+            "family": family_digest(study, self.provenance),
+            "box": json.dumps(box_of(study)),
+            "reuse": self.reuse,
+            "priority": self.priority,
+        }
 
 
 Entered = list[tuple[Record, bool]]
@@ -508,31 +529,17 @@ def _is_made(entry: Entry, made: dict[str, _Made], reserved: set[int]) -> bool:
 
 
 def _row(made: _Made, revision: int) -> dict[str, Any]:
-    entry, study = made.entry, made.entry.study
-    return {
-        "number": made.number,
-        "id": entry.id,
-        "digest": study.digest,
-        "version": entry.version,
-        "name": study.name,
-        "state": "queued",
-        "definition": json.dumps(study.document()),
-        "provenance": json.dumps(entry.provenance),
-        **asked_by(entry.provenance),
-        "shape": json.dumps(study.shape),
-        "chunk": json.dumps(entry.chunk),
-        "points_total": study.points,
-        "bytes_total": entry.bytes,
-        "blocks_total": math.prod(block_grid(study.shape, entry.chunk)),
-        "family": family_digest(study, entry.provenance),
-        "box": json.dumps(box_of(study)),
-        "reuse": entry.reuse,
-        "priority": entry.priority,
-        "created": made.created,
-        "deleted": None,
-        "revision": revision,
-        "taken_back": revision,
-    }
+    new = {"created": made.created, "deleted": None, "revision": revision, "taken_back": revision}
+    return {"number": made.number, **made.entry.columns(), **new}
+
+
+def box_of(study: AnyStudy) -> list[list[Any]]:
+    """Give the lowest and the highest value along every dimension of numbers, in the cube's order."""
+    return [
+        [float(values[0]), float(values[-1])]
+        for values in study.coordinates.values()
+        if values.dtype.kind == "f"
+    ]
 
 
 def _reserved(now: float) -> dict[str, Any]:

@@ -22,9 +22,8 @@ from damperlab.studies.store.faults import NothingToDo, cannot_use
 from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.entering import Entering, Entry
 from damperlab.studies.store.life_cycle.manifest import put_tombstone
-from damperlab.studies.store.provenance import asked_by
+from damperlab.studies.store.provenance import asked_by, signed, submitter
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.submitter import signed, submitter
 from damperlab.studies.vocabulary import ENDED
 
 _AT_ONCE = 5000  # marks that are removed in one transaction
