@@ -105,7 +105,8 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
         put_off = marks_put_off(connection, record.id)
     for mark in marks:
         if not is_sound(done_blocks, mark):
-            yield Damage(mark.block, "its done-mark in the catalogue is not what was written")
+            yield _damaged_mark(mark)
+    marks = [mark for mark in marks if isinstance(mark.block, int)]
     found = _row(row, marks)
     if found is not None:
         yield Damage(None, found, "catalogue")
@@ -266,7 +267,8 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
         If a ground-motion record is lost here, and not among the records of the data directory either.
     """
     parts = {damage.part for damage in damages}
-    shelf, _ = store.snapshot(record.id, checked=False)
+    with store.catalogue.reading() as connection:
+        shelf = store.cube_shelf(record.id, store.number(connection, record.id))
     if "description" in parts:
         study = parse_stored(record.definition, record.digest)
         lost = lost_attachments(shelf, study)
@@ -283,13 +285,24 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     return store.find(record.id)
 
 
+def _damaged_mark(mark: Row[Any]) -> Damage:
+    if isinstance(mark.block, int):
+        return Damage(mark.block, "its done-mark in the catalogue is not what was written")
+    return Damage(None, "a done-mark of no block; `damperlab rebuild` removes it", "catalogue")
+
+
+def _count(value: Any) -> int:
+    """Give a number of a row that may be damaged."""
+    return value if isinstance(value, int) else 0
+
+
 def _row(row: Row[Any], marks: Sequence[Row[Any]]) -> str | None:
     """Compare a study's row with its marks."""
     sums = {
         "blocks_done": len(marks),
-        "points_done": sum(mark.points or 0 for mark in marks),
-        "points_failed": sum(mark.failed or 0 for mark in marks),
-        "points_reused": sum(mark.reused or 0 for mark in marks),
+        "points_done": sum(_count(mark.points) for mark in marks),
+        "points_failed": sum(_count(mark.failed) for mark in marks),
+        "points_reused": sum(_count(mark.reused) for mark in marks),
     }
     wrong = [
         f"{name} is {getattr(row, name)}, its marks say {value}"

@@ -46,7 +46,7 @@ class Blocks(Lookup):
         with self.catalogue.reading() as connection:
             row = study_row(connection, study_id)
             done = np.zeros(row.blocks_total, bool)
-            marks = marks_of(connection, row.number)
+            marks = marks_of(connection, row)
             done[np.fromiter(marks, np.int64)] = True
         lost = lost_marks(row, len(marks))
         if lost is not None:

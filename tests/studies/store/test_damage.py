@@ -140,6 +140,33 @@ def test_no_page_of_the_catalogue_is_lost_unseen(store, written, cut_off):
     assert refused > len(whole) // PAGE // 2
 
 
+@pytest.mark.parametrize("index", ["999", "-3", "4.5", "'x'"])
+def test_a_done_mark_of_no_block_hides_none(store, written, index):
+    """Its block would read as not computed."""
+    before = store.cube(written.id).load()
+    with sqlite3.connect(store.data_dir / "catalogue.sqlite") as catalogue:
+        catalogue.execute(f"UPDATE done_blocks SET block = {index} WHERE block = 4")
+    catalogue.close()
+    opened = Store.open(store.data_dir)
+    for ask in (opened.pending, opened.cube, opened.lost_blocks):
+        with pytest.raises(CatalogueDamaged, match="which it does not have"):
+            ask(written.id)
+    assert any("done-mark" in damage.found for damage in verify(opened, written))
+    opened.close()
+    rebuild(store.data_dir)
+    assert list(verify(store, store.find(written.id))) == []
+    assert store.cube(written.id).load().equals(before)
+
+
+def test_a_claim_that_ends_at_no_time_is_over(store, written):
+    assert store.claim(written.id, "one")
+    with sqlite3.connect(store.data_dir / "catalogue.sqlite") as catalogue:
+        catalogue.execute("UPDATE studies SET claim_expires = 'x'")
+    catalogue.close()
+    assert store.find(written.id).owner is None
+    assert store.claim(written.id, "next")
+
+
 def test_a_lost_done_mark_is_told_by_whoever_asks_what_is_left(store, written):
     with sqlite3.connect(store.data_dir / "catalogue.sqlite") as catalogue:
         catalogue.execute("DELETE FROM done_blocks WHERE block = 4")
