@@ -32,7 +32,7 @@ from damperlab.studies.store.catalogue.home import (
 )
 from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, last_event, pieces, sums_of_marks
 from damperlab.studies.store.catalogue.rowsum import is_sound
-from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, studies
+from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, metadata, studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.packed import BLOCKS, parse_block_key, read_header
@@ -105,7 +105,7 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
     if address is None:
         found.set_aside = _set_damaged_aside(data_dir)
     try:
-        catalogue = open_catalogue(data_dir, address)
+        catalogue = _opened(data_dir, address)
     except CatalogueDamaged:
         if address is not None:
             raise
@@ -128,12 +128,25 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
     return found
 
 
+def _opened(data_dir: Path, address: str | None) -> Catalogue:
+    """Open a catalogue; raise `CatalogueDamaged` where its tables are not those that were made."""
+    catalogue = open_catalogue(data_dir, address)
+    try:
+        with catalogue.reading() as connection:
+            for table in metadata.sorted_tables:
+                connection.execute(select(table).limit(1))
+    except StoreFault:
+        catalogue.close()
+        raise
+    return catalogue
+
+
 def _set_damaged_aside(data_dir: Path) -> str | None:
     """Rename a SQLite catalogue whose file is damaged, with what belongs to it; None where it is not."""
     file = data_dir / SQLITE_FILE
     if not file.is_file():
         return None
-    with suppress(sqlite3.DatabaseError):
+    with suppress(sqlite3.DatabaseError, UnicodeDecodeError):
         connection = sqlite3.connect(file, timeout=60.0)
         try:
             if connection.execute("PRAGMA integrity_check(1)").fetchall() == [("ok",)]:

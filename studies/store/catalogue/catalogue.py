@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -71,8 +72,11 @@ _PATIENCE = {
 }
 """How long a connection to PostgreSQL may take to be made, and to show that it lives [s; the last one ms]."""
 
-_DAMAGED_FILE = ("not a database", "malformed")
-"""What SQLite says of a file that is not what it wrote."""
+_DAMAGED = ("not a database", "malformed", "no such table", "no such column")
+"""What SQLite says of a file that is not what it wrote, or whose tables are not those that were made."""
+
+_LOST = {"UndefinedTable", "UndefinedColumn"}
+"""What PostgreSQL's driver calls tables that are not those that were made."""
 
 _TROUBLES = {
     "OperationalError",
@@ -304,22 +308,24 @@ class Catalogue:
             kinds = {kind.__name__ for kind in type(cause).__mro__}
             broken = isinstance(error, DBAPIError) and error.connection_invalidated
             found = str(cause).strip() or type(cause).__name__
-            told = (*_DAMAGED_FILE, "invalid connection option")
-            if not broken and not kinds & _TROUBLES and not any(each in found for each in told):
+            damaged = any(each in found for each in _DAMAGED) or bool(kinds & _LOST)
+            # of names, which a statement quotes: texts of rows are read whatever they hold
+            damaged |= self._sqlite and isinstance(cause, UnicodeDecodeError)
+            if not (broken or damaged or kinds & _TROUBLES or "invalid connection option" in found):
                 raise
             if "database is locked" in found or "lock timeout" in found:
                 raise self._busy(found) from error
-            raise StoreFault(
+            raise (CatalogueDamaged if damaged else StoreFault)(
                 Fault(
                     self.name,
                     found,
                     "a catalogue that can be reached, read and written",
-                    "try again in a moment: too many requests came together, or the database takes long"
+                    "make the catalogue again from the cubes with `damperlab rebuild`"
+                    if damaged
+                    else "try again in a moment: too many requests came together, or the database takes long"
                     if isinstance(error, PoolTimeout)
                     else "check that its server runs and its address and password are right"
                     if not self._sqlite
-                    else "make the catalogue again from the cubes with `damperlab rebuild`"
-                    if any(each in found for each in _DAMAGED_FILE)
                     else "check the folder's permissions and free space, and that the catalogue is damperlab's",
                     f"{self.name} cannot be read or written: {found.splitlines()[0].rstrip('.')}.",
                 )
@@ -344,6 +350,8 @@ def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
     def _connect(connection: Any, _: Any) -> None:
         # transactions begin where `_begin` says, not where the driver guesses
         connection.isolation_level = None
+        # a text whose bits have flipped is seen by its row's checksum, and costs no other row
+        connection.text_factory = partial(str, encoding="utf-8", errors="replace")
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA foreign_keys = ON")
 
