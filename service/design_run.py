@@ -38,10 +38,9 @@ from damperlab.studies.store.faults import (
     TooManyUnfinished,
 )
 from damperlab.studies.store.life_cycle.entering import Submission
-from damperlab.studies.store.provenance import DESIGNS
+from damperlab.studies.store.provenance import DESIGNS, submitter
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.submitter import submitter
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.niceness import stand_back
 from damperlab.worker.provenance import provenance

@@ -27,7 +27,6 @@ from typing import IO, Any
 
 ROOT = Path(__file__).parents[1]
 LIBRARIES = (
-    "alembic.command",
     "cryptography.x509",
     "dask.array",
     "distributed",

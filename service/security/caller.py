@@ -10,8 +10,8 @@ from starlette.types import Scope
 from damperlab.service.problems import Problem
 from damperlab.service.security.address import counted_address
 from damperlab.studies.faults import Fault
+from damperlab.studies.store.provenance import SUBMITTED_BY
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.submitter import SUBMITTED_BY
 from damperlab.studies.vocabulary import SCOPES
 
 SAFE_METHODS = frozenset(("GET", "HEAD", "OPTIONS"))

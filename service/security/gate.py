@@ -11,7 +11,7 @@ from damperlab.service.security.caller import SAFE_METHODS, Caller, scope_of
 from damperlab.service.security.guard import Guard
 from damperlab.service.security.origins import refusal
 from damperlab.studies.faults import NOTHING, Fault, printable
-from damperlab.studies.store.submitter import submitter
+from damperlab.studies.store.provenance import submitter
 
 WITHOUT_A_KEY = "nobody"
 """How a caller without a key stands in the audit."""

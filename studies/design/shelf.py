@@ -21,7 +21,7 @@ from damperlab.studies.store.catalogue.rows import FIRST_DIGITS
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.sealed import PLACEHOLDER, require_seal, seal
 from damperlab.studies.store.kept_quota import USUAL, KeptQuota
-from damperlab.studies.store.submitter import SUBMITTED_BY, signed
+from damperlab.studies.store.provenance import SUBMITTED_BY, signed
 from damperlab.studies.vocabulary import State
 
 DESIGNS = "designs"

@@ -16,10 +16,10 @@ from damperlab.studies.faults import Fault, describe, listing, nearest
 from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record, whole_id
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.store.faults import StoreFault, lost_files
-from damperlab.studies.store.files.durable import sync_path
+from damperlab.studies.store.files.folder import sync_path
 from damperlab.studies.store.files.sealed import PLACEHOLDER, is_sealed, require_seal, seal
 from damperlab.studies.store.kept_quota import USUAL, KeptQuota
-from damperlab.studies.store.submitter import SUBMITTED_BY, signed
+from damperlab.studies.store.provenance import SUBMITTED_BY, signed
 
 _SUMMARY = frozenset(GroundMotion("", 1.0, np.ones(2)).summary())
 """The entries of a record's summary."""

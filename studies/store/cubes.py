@@ -52,9 +52,7 @@ class Cubes(StoreBase):
         except OSError as error:
             raise cannot_use(shelf.address, error) from error
 
-    def snapshot(
-        self, study_id: str, revision: int | None = None, *, checked: bool = True
-    ) -> tuple[Shelf, Marks]:
+    def snapshot(self, study_id: str, revision: int | None = None) -> tuple[Shelf, Marks]:
         """Give a cube's shelf, and the generation of every block that is done.
 
         Parameters
@@ -63,8 +61,6 @@ class Cubes(StoreBase):
             The whole id.
         revision : int, optional
             Only blocks that were done by then; now by default.
-        checked : bool
-            Refuse a study of which the catalogue has lost done-marks, whose blocks would read as not computed.
 
         Raises
         ------
@@ -73,7 +69,7 @@ class Cubes(StoreBase):
         RevisionGone
             If there was no such revision, or blocks were taken back since.
         CatalogueDamaged
-            If done-marks are missing.
+            If done-marks are missing, whose blocks would read as not computed.
         """
         with self.catalogue.reading() as connection:
             row = study_row(connection, study_id)
@@ -89,24 +85,23 @@ class Cubes(StoreBase):
                     )
                 )
             if revision is not None and revision != row.revision:
-                return shelf, marks_of(connection, row.number, upto=revision)
+                return shelf, marks_of(connection, row, upto=revision)
             kept = self._marks.get(row.number)
             if kept is None or kept[0] != row.revision:
                 if kept is not None and kept[0] >= row.taken_back:
-                    newer = marks_of(connection, row.number, after=kept[0])
+                    newer = marks_of(connection, row, after=kept[0])
                     kept = row.revision, {**kept[1], **newer}
                 else:
-                    kept = row.revision, marks_of(connection, row.number)
+                    kept = row.revision, marks_of(connection, row)
                 with self._marks_lock:
                     self._marks[row.number] = kept
                     while len(self._marks) > _MARKS_KEPT:
                         del self._marks[next(iter(self._marks))]
-            if checked:
-                lost = lost_marks(row, len(kept[1]))
-                if lost is not None:
-                    with self._marks_lock:
-                        self._marks.pop(row.number, None)
-                    raise catalogue_damaged(study_id, lost)
+            lost = lost_marks(row, len(kept[1]))
+            if lost is not None:
+                with self._marks_lock:
+                    self._marks.pop(row.number, None)
+                raise catalogue_damaged(study_id, lost)
         return shelf, kept[1]
 
     def lost_blocks(self, study_id: str) -> list[int]:

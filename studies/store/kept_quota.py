@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from damperlab.studies.faults import Fault, counted
-from damperlab.studies.store.submitter import submitter
+from damperlab.studies.store.provenance import submitter
 
 
 @dataclass(frozen=True)

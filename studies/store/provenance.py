@@ -4,13 +4,15 @@ import getpass
 import os
 import platform
 from collections.abc import Mapping
+from contextvars import ContextVar
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TypeVar
 
-from damperlab.studies.store.submitter import SUBMITTED_BY
-
+SUBMITTED_BY = "submitted_by"
+"""Where a study's provenance says whose it is."""
 COARSE_OF = "coarse_of"
 """In the provenance of a study's coarse grid: the id of the study."""
 REFINES = "refines"
@@ -23,6 +25,11 @@ ASKED_BY_PROGRAMS = (COARSE_OF, REFINES, DESIGNS)
 PRIVATE = ("host", "user", SUBMITTED_BY)
 """What a file that may be handed on leaves out of a study's provenance."""
 
+submitter: ContextVar[str | None] = ContextVar("submitter", default=None)
+"""Owner of the studies that are entered from here on; None where nobody asked who it is."""
+
+Value = TypeVar("Value")
+
 _PACKAGES = (
     "numpy",
     "numba",
@@ -34,6 +41,12 @@ _PACKAGES = (
     "numcodecs",
     "sqlalchemy",
 )
+
+
+def signed(provenance: Mapping[str, Value]) -> dict[str, Value | str]:
+    """Add to a provenance whose study it is, where that is known."""
+    owner = submitter.get()
+    return dict(provenance) if owner is None else {**provenance, SUBMITTED_BY: owner}
 
 
 def asked_by(provenance: Mapping[str, str]) -> dict[str, str | None]:

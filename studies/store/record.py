@@ -6,7 +6,7 @@ from typing import Any
 
 from damperlab.studies.html import card
 from damperlab.studies.kinds import dimensions_of_definition
-from damperlab.studies.store.submitter import SUBMITTED_BY
+from damperlab.studies.store.provenance import SUBMITTED_BY
 
 PREPARATIONS: tuple[str, ...] = ("starting", "compiling", "previewing", "waiting")
 """Phases of a running study that computes no block: its workers start, kernels that they lack are compiled, a coarse grid is
@@ -58,8 +58,8 @@ class BlockOutcome:
     index: int
     points: int
     failed: int
-    seconds: float
-    kernel_seconds: float
+    seconds: float = 0.0
+    kernel_seconds: float = 0.0
     message: str | None = None
     generation: str = ""
     checksum: str | None = None

@@ -11,7 +11,7 @@ from damperlab.studies.store.catalogue.home import CUBES, fact, require_catalogu
 from damperlab.studies.store.catalogue.quota import Quota
 from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import cannot_use
-from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.life_cycle.remarking import Remarking
 from damperlab.studies.store.life_cycle.small_studies import Handfuls
 from damperlab.studies.store.life_cycle.submissions import Submissions

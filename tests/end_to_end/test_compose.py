@@ -20,7 +20,7 @@ from tests.faults.processes import Database
 from tests.ports import free_port
 
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.store.files.folder import open_shelf
 
 ROOT = Path(__file__).parents[2]
 STORE_ROLES = ("master", "volume", "filer", "s3", "admin")

@@ -155,7 +155,7 @@ before = set(sys.modules)
 import damperlab
 assert {name.partition(".")[0] for name in set(sys.modules) - before} <= {"damperlab", *sys.stdlib_module_names}
 from importlib.util import find_spec
-for absent in ("numba", "dask", "distributed", "fastapi", "sqlalchemy", "alembic", "typer", "uvicorn", "pyarrow"):
+for absent in ("numba", "dask", "distributed", "fastapi", "sqlalchemy", "typer", "uvicorn", "pyarrow"):
     assert find_spec(absent) is None, absent
 from damperlab import Client, Study, read_study
 from damperlab.service.client import Unreachable

@@ -29,7 +29,7 @@ from tests.filling import make_plan_of, make_study, values_of, write
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
-from damperlab.studies.store.cube.checksum import checksum
+from damperlab.studies.store.cube.coding import checksum
 from damperlab.studies.store.cube.opened import KEPT
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.store import Store

@@ -13,7 +13,6 @@ from damperlab.studies.plan import Plan, plan_with_chunk
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StudyNotFound
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
@@ -95,10 +94,8 @@ class Deeds:
         path = self._store.cube_path(record.id)
         for index in range(plan.count if blocks is None else blocks):
             block = plan.block(index)
-            checksum = write_region(path, block, failed_values(study, block), "given-up")
-            failed = BlockOutcome(
-                index, block.points, block.points, 0.1, 0.0, "its worker died", "given-up", checksum
-            )
+            told = {"message": "its worker died"}
+            failed = write_region(path, block, failed_values(study, block), "given-up", told)
             self._store.mark(record.id, failed)
         return record.id
 

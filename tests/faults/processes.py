@@ -137,7 +137,7 @@ class ObjectServer(Process):
 
     def wait(self, seconds: float = 600.0) -> None:
         """Start it, and wait until the bucket can be written."""
-        from damperlab.studies.store.files.places import open_shelf
+        from damperlab.studies.store.files.folder import open_shelf
 
         give_up = time.monotonic() + seconds
         while True:

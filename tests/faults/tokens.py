@@ -42,7 +42,7 @@ def dask_setup(worker: object) -> None:
 
     def tell(
         cube_path: str, block: Any, values: Mapping[str, np.ndarray], generation: str, *more: Any
-    ) -> str:
+    ) -> Any:
         told = {
             name: column if name == "status" else np.full_like(column, token(generation))
             for name, column in values.items()

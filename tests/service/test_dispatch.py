@@ -21,9 +21,9 @@ from damperlab.service.dispatch import Dispatcher
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.life_cycle.claims import Waiting
+from damperlab.studies.store.provenance import submitter
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.submitter import submitter
 from damperlab.worker.cluster.cluster import connect
 
 GIVE_UP_SECONDS = 300.0

@@ -10,7 +10,7 @@ from distributed import Client
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, Plan, make_plan, plan_with_chunk
 from damperlab.studies.store.cube.cube import write_region
-from damperlab.studies.store.record import BlockOutcome, Record
+from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import seconds_per_point
@@ -72,9 +72,8 @@ def give_up(store: Store, record: Record, study: Study, index: int) -> None:
     """Mark a block as one that was given up."""
     block = planned(study, record.chunk).block(index)
     values = failed_values(study, block)
-    checksum = write_region(store.cube_path(record.id), block, values, "g")
-    outcome = BlockOutcome(index, block.points, block.points, 0.1, 0.0, "its worker died", "g", checksum)
-    store.mark(record.id, outcome)
+    told = {"message": "its worker died"}
+    store.mark(record.id, write_region(store.cube_path(record.id), block, values, "g", told))
 
 
 def of_one_piece(store: Store, study_id: str, study: Study) -> bool:

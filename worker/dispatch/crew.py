@@ -9,10 +9,9 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
 from damperlab.studies.store.files.shelf import ShelfAway
-from damperlab.worker.dispatch.attempt import Attempt
 from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.patience import Patience
-from damperlab.worker.dispatch.roster import AGAIN_SECONDS, Member, Roster
+from damperlab.worker.dispatch.piece import Attempt
+from damperlab.worker.dispatch.roster import AGAIN_SECONDS, Member, Patience, Roster
 from damperlab.worker.outcomes import RETRIES, Crashed, Failure, Leaving, Outage, is_full
 from damperlab.worker.provenance import WrongCode
 

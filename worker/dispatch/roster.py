@@ -1,17 +1,20 @@
 """The workers of a study: where each stands, and what speaks against it."""
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
 from damperlab.studies.faults import counted
-from damperlab.worker.dispatch.attempt import Attempt
+from damperlab.worker.dispatch.piece import Attempt, Piece
 from damperlab.worker.outcomes import RETRIES
 
 _NEVER = math.inf
 AGAIN_SECONDS = 15.0
 """After how long a worker that was left out is examined again: a store or a link may have come back."""
+
+STUCK_SECONDS, STUCK_TIMES = 600.0, 100.0
+"""A block that has run for so long, and for so many times what is expected of it, is given to another worker too."""
 
 Standing = Literal["joining", "usable", "on trial", "leaving", "out"]
 """Being examined; computing; computing again after it was left out, with no block ended yet; finishing what it runs; left
@@ -243,3 +246,37 @@ def _some(told: list[str]) -> str:
     """Join what is told of workers; a few stand for many."""
     more = f"; and {len(told) - 3} more" if len(told) > 3 else ""
     return "; ".join(told[:3]) + more
+
+
+class Patience:
+    """Since when each task has been at the head of its worker's queue."""
+
+    def __init__(self) -> None:
+        self._since: dict[str, float] = {}
+
+    def overdue(
+        self, members: Iterable[Member], expected: Callable[[Piece], float], now: float
+    ) -> Iterator[tuple[Member, str, float]]:
+        """Give the tasks that run for too long.
+
+        Parameters
+        ----------
+        members : iterable of Member
+            The workers; those that leave will be gone soon.
+        expected : callable
+            Gives what a piece is expected to take [s].
+        now : float
+            By a clock that nobody sets [s].
+
+        Yields
+        ------
+        member, key, seconds : Member, str, float
+            The worker, the task, and how long it has been seen there [s].
+        """
+        running = {key: member for member in members for key in list(member.held)[: member.threads]}
+        self._since = {key: self._since.get(key, now) for key in running}
+        for key, member in running.items():
+            seconds = now - self._since[key]
+            likely = expected(member.held[key].piece)
+            if member.standing != "leaving" and seconds > max(STUCK_SECONDS, STUCK_TIMES * likely):
+                yield member, key, seconds

@@ -1,7 +1,6 @@
 """Blocks of which parts have come: stored once all of their points are there, as if one worker had computed them."""
 
 import uuid
-from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +8,6 @@ from numpy.typing import NDArray
 from damperlab.studies.plan import Block, Plan
 from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome
-from damperlab.studies.variables import Status
 from damperlab.worker.worker_process.part import PartOutcome
 
 
@@ -79,21 +77,10 @@ class Gathering:
         self._halves.pop(index, None)
 
     def _store(self, half: _Half, identity: str) -> BlockOutcome:
-        generation = uuid.uuid4().hex[:12]
-        told: Mapping[str, object] = {
+        told = {
             "reused": 0,
             "seconds": half.seconds,
             "kernel_seconds": half.kernel_seconds,
             "identity": identity,
         }
-        checksum = write_region(self._cube_path, half.block, half.values, generation, told)
-        return BlockOutcome(
-            index=half.block.index,
-            points=half.block.points,
-            failed=int(np.count_nonzero(half.values["status"] >= Status.TOO_MANY_EVENTS)),
-            seconds=half.seconds,
-            kernel_seconds=half.kernel_seconds,
-            generation=generation,
-            checksum=checksum,
-            identity=identity,
-        )
+        return write_region(self._cube_path, half.block, half.values, uuid.uuid4().hex[:12], told)

@@ -1,6 +1,5 @@
 """What a run has brought in: blocks that have ended, marked as done, from parts too; those given up, as failed points."""
 
-import time
 import uuid
 from collections.abc import Iterable
 
@@ -97,15 +96,9 @@ class Harvest:
 
     def _give_up(self, failure: Failure) -> BlockOutcome:
         block = self._plan.block(failure.index)
-        began = time.perf_counter()
         values = failed_values(self._plan.study, block)
-        generation = uuid.uuid4().hex[:12]
         self._gathering.give_up(failure.index)
         told = {"message": failure.message}
-        checksum = write_region(self._cube_path, block, values, generation, told)
+        outcome = write_region(self._cube_path, block, values, uuid.uuid4().hex[:12], told)
         self.failures.append(f"block {failure.index}: {failure.message}")
-        points = values["status"].size
-        seconds = time.perf_counter() - began
-        return BlockOutcome(
-            failure.index, points, points, seconds, 0.0, failure.message, generation, checksum
-        )
+        return outcome

@@ -10,10 +10,9 @@ from damperlab.studies.coarse import coarse
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF
+from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF, SUBMITTED_BY, submitter
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.submitter import SUBMITTED_BY, submitter
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.provenance import provenance

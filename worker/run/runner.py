@@ -15,7 +15,7 @@ from damperlab.studies.store.care.sweep import sweep
 from damperlab.studies.store.cube.cube import description_of
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, may_pass
-from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.reuse.measured import measured_blocks

@@ -2,6 +2,7 @@
 
 import json
 import time
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from damperlab.studies.plan import Block
 from damperlab.studies.store.cube.cube import description_of, stored_variables, write_region
 from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.reuse.known_points import Source, known_points
@@ -90,18 +91,8 @@ def run_block(
         "kernel_seconds": kernel_seconds,
         "identity": computing()["identity"],
     }
-    checksum = write_region(cube_path, block, values, generation, told)
-    return BlockOutcome(
-        index=block.index,
-        points=values["status"].size,
-        failed=int(np.count_nonzero(values["status"] >= Status.TOO_MANY_EVENTS)),
-        seconds=time.perf_counter() - began,
-        kernel_seconds=kernel_seconds,
-        generation=generation,
-        checksum=checksum,
-        reused=reused,
-        identity=computing()["identity"],
-    )
+    outcome = write_region(cube_path, block, values, generation, told)
+    return replace(outcome, seconds=time.perf_counter() - began)
 
 
 def _solve(

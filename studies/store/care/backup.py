@@ -24,7 +24,7 @@ from damperlab.studies.store.catalogue.home import (
     parse_cube_name,
     remember,
 )
-from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, record_of
+from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, pieces, record_of
 from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
 from damperlab.studies.store.cube.chunks import BlockDamaged, damaged
 from damperlab.studies.store.cube.definition import parse_stored
@@ -40,7 +40,6 @@ from damperlab.studies.store.store import Store
 RECORDS = "records"
 """The folder of the uploaded ground-motion records, in the data directory."""
 
-_AT_ONCE = 1000  # rows in one statement
 _TRIES = 5  # at a study whose blocks are taken back while it is copied
 
 _Copy = tuple[Row[Any], Sequence[Row[Any]], int]
@@ -123,13 +122,11 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
             state = "queued" if row.state == "running" else row.state
             free = {"state": state, "claim_owner": None, "claim_expires": None}
             connection.execute(insert(studies).values({**row._asdict(), **free, "crc": None}))
-            for start in range(0, len(marks), _AT_ONCE):
-                connection.execute(
-                    insert(done_blocks), [mark._asdict() for mark in marks[start : start + _AT_ONCE]]
-                )
+            for some in pieces(mark._asdict() for mark in marks):
+                connection.execute(insert(done_blocks), some)
         for table, rows in kept.items():
-            for start in range(0, len(rows), _AT_ONCE):
-                connection.execute(insert(table), rows[start : start + _AT_ONCE])
+            for some in pieces(rows):
+                connection.execute(insert(table), some)
         advance_counters(connection)
         if for_good and not damages:
             forget(connection, BACKUP_OF)

@@ -20,7 +20,6 @@ from sqlalchemy import Connection, delete, func, insert, or_, select, update
 
 from damperlab.studies.digest import family_digest
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.catalogue.box import box_of
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE, Catalogue, open_catalogue
 from damperlab.studies.store.catalogue.home import (
     CUBES,
@@ -31,20 +30,19 @@ from damperlab.studies.store.catalogue.home import (
     parse_cube_name,
     remember,
 )
-from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, last_event
+from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, last_event, pieces, sums_of_marks
 from damperlab.studies.store.catalogue.rowsum import is_sound
-from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, studies
-from damperlab.studies.store.cube.cube import bytes_per_point
+from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, events, keys, metadata, studies
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.packed import BLOCKS, parse_block_key, read_header
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, cannot_use
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
+from damperlab.studies.store.life_cycle.entering import Entry
 from damperlab.studies.store.life_cycle.manifest import lost_end, read_marks, read_tombstone, study_columns
 from damperlab.studies.store.provenance import asked_by
 
-_AT_ONCE = 1000  # rows in one statement
 _UNTOLD = {
     "reused": 0,
     "seconds": 0.0,
@@ -107,7 +105,7 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
     if address is None:
         found.set_aside = _set_damaged_aside(data_dir)
     try:
-        catalogue = open_catalogue(data_dir, address)
+        catalogue = _opened(data_dir, address)
     except CatalogueDamaged:
         if address is not None:
             raise
@@ -130,12 +128,25 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
     return found
 
 
+def _opened(data_dir: Path, address: str | None) -> Catalogue:
+    """Open a catalogue; raise `CatalogueDamaged` where its tables are not those that were made."""
+    catalogue = open_catalogue(data_dir, address)
+    try:
+        with catalogue.reading() as connection:
+            for table in metadata.sorted_tables:
+                connection.execute(select(table).limit(1))
+    except StoreFault:
+        catalogue.close()
+        raise
+    return catalogue
+
+
 def _set_damaged_aside(data_dir: Path) -> str | None:
     """Rename a SQLite catalogue whose file is damaged, with what belongs to it; None where it is not."""
     file = data_dir / SQLITE_FILE
     if not file.is_file():
         return None
-    with suppress(sqlite3.DatabaseError):
+    with suppress(sqlite3.DatabaseError, UnicodeDecodeError):
         connection = sqlite3.connect(file, timeout=60.0)
         try:
             if connection.execute("PRAGMA integrity_check(1)").fetchall() == [("ok",)]:
@@ -252,26 +263,10 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
             found.deleted += 1
             return
         if row is None:
-            values = {
-                "number": number,
-                "id": study_id,
-                "digest": study.digest,
-                "version": int(version or 1),
-                "name": study.name,
-                "state": "queued",
-                "definition": json.dumps(study.document()),
-                "provenance": json.dumps(provenance),
-                **asked_by(provenance),
-                "shape": json.dumps(study.shape),
-                "chunk": json.dumps(next(iter(described.arrays.values())).chunks),
-                "points_total": study.points,
-                "bytes_total": study.points * bytes_per_point(study),
-                "blocks_total": total,
-                "family": family_digest(study, provenance),
-                "box": json.dumps(box_of(study)),
-                "reuse": described.reuse,
-                "created": datetime.fromisoformat(str(described.attributes["created"])).timestamp(),
-            }
+            chunk = next(iter(described.arrays.values())).chunks
+            entry = Entry(study, chunk, provenance, described.reuse, int(version or 1))
+            created = datetime.fromisoformat(str(described.attributes["created"])).timestamp()
+            values = {**entry.columns(), "number": number, "id": study_id, "created": created}
             values |= {name: value for name, value in kept.items() if name in study_columns()}
             connection.execute(insert(studies).values({**values, "deleted": deleted}))
             advance_counters(connection)
@@ -355,32 +350,21 @@ def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any
         {"study": number, **{name: mark[name] for name in names if name in mark}}
         for mark in ({**_UNTOLD, **mark} for mark in marks)
     ]
-    for start in range(0, len(rows), _AT_ONCE):
-        connection.execute(insert(done_blocks), rows[start : start + _AT_ONCE])
+    for some in pieces(rows):
+        connection.execute(insert(done_blocks), some)
 
 
 def _sum_up(connection: Connection, number: int, total: int, kept: dict[str, Any], restored: bool) -> None:
-    b = done_blocks.c
-    names = ("points", "failed", "reused", "seconds", "kernel_seconds")
-    sums = connection.execute(
-        select(func.count(), *(func.coalesce(func.sum(b[name]), 0) for name in names)).where(
-            b.study == number
-        )
-    ).one()
-    change = dict(
-        zip(
-            ("blocks_done", "points_done", "points_failed", "points_reused", "seconds", "kernel_seconds"),
-            sums,
-            strict=True,
-        )
-    )
+    change = sums_of_marks(connection, number)
     # what was seen of an earlier catalogue's revisions must not be taken for what is there now
     columns = studies.c.revision, studies.c.state
     before = connection.execute(select(*columns).where(studies.c.number == number)).one()
     revision = max(int(kept.get("revision", 0)), before.revision, 0) + total + 1
     change |= {"revision": revision, "taken_back": revision}
-    if sums[0] == total:
-        last = connection.execute(select(func.max(b.at)).where(b.study == number)).scalar()
+    if change["blocks_done"] == total:
+        last = connection.execute(
+            select(func.max(done_blocks.c.at)).where(done_blocks.c.study == number)
+        ).scalar()
         change |= {"state": kept.get("state", "done") if kept.get("state") in ("done", "failed") else "done"}
         change |= {"finished": kept.get("finished") or last}
     elif restored and kept.get("state") in ("cancelled", "failed"):

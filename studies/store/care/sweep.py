@@ -19,7 +19,7 @@ from pathlib import Path
 from sqlalchemy import func, select, update
 
 from damperlab.studies.store.catalogue.home import holds_results, parse_cube_name
-from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, study_row
+from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, pieces, study_row
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.chunks import Marks
@@ -39,7 +39,6 @@ TRASH = "trash"
 TRASH_SECONDS = 7 * 86_400.0
 """How long a cube stays in the trash."""
 
-_AT_ONCE = 500  # values in one statement
 _TRASH_TIME = "%Y%m%dT%H%M%SZ"
 
 
@@ -298,11 +297,10 @@ def _exports(data_dir: Path, limit: float, dry_run: bool) -> Swept:
 def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
     """Give those of some blocks whose rows in the catalogue are not what was written."""
     found: set[int] = set()
-    some = sorted(blocks)
     with store.catalogue.reading() as connection:
         number = study_row(connection, study_id).number
-        for start in range(0, len(some), _AT_ONCE):
-            place = done_blocks.c.block.in_(some[start : start + _AT_ONCE])
+        for some in pieces(sorted(blocks)):
+            place = done_blocks.c.block.in_(some)
             rows = connection.execute(select(done_blocks).where(done_blocks.c.study == number, place)).all()
             found |= {row.block for row in rows if not is_sound(done_blocks, row)}
     return found

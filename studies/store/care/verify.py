@@ -24,12 +24,12 @@ from damperlab.studies.store.catalogue.home import cube_name, holds_results, par
 from damperlab.studies.store.catalogue.rows import claim_owner, last_event, study_row
 from damperlab.studies.store.catalogue.rowsum import SUMMED, damaged_row, is_sound
 from damperlab.studies.store.catalogue.tables import access_keys, done_blocks, studies
-from damperlab.studies.store.cube.checksum import checksum
 from damperlab.studies.store.cube.chunks import BlockDamaged
-from damperlab.studies.store.cube.cube import lost_attachments, restore_metadata
+from damperlab.studies.store.cube.coding import checksum
+from damperlab.studies.store.cube.cube import lost_attachments
 from damperlab.studies.store.cube.decoded import DecodedChunks
 from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
-from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
+from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube, first_pieces
 from damperlab.studies.store.cube.opened import open_cube
 from damperlab.studies.store.cube.packed import block_key, read_header
 from damperlab.studies.store.faults import StoreAway, StoreFault, cannot_use
@@ -105,7 +105,8 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
         put_off = marks_put_off(connection, record.id)
     for mark in marks:
         if not is_sound(done_blocks, mark):
-            yield Damage(mark.block, "its done-mark in the catalogue is not what was written")
+            yield _damaged_mark(mark)
+    marks = [mark for mark in marks if isinstance(mark.block, int)]
     found = _row(row, marks)
     if found is not None:
         yield Damage(None, found, "catalogue")
@@ -266,21 +267,16 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
         If a ground-motion record is lost here, and not among the records of the data directory either.
     """
     parts = {damage.part for damage in damages}
-    shelf, _ = store.snapshot(record.id, checked=False)
+    with store.catalogue.reading() as connection:
+        shelf = store.cube_shelf(record.id, store.number(connection, record.id))
     if "description" in parts:
         study = parse_stored(record.definition, record.digest)
         lost = lost_attachments(shelf, study)
         if lost:
             whole = parse_study(record.definition, Records(store.data_dir)).attachments()
             shelf.fill({key: whole[key] for key in lost})
-        restore_metadata(
-            shelf,
-            study,
-            record.chunk,
-            record.provenance,
-            reuse=record.reuse,
-            created=record.created.timestamp(),
-        )
+        created = record.created.timestamp()
+        shelf.fill(first_pieces(study, record.chunk, record.provenance, reuse=record.reuse, created=created))
     blocks = [damage.block for damage in damages if damage.block is not None]
     if blocks or "catalogue" in parts:
         record = store.forget(record.id, blocks, "damaged")
@@ -289,13 +285,24 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     return store.find(record.id)
 
 
+def _damaged_mark(mark: Row[Any]) -> Damage:
+    if isinstance(mark.block, int):
+        return Damage(mark.block, "its done-mark in the catalogue is not what was written")
+    return Damage(None, "a done-mark of no block; `damperlab rebuild` removes it", "catalogue")
+
+
+def _count(value: Any) -> int:
+    """Give a number of a row that may be damaged."""
+    return value if isinstance(value, int) else 0
+
+
 def _row(row: Row[Any], marks: Sequence[Row[Any]]) -> str | None:
     """Compare a study's row with its marks."""
     sums = {
         "blocks_done": len(marks),
-        "points_done": sum(mark.points or 0 for mark in marks),
-        "points_failed": sum(mark.failed or 0 for mark in marks),
-        "points_reused": sum(mark.reused or 0 for mark in marks),
+        "points_done": sum(_count(mark.points) for mark in marks),
+        "points_failed": sum(_count(mark.failed) for mark in marks),
+        "points_reused": sum(_count(mark.reused) for mark in marks),
     }
     wrong = [
         f"{name} is {getattr(row, name)}, its marks say {value}"

@@ -14,10 +14,11 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import URL, Connection, Engine, create_engine, event, inspect, make_url, text
+from sqlalchemy import URL, Connection, Engine, create_engine, event, insert, inspect, make_url, select
 from sqlalchemy.exc import (
     ArgumentError,
     DatabaseError,
@@ -31,10 +32,10 @@ from sqlalchemy.exc import TimeoutError as PoolTimeout
 from sqlalchemy.pool import NullPool
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.catalogue.migrations import FIRST, HEAD
-from damperlab.studies.store.catalogue.rowsum import SUMMED, forget_touched, seal_rows, watch
+from damperlab.studies.store.catalogue.rowsum import forget_touched, seal_rows, watch
+from damperlab.studies.store.catalogue.tables import facts, metadata
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault
-from damperlab.studies.store.files.durable import sync_path
+from damperlab.studies.store.files.folder import sync_path
 
 BUSY_SECONDS = 60.0
 """How long a transaction waits for its turn before it gives up, unless told otherwise [s]."""
@@ -42,8 +43,11 @@ BUSY_SECONDS = 60.0
 SQLITE_FILE = "catalogue.sqlite"
 """The catalogue in the data directory, where no database is named."""
 
-REVISIONS = ("", *(f"{number:04}" for number in range(int(FIRST), int(HEAD) + 1)))
-"""Of the catalogue, the oldest first; none in a new one."""
+REVISION = 2
+"""Of the tables, as the catalogue keeps it; that of 0.1.0 was 1."""
+
+_REVISION_KEY = "revision"
+"""The fact that says it."""
 
 _WRITER = "-writer"
 """Ends the name of the file, beside SQLite's own, that says which process writes."""
@@ -68,17 +72,11 @@ _PATIENCE = {
 }
 """How long a connection to PostgreSQL may take to be made, and to show that it lives [s; the last one ms]."""
 
-_NOT_ITS_REVISION = (
-    "already exists",
-    "duplicate column",
-    "no such table",
-    "no such column",
-    "does not exist",
-)
-"""What a database says of a migration that begins elsewhere than the catalogue is."""
+_DAMAGED = ("not a database", "malformed", "no such table", "no such column")
+"""What SQLite says of a file that is not what it wrote, or whose tables are not those that were made."""
 
-_DAMAGED_FILE = ("not a database", "malformed")
-"""What SQLite says of a file that is not what it wrote."""
+_LOST = {"UndefinedTable", "UndefinedColumn"}
+"""What PostgreSQL's driver calls tables that are not those that were made."""
 
 _TROUBLES = {
     "OperationalError",
@@ -160,7 +158,7 @@ class Catalogue:
     def greet(self) -> None:
         """Return once the database has answered over a connection of its own; raise `StoreFault` where it refuses."""
         with self._faults(), self._greeting.connect() as connection:
-            connection.exec_driver_sql("SELECT 1 FROM alembic_version")
+            connection.exec_driver_sql("SELECT 1 FROM facts")
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
@@ -232,57 +230,58 @@ class Catalogue:
         self._engine.dispose()
 
     def _prepare(self) -> None:
-        # most opens find the catalogue ready and need neither a turn at writing nor alembic
+        # most opens find the catalogue ready and need no turn at writing
         with self._engine.begin() as connection:
             found = _revision(connection)
-        if found == HEAD:
+        if found == REVISION:
             return
-        if found > HEAD and re.fullmatch("[0-9]{4}", found):
-            raise StoreFault(
+        if found is not None:
+            raise self._another(found)
+        if self._sqlite:
+            self._switch_to_wal()
+        with self._writer.begin() as connection:
+            if _revision(connection) is None:  # else another process was faster
+                try:
+                    metadata.create_all(connection, checkfirst=False)
+                except DatabaseError as error:
+                    if "already exists" not in str(error.orig):
+                        raise
+                    raise self._damaged(f"tables without their revision ({error.orig})") from error
+                connection.execute(insert(facts).values(key=_REVISION_KEY, value=str(REVISION)))
+        if self._sqlite and self._url.database:
+            sync_path(Path(self._url.database).parent)
+
+    def _another(self, found: str | int) -> StoreFault:
+        """Make the fault for a catalogue whose tables are of another revision, or of one that no version has written."""
+        if not isinstance(found, int):
+            return self._damaged(f"catalogue revision {found!r}, which no version has written")
+        if found < REVISION:
+            return CatalogueDamaged(
                 Fault(
                     self.name,
                     f"catalogue revision {found}",
-                    f"revision {HEAD} or older",
-                    "upgrade damperlab, or choose another data directory; if no newer version has opened it, it is damaged: "
-                    "move it away and make it again with `damperlab rebuild`",
-                    f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this version "
-                    f"knows {HEAD} and older ones.",
-                )
-            )
-        if "" < found < FIRST and re.fullmatch("[0-9]{4}", found):
-            raise CatalogueDamaged(
-                Fault(
-                    self.name,
-                    f"catalogue revision {found}",
-                    f"revision {FIRST} or newer",
+                    f"revision {REVISION}",
                     "export its studies with `damperlab export` of that version, or choose another data directory; if no older "
                     "version has opened it, it is damaged: make it again with `damperlab rebuild`",
                     f"{self.name} was made by a damperlab older than 0.2.0.",
                 )
             )
-        if found not in REVISIONS:
-            raise self._damaged(f"catalogue revision {found!r}, which no version has written")
-        if self._sqlite:
-            self._switch_to_wal()
-        with self._writer.begin() as connection:
-            found = _revision(connection)
-            if found != HEAD:  # else another process was faster
-                try:
-                    _migrate(connection)
-                except DatabaseError as error:
-                    if not any(each in str(error.orig) for each in _NOT_ITS_REVISION):
-                        raise
-                    raise self._damaged(
-                        f"tables that are not those of revision {found!r} ({error.orig})"
-                    ) from error
-                seal_rows(connection, SUMMED)
-        if self._sqlite and self._url.database:
-            sync_path(Path(self._url.database).parent)
+        return StoreFault(
+            Fault(
+                self.name,
+                f"catalogue revision {found}",
+                f"revision {REVISION}",
+                "upgrade damperlab, or choose another data directory; if no newer version has opened it, it is damaged: "
+                "move it away and make it again with `damperlab rebuild`",
+                f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this version "
+                f"knows {REVISION}.",
+            )
+        )
 
     def _damaged(self, found: str) -> CatalogueDamaged:
         advice = "make it again from the cubes with `damperlab rebuild`"
         told = f"{self.name} is damaged: {found}."
-        return CatalogueDamaged(Fault(self.name, found, f"revision {HEAD} or older", advice, told))
+        return CatalogueDamaged(Fault(self.name, found, f"revision {REVISION}", advice, told))
 
     def _switch_to_wal(self) -> None:
         # several processes may open a new folder at once, and the switch ignores the busy timeout
@@ -309,22 +308,24 @@ class Catalogue:
             kinds = {kind.__name__ for kind in type(cause).__mro__}
             broken = isinstance(error, DBAPIError) and error.connection_invalidated
             found = str(cause).strip() or type(cause).__name__
-            told = (*_DAMAGED_FILE, "invalid connection option")
-            if not broken and not kinds & _TROUBLES and not any(each in found for each in told):
+            damaged = any(each in found for each in _DAMAGED) or bool(kinds & _LOST)
+            # of names, which a statement quotes: texts of rows are read whatever they hold
+            damaged |= self._sqlite and isinstance(cause, UnicodeDecodeError)
+            if not (broken or damaged or kinds & _TROUBLES or "invalid connection option" in found):
                 raise
             if "database is locked" in found or "lock timeout" in found:
                 raise self._busy(found) from error
-            raise StoreFault(
+            raise (CatalogueDamaged if damaged else StoreFault)(
                 Fault(
                     self.name,
                     found,
                     "a catalogue that can be reached, read and written",
-                    "try again in a moment: too many requests came together, or the database takes long"
+                    "make the catalogue again from the cubes with `damperlab rebuild`"
+                    if damaged
+                    else "try again in a moment: too many requests came together, or the database takes long"
                     if isinstance(error, PoolTimeout)
                     else "check that its server runs and its address and password are right"
                     if not self._sqlite
-                    else "make the catalogue again from the cubes with `damperlab rebuild`"
-                    if any(each in found for each in _DAMAGED_FILE)
                     else "check the folder's permissions and free space, and that the catalogue is damperlab's",
                     f"{self.name} cannot be read or written: {found.splitlines()[0].rstrip('.')}.",
                 )
@@ -349,6 +350,8 @@ def _sqlite_engine(url: URL, wait_seconds: float) -> Engine:
     def _connect(connection: Any, _: Any) -> None:
         # transactions begin where `_begin` says, not where the driver guesses
         connection.isolation_level = None
+        # a text whose bits have flipped is seen by its row's checksum, and costs no other row
+        connection.text_factory = partial(str, encoding="utf-8", errors="replace")
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA foreign_keys = ON")
 
@@ -397,22 +400,14 @@ def _patience(url: URL) -> dict[str, int]:
     return {name: value for name, value in _PATIENCE.items() if name not in url.query}
 
 
-def _revision(connection: Connection) -> str:
-    if inspect(connection).has_table("alembic_version"):
-        return str(connection.execute(text("SELECT version_num FROM alembic_version")).scalar() or "lost")
-    # the catalogues of 0.1.0 were SQLite's and kept their version where it keeps such a number
+def _revision(connection: Connection) -> str | int | None:
+    """Give the revision of the tables; a text where it is none, and None where there are no tables yet."""
+    # 0.1.0 kept it where SQLite keeps such a number
     first = connection.dialect.name == "sqlite" and connection.exec_driver_sql("PRAGMA user_version").scalar()
-    return "0001" if first else ""
-
-
-def _migrate(connection: Connection) -> None:
-    from alembic import command
-    from alembic.config import Config
-
-    config = Config()
-    config.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
-    config.attributes["connection"] = connection
-    command.upgrade(config, HEAD)
+    if first or not inspect(connection).has_table(facts.name):
+        return int(first) if first else None
+    found = connection.execute(select(facts.c.value).where(facts.c.key == _REVISION_KEY)).scalar()
+    return int(found) if found and re.fullmatch("[0-9]{1,9}", found) else str(found or "lost")
 
 
 def open_catalogue(

@@ -4,18 +4,20 @@ import base64
 import binascii
 import json
 import time
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, TypeVar
 
 from sqlalchemy import ColumnElement, Connection, Row, and_, func, insert, not_, select, text
 
 from damperlab.studies.faults import Fault, describe, nearest, printable
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import done_blocks, events, studies
-from damperlab.studies.store.faults import StoreFault, StudyNotFound
+from damperlab.studies.store.faults import StoreFault, StudyNotFound, catalogue_damaged
 from damperlab.studies.store.provenance import COARSE_OF, DESIGNS
 from damperlab.studies.store.record import Record, utc
 from damperlab.studies.store.solver import is_outdated
+
+Item = TypeVar("Item")
 
 ALIVE = studies.c.deleted.is_(None)
 """The studies that were not deleted."""
@@ -42,6 +44,8 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
     return row
 
 
+VALUES = 500
+"""Values, or rows, in one statement."""
 FIRST_DIGITS = 4
 """Fewest digits of an id that stand for it: fewer are as likely a name that was mistyped."""
 NAMES_COMPARED = 1000
@@ -103,16 +107,41 @@ def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
 
 
 def marks_of(
-    connection: Connection, number: int, *, after: int | None = None, upto: int | None = None
+    connection: Connection, row: Row[Any], *, after: int | None = None, upto: int | None = None
 ) -> dict[int, str]:
-    """Give the generation of every done block of a study by the block's index, or of those done between revisions."""
+    """Give the generation of every done block of a study by the block's index, or of those done between revisions.
+
+    Raises
+    ------
+    CatalogueDamaged
+        If the study has no such block as one of them.
+    """
     c = done_blocks.c
-    query = select(c.block, c.generation).where(c.study == number)
+    query = select(c.block, c.generation).where(c.study == row.number)
     if after is not None:
         query = query.where(c.revision > after)
     if upto is not None:
         query = query.where(c.revision <= upto)
-    return {int(row.block): str(row.generation) for row in connection.execute(query)}
+    marks = {mark.block: str(mark.generation) for mark in connection.execute(query)}
+    for block in marks:
+        if not (isinstance(block, int) and 0 <= block < row.blocks_total):
+            raise catalogue_damaged(row.id, f"a done-mark of block {block}, which it does not have,")
+    return marks
+
+
+def sums_of_marks(connection: Connection, number: int) -> dict[str, Any]:
+    """Add up the done-marks of a study; by the names of the columns that keep the sums."""
+    b = done_blocks.c
+    sums = {
+        "points_done": b.points,
+        "points_failed": b.failed,
+        "points_reused": b.reused,
+        "seconds": b.seconds,
+        "kernel_seconds": b.kernel_seconds,
+    }
+    columns = [func.coalesce(func.sum(column), 0).label(name) for name, column in sums.items()]
+    query = select(func.count().label("blocks_done"), *columns).where(b.study == number)
+    return dict(connection.execute(query).one()._mapping)
 
 
 def lost_marks(row: Row[Any], found: int) -> str | None:
@@ -126,8 +155,9 @@ def lost_marks(row: Row[Any], found: int) -> str | None:
 
 def claim_owner(row: Row[Any]) -> str | None:
     """Say whose claim on the study holds now."""
-    held = row.claim_owner is not None and row.claim_expires >= time.time()
-    return str(row.claim_owner) if held else None
+    # no checksum is over it: of what is no time nobody knows more than that it is over
+    ends = row.claim_expires if isinstance(row.claim_expires, float) else 0.0
+    return str(row.claim_owner) if row.claim_owner is not None and ends >= time.time() else None
 
 
 def _seconds_left(row: Row[Any]) -> float | None:
@@ -138,7 +168,9 @@ def _seconds_left(row: Row[Any]) -> float | None:
         return None
     # wall time, so that the pace holds for however many workers there are
     pace = (row.last_mark - row.run_began) / (row.points_done - row.run_points)
-    return float(max(0.0, left * pace - (time.time() - row.last_mark)))
+    if pace <= 0.0:
+        return None  # the clock was set back meanwhile
+    return float(max(0.0, left * pace - max(0.0, time.time() - row.last_mark)))
 
 
 def record_of(row: Row[Any]) -> Record:
@@ -202,6 +234,13 @@ def number_before(cursor: str) -> int:
     )
 
 
+def pieces(items: Iterable[Item]) -> Iterator[list[Item]]:
+    """Cut what may be long into lists that one statement takes."""
+    every = list(items)
+    for start in range(0, len(every), VALUES):
+        yield every[start : start + VALUES]
+
+
 def log_event(connection: Connection, study_id: str, what: str) -> None:
     """Note among a study's events what has happened to it now."""
     connection.execute(insert(events).values(study=study_id, at=time.time(), what=what))
@@ -209,10 +248,8 @@ def log_event(connection: Connection, study_id: str, what: str) -> None:
 
 def last_event(connection: Connection, study_id: str) -> float | None:
     """Give when the catalogue last noted anything of a study, in seconds since 1970."""
-    found: float | None = connection.execute(
-        select(func.max(events.c.at)).where(events.c.study == study_id)
-    ).scalar()
-    return found
+    found = connection.execute(select(func.max(events.c.at)).where(events.c.study == study_id)).scalar()
+    return found if isinstance(found, float) else None
 
 
 def advance_counters(connection: Connection) -> None:

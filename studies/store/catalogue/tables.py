@@ -1,4 +1,4 @@
-"""The tables of the catalogue, as its newest migration leaves them; see `damperlab.studies.store.catalogue.migrations`."""
+"""The tables of the catalogue; whoever changes them gives them another revision, in `.catalogue`."""
 
 from sqlalchemy import (
     BigInteger,
@@ -149,7 +149,7 @@ Index("events_of_study", events.c.study, events.c.number)
 facts = Table(
     "facts",
     metadata,
-    # about the catalogue itself: its id, and where its cubes are
+    # about the catalogue itself: its revision, its id, and where its cubes are
     Column("key", String, primary_key=True),
     Column("value", Text, nullable=False),
 )

@@ -4,7 +4,9 @@ Zarr spends most of its time between chunks: a slice across the leading dimensio
 eighteen variables writes eighteen. What is encoded here any Zarr reader decodes, and the other way round.
 """
 
+import hashlib
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -157,3 +159,25 @@ def without_checksum(content: bytes) -> bytes:
 def _checksum_holds(content: bytes) -> bool:
     body, checksum = content[:-CHECKSUM_BYTES], content[-CHECKSUM_BYTES:]
     return bool(body) and google_crc32c.value(body) == int.from_bytes(checksum, "little")
+
+
+def checksum(values: Mapping[str, np.ndarray]) -> str:
+    """Hash the values of a block, before they are encoded and after they were read back.
+
+    Parameters
+    ----------
+    values : mapping of array
+        Every stored variable, in the type in which it is stored; their order does not count.
+
+    Returns
+    -------
+    str
+        BLAKE2b of 16 bytes in hexadecimal. Equal for equal bits: of two NaN, the kind counts.
+    """
+    digest = hashlib.blake2b(digest_size=16)
+    for name in sorted(values):
+        array = np.ascontiguousarray(values[name])
+        little = array.astype(array.dtype.newbyteorder("<"), copy=False)
+        digest.update(f"{name} {little.dtype.str} {little.shape}\n".encode())
+        digest.update(little.tobytes())
+    return digest.hexdigest()

@@ -8,24 +8,19 @@ and never a fill value.
 import hashlib
 import time
 from collections.abc import Mapping
-from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
-from damperlab.studies.store.cube.checksum import checksum
-from damperlab.studies.store.cube.description import (
-    DESCRIPTION,
-    Description,
-    describe_cube,
-    first_pieces,
-)
+from damperlab.studies.store.cube.coding import checksum
+from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.description import stored_variables as stored_variables
-from damperlab.studies.store.cube.packed import BLOCKS, block_key, pack, read_part
-from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.store.cube.packed import block_key, pack, read_part
+from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import Shelf
+from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.variables import Status
 
 
@@ -37,83 +32,6 @@ def bytes_per_point(study: AnyStudy) -> int:
 def block_grid(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...]:
     """Count the blocks along each dimension; a block's index runs through them, last dimension fastest."""
     return tuple(-(-extent // step) for extent, step in zip(shape, chunk, strict=True))
-
-
-def create_cube(
-    shelf: Shelf,
-    study: AnyStudy,
-    chunk: tuple[int, ...],
-    provenance: Mapping[str, str],
-    *,
-    reuse: bool = True,
-    created: float | None = None,
-) -> None:
-    """Make an empty cube and wait until it is safe; whatever lies on the shelf is removed.
-
-    Parameters
-    ----------
-    shelf : Shelf
-        Where it shall be.
-    study : AnyStudy
-        Coordinates and variables.
-    chunk : tuple of int
-        Extent of a block.
-    provenance : mapping of str
-        Kept with the cube; its `solver_version` becomes an attribute of its own.
-    reuse : bool
-        Whether the study may take points from others.
-    created : float, optional
-        When it was submitted, in seconds since 1970; now by default.
-
-    Raises
-    ------
-    OSError
-        If the shelf cannot be written.
-    """
-    shelf.clear()
-    shelf.fill(first_files(study, chunk, provenance, reuse=reuse, created=created), (BLOCKS,))
-
-
-def first_files(
-    study: AnyStudy,
-    chunk: tuple[int, ...],
-    provenance: Mapping[str, str],
-    *,
-    reuse: bool = True,
-    created: float | None = None,
-) -> dict[str, bytes]:
-    """Give the files of a cube without blocks, by their keys; see `create_cube`."""
-    return _pieces(study, chunk, provenance, reuse, created) | study.attachments()
-
-
-def restore_metadata(
-    shelf: Shelf,
-    study: AnyStudy,
-    chunk: tuple[int, ...],
-    provenance: Mapping[str, str],
-    *,
-    reuse: bool = True,
-    created: float | None = None,
-) -> None:
-    """Write a cube's description and coordinates anew; the files of its blocks stay, and those that the study brought.
-
-    Raises
-    ------
-    OSError
-        If the shelf cannot be written.
-    """
-    shelf.fill(_pieces(study, chunk, provenance, reuse, created))
-
-
-def _pieces(
-    study: AnyStudy,
-    chunk: tuple[int, ...],
-    provenance: Mapping[str, str],
-    reuse: bool,
-    created: float | None,
-) -> dict[str, bytes]:
-    at = datetime.fromtimestamp(time.time() if created is None else created, UTC)
-    return first_pieces(study, chunk, provenance, reuse=reuse, created=at)
 
 
 def lost_attachments(shelf: Shelf, study: AnyStudy) -> list[str]:
@@ -140,7 +58,7 @@ def write_region(
     values: Mapping[str, np.ndarray],
     generation: str = "",
     told: Mapping[str, Any] | None = None,
-) -> str:
+) -> BlockOutcome:
     """Write the region of one block and wait until it is safe; its done-mark may be set afterwards.
 
     Parameters
@@ -154,12 +72,12 @@ def write_region(
     generation : str
         Tells this attempt's file from those of every other; the done-mark must name it.
     told : mapping, optional
-        What else the block's file shall say of itself, by the names of the done-mark's columns.
+        What else the block's file and its done-mark shall say of it, by the names of `BlockOutcome`.
 
     Returns
     -------
-    str
-        The block's checksum, for its done-mark.
+    BlockOutcome
+        For the done-mark.
 
     Raises
     ------
@@ -180,19 +98,26 @@ def write_region(
             raise ValueError(f"{name} has shape {values[name].shape}, its block {block.shape}")
     stored = {name: np.asarray(values[name], array.dtype) for name, array in arrays.items()}
     encoded = {name: array.encode(stored[name]) for name, array in arrays.items()}
-    found = checksum(stored)
+    outcome = BlockOutcome(
+        index=block.index,
+        points=block.points,
+        failed=int(np.count_nonzero(stored["status"] >= Status.TOO_MANY_EVENTS)),
+        generation=generation,
+        checksum=checksum(stored),
+        **(told or {}),
+    )
     mark = {
         "digest": described.digest,
         "block": block.index,
         "generation": generation,
-        "checksum": found,
-        "points": block.points,
-        "failed": int(np.count_nonzero(stored["status"] >= Status.TOO_MANY_EVENTS)),
+        "checksum": outcome.checksum,
+        "points": outcome.points,
+        "failed": outcome.failed,
         "at": time.time(),
         **(told or {}),
     }
     shelf.put(block_key(block.index, generation), pack(mark, encoded))
-    return found
+    return outcome
 
 
 def description_of(shelf: Shelf) -> Description:

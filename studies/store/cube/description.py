@@ -83,9 +83,23 @@ class Description:
 
 
 def first_pieces(
-    study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str], *, reuse: bool, created: datetime
+    study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str], *, reuse: bool, created: float
 ) -> dict[str, bytes]:
-    """Give the pieces of a cube without blocks: the description and the coordinates."""
+    """Give the pieces of a cube without blocks: the description and the coordinates.
+
+    Parameters
+    ----------
+    study : AnyStudy
+        Coordinates and variables.
+    chunk : tuple of int
+        Extent of a block.
+    provenance : mapping of str
+        Kept with the cube; its `solver_version` becomes an attribute of its own.
+    reuse : bool
+        Whether the study may take points from others.
+    created : float
+        When it was submitted, in seconds since 1970.
+    """
     coordinates = study.coordinates
     members = {name: _coordinate(name, values, study) for name, values in coordinates.items()}
     shape, dimensions = study.shape, tuple(coordinates)
@@ -98,7 +112,7 @@ def first_pieces(
             "study": json.dumps(study.document()),
             "digest": study.digest,
             "solver_version": provenance.get("solver_version", "unknown"),
-            "created": created.astimezone(UTC).isoformat(timespec="microseconds"),
+            "created": datetime.fromtimestamp(created, UTC).isoformat(timespec="microseconds"),
             "provenance": json.dumps(dict(provenance)),
             "complete": "no",
             _OWN: {"crc32c": PLACEHOLDER, "layout": 2, "reuse": reuse},

@@ -9,7 +9,6 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 
-from damperlab.studies.store.files.durable import sync_path
 from damperlab.studies.store.files.shelf import AT_ONCE, Entry, Shelf, removed_last
 
 
@@ -160,3 +159,33 @@ class Folder(Shelf):
                     else:
                         file.unlink()
             shutil.rmtree(self._path)  # which refuses a link
+
+
+def sync_path(path: str | os.PathLike[str]) -> None:
+    """Wait until a file's content, or a folder's list of names, is on the disk.
+
+    Parameters
+    ----------
+    path : path-like
+        An existing file or folder.
+
+    Raises
+    ------
+    OSError
+        If the path is gone or the disk reports a failure.
+    """
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def open_shelf(address: str) -> Shelf:
+    """Give the shelf at an address: `s3://bucket/prefix`, or a folder."""
+    if address.startswith("s3://"):
+        # only for who asks for it: not every installation has the library
+        from damperlab.studies.store.files.bucket import open_bucket
+
+        return open_bucket(address)
+    return Folder(address)

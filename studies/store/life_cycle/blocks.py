@@ -15,8 +15,10 @@ from damperlab.studies.store.catalogue.rows import (
     log_event,
     lost_marks,
     marks_of,
+    pieces,
     record_of,
     study_row,
+    sums_of_marks,
 )
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.packed import BLOCKS
@@ -26,8 +28,6 @@ from damperlab.studies.store.life_cycle.lookup import Lookup
 from damperlab.studies.store.life_cycle.manifest import drop_marks, keep_marks
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.vocabulary import ENDED
-
-_AT_ONCE = 500  # values in one statement
 
 
 class Blocks(Lookup):
@@ -46,7 +46,7 @@ class Blocks(Lookup):
         with self.catalogue.reading() as connection:
             row = study_row(connection, study_id)
             done = np.zeros(row.blocks_total, bool)
-            marks = marks_of(connection, row.number)
+            marks = marks_of(connection, row)
             done[np.fromiter(marks, np.int64)] = True
         lost = lost_marks(row, len(marks))
         if lost is not None:
@@ -93,9 +93,8 @@ class Blocks(Lookup):
         for index in fresh:
             if not 0 <= index < row.blocks_total:
                 raise ValueError(f"block {index} of {row.blocks_total}")
-        for start in range(0, len(outcomes), _AT_ONCE):
-            piece = [outcome.index for outcome in outcomes[start : start + _AT_ONCE]]
-            known = select(b.block).where(b.study == row.number, b.block.in_(piece))
+        for some in pieces(outcome.index for outcome in outcomes):
+            known = select(b.block).where(b.study == row.number, b.block.in_(some))
             for index in connection.execute(known).scalars():
                 del fresh[index]
         if not fresh:
@@ -247,33 +246,15 @@ class Blocks(Lookup):
     def _take_back(
         self, connection: Connection, row: Row[Any], blocks: Sequence[int], why: str, *, queue: bool
     ) -> Record:
-        b, c = done_blocks.c, studies.c
-        for start in range(0, len(blocks), _AT_ONCE):
-            piece = [int(index) for index in blocks[start : start + _AT_ONCE]]
-            connection.execute(delete(done_blocks).where(b.study == row.number, b.block.in_(piece)))
-        sums = connection.execute(
-            select(
-                func.count(),
-                *(
-                    func.coalesce(func.sum(column), 0)
-                    for column in (b.points, b.failed, b.reused, b.seconds, b.kernel_seconds)
-                ),
-            ).where(b.study == row.number)
-        ).one()
-        names = (
-            c.blocks_done,
-            c.points_done,
-            c.points_failed,
-            c.points_reused,
-            c.seconds,
-            c.kernel_seconds,
-        )
-        change: dict[Any, Any] = dict(zip(names, sums, strict=True))
-        change |= {c.revision: row.revision + 1, c.taken_back: row.revision + 1}
+        b = done_blocks.c
+        for some in pieces(map(int, blocks)):
+            connection.execute(delete(done_blocks).where(b.study == row.number, b.block.in_(some)))
+        sums = sums_of_marks(connection, row.number)
+        change: dict[str, Any] = {**sums, "revision": row.revision + 1, "taken_back": row.revision + 1}
         if queue:
-            change |= {c.state: "queued", c.finished: None}
-        connection.execute(update(studies).where(c.number == row.number).values(change))
-        log_event(connection, row.id, f"{row.blocks_done - sums[0]} blocks invalidated: {why}")
+            change |= {"state": "queued", "finished": None}
+        connection.execute(update(studies).where(studies.c.number == row.number).values(change))
+        log_event(connection, row.id, f"{row.blocks_done - sums['blocks_done']} blocks invalidated: {why}")
         return record_of(study_row(connection, row.id))
 
 

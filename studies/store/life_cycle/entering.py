@@ -16,7 +16,6 @@ from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.catalogue.base import StoreBase
-from damperlab.studies.store.catalogue.box import box_of
 from damperlab.studies.store.catalogue.home import (
     BACKUP_OF,
     UNKNOWN_RESULTS,
@@ -31,11 +30,19 @@ from damperlab.studies.store.catalogue.home import (
     remember,
 )
 from damperlab.studies.store.catalogue.quota import Ledger
-from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, RESERVED, newest_row, record_of
+from damperlab.studies.store.catalogue.rows import (
+    ALIVE,
+    NEVER_ENTERED,
+    RESERVED,
+    newest_row,
+    pieces,
+    record_of,
+)
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import events, keys, studies
 from damperlab.studies.store.catalogue.turns import Turns
-from damperlab.studies.store.cube.cube import block_grid, bytes_per_point, first_files
+from damperlab.studies.store.cube.cube import block_grid, bytes_per_point
+from damperlab.studies.store.cube.description import first_pieces
 from damperlab.studies.store.cube.packed import BLOCKS
 from damperlab.studies.store.faults import (
     CatalogueDamaged,
@@ -45,14 +52,11 @@ from damperlab.studies.store.faults import (
     cannot_use,
 )
 from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
-from damperlab.studies.store.provenance import asked_by
+from damperlab.studies.store.provenance import SUBMITTED_BY, asked_by, signed
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.submitter import SUBMITTED_BY, signed
 
-_VALUES = 500  # values in one statement
 _MOST = 256  # studies that share a transaction: others want to write too
 
-_Item = TypeVar("_Item")
 _Answer = TypeVar("_Answer")
 
 
@@ -125,6 +129,29 @@ class Entry:
     def bytes(self) -> int:
         """What it takes when it is done, before compression."""
         return self.study.points * bytes_per_point(self.study)
+
+    def columns(self) -> dict[str, Any]:
+        """Give what its row says of it."""
+        study = self.study
+        return {
+            "id": self.id,
+            "digest": study.digest,
+            "version": self.version,
+            "name": study.name,
+            "state": "queued",
+            "definition": json.dumps(study.document()),
+            "provenance": json.dumps(self.provenance),
+            **asked_by(self.provenance),
+            "shape": json.dumps(study.shape),
+            "chunk": json.dumps(self.chunk),
+            "points_total": study.points,
+            "bytes_total": self.bytes,
+            "blocks_total": math.prod(block_grid(study.shape, self.chunk)),
+            "family": family_digest(study, self.provenance),
+            "box": json.dumps(box_of(study)),
+            "reuse": self.reuse,
+            "priority": self.priority,
+        }
 
 
 Entered = list[tuple[Record, bool]]
@@ -287,22 +314,13 @@ class Entering(StoreBase):
         """Take new numbers: rows of nobody, as of studies that were deleted and whose files are gone."""
         now = time.time()
         numbers: list[int] = []
-        for some in _pieces([_reserved(now)] * len(entries)):
+        for some in pieces([_reserved(now)] * len(entries)):
             new = insert(studies).returning(studies.c.number, sort_by_parameter_order=True)
             numbers += connection.execute(new, some).scalars()
         return [_Made(entry, number, now) for entry, number in zip(entries, numbers, strict=True)]
 
     def _make(self, fresh: Sequence["_Made"]) -> None:
-        cubes = {
-            each.name: first_files(
-                each.entry.study,
-                each.entry.chunk,
-                each.entry.provenance,
-                reuse=each.entry.reuse,
-                created=each.created,
-            )
-            for each in fresh
-        }
+        cubes = {each.name: each.files() for each in fresh}
         try:
             self.shelf.make(cubes, (BLOCKS,))
         except OSError as error:
@@ -313,7 +331,7 @@ class Entering(StoreBase):
         with suppress(StoreFault, OSError):
             # a rebuild may have entered the study of a reserved number: only what is still nobody's is taken away
             ours: set[int] = set()
-            for some in _pieces(each.number for each in several):
+            for some in pieces(each.number for each in several):
                 mine = update(studies).where(studies.c.number.in_(some), RESERVED).values(state="cancelled")
                 with self.catalogue.writing() as connection:
                     ours |= set(connection.execute(mine.returning(studies.c.number)).scalars())
@@ -325,7 +343,7 @@ class Entering(StoreBase):
     def _give_back(self, numbers: Iterable[int]) -> None:
         """Let the catalogue forget numbers that were reserved for nothing; none is given twice all the same."""
         with suppress(StoreFault):
-            for some in _pieces(numbers):
+            for some in pieces(numbers):
                 with self.catalogue.writing() as connection:
                     connection.execute(delete(studies).where(studies.c.number.in_(some), NEVER_ENTERED))
 
@@ -338,10 +356,10 @@ class Entering(StoreBase):
         forget(connection, BACKUP_OF)
         # a reader that keeps to a revision of a study that was deleted must not find it in the new one
         ever: dict[str, int] = {}
-        for digests in _pieces(each.entry.study.digest for each in several):
+        for digests in pieces(each.entry.study.digest for each in several):
             query = select(c.id, func.max(c.revision) + 1).where(c.digest.in_(digests)).group_by(c.id)
             ever |= {row[0]: row[1] for row in connection.execute(query)}
-        for rows in _pieces(_row(each, ever.get(each.entry.id, 0)) for each in several):
+        for rows in pieces(_row(each, ever.get(each.entry.id, 0)) for each in several):
             names = rows[0].keys() - {"number"}
             change = update(studies).where(c.number == bindparam("of_number"))
             connection.execute(
@@ -349,10 +367,10 @@ class Entering(StoreBase):
                 [{"of_number": row["number"], **{f"to_{name}": row[name] for name in names}} for row in rows],
             )
         now = time.time()
-        for noted in _pieces({"study": each.entry.id, "at": now, "what": what} for each in several):
+        for noted in pieces({"study": each.entry.id, "at": now, "what": what} for each in several):
             connection.execute(insert(events), noted)
         found: dict[int, Record] = {}
-        for given in _pieces(each.number for each in several):
+        for given in pieces(each.number for each in several):
             for row in connection.execute(select(studies).where(c.number.in_(given))):
                 found[row.number] = record_of(row)
         return [found[each.number] for each in several]
@@ -418,13 +436,13 @@ class _Asked:
         submissions = [one for some in lists for one in some]
         self.known: dict[str, Record] = {}
         self._damaged: dict[str, CatalogueDamaged] = {}
-        for digests in _pieces(dict.fromkeys(one.study.digest for one in submissions)):
+        for digests in pieces(dict.fromkeys(one.study.digest for one in submissions)):
             query = select(studies).where(studies.c.digest.in_(digests), ALIVE).order_by(studies.c.version)
             for row in connection.execute(query):
                 with self._noting(row.digest):
                     self.known[row.digest] = record_of(row)
         self._keys: dict[str, str] = {}
-        for names in _pieces(one.key for one in submissions if one.key is not None):
+        for names in pieces(one.key for one in submissions if one.key is not None):
             for row in connection.execute(select(keys).where(keys.c.key.in_(names))):
                 self._keys[row.key] = row.digest
                 with self._noting(row.key):
@@ -469,7 +487,7 @@ class _Asked:
     def keep_keys(self) -> None:
         """Write what was taken."""
         rows = ({"key": key, "digest": digest, "at": time.time()} for key, digest in self._new.items())
-        for some in _pieces(rows):
+        for some in pieces(rows):
             self._connection.execute(insert(keys), some)
 
 
@@ -486,11 +504,19 @@ class _Made:
         """Of its shelf."""
         return cube_name(self.entry.id, self.number)
 
+    def files(self) -> dict[str, bytes]:
+        """Give those of the cube while it has no block."""
+        entry = self.entry
+        first = first_pieces(
+            entry.study, entry.chunk, entry.provenance, reuse=entry.reuse, created=self.created
+        )
+        return first | entry.study.attachments()
+
 
 def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int]:
     """Give the numbers that nobody has taken for garbage meanwhile."""
     found: set[int] = set()
-    for some in _pieces(each.number for each in several):
+    for some in pieces(each.number for each in several):
         query = select(studies.c.number).where(studies.c.number.in_(some), RESERVED)
         found |= set(connection.execute(query).scalars())
     return found
@@ -503,41 +529,20 @@ def _is_made(entry: Entry, made: dict[str, _Made], reserved: set[int]) -> bool:
 
 
 def _row(made: _Made, revision: int) -> dict[str, Any]:
-    entry, study = made.entry, made.entry.study
-    return {
-        "number": made.number,
-        "id": entry.id,
-        "digest": study.digest,
-        "version": entry.version,
-        "name": study.name,
-        "state": "queued",
-        "definition": json.dumps(study.document()),
-        "provenance": json.dumps(entry.provenance),
-        **asked_by(entry.provenance),
-        "shape": json.dumps(study.shape),
-        "chunk": json.dumps(entry.chunk),
-        "points_total": study.points,
-        "bytes_total": entry.bytes,
-        "blocks_total": math.prod(block_grid(study.shape, entry.chunk)),
-        "family": family_digest(study, entry.provenance),
-        "box": json.dumps(box_of(study)),
-        "reuse": entry.reuse,
-        "priority": entry.priority,
-        "created": made.created,
-        "deleted": None,
-        "revision": revision,
-        "taken_back": revision,
-    }
+    new = {"created": made.created, "deleted": None, "revision": revision, "taken_back": revision}
+    return {"number": made.number, **made.entry.columns(), **new}
+
+
+def box_of(study: AnyStudy) -> list[list[Any]]:
+    """Give the lowest and the highest value along every dimension of numbers, in the cube's order."""
+    return [
+        [float(values[0]), float(values[-1])]
+        for values in study.coordinates.values()
+        if values.dtype.kind == "f"
+    ]
 
 
 def _reserved(now: float) -> dict[str, Any]:
     texts = dict.fromkeys(("id", "digest", "name", "definition", "provenance"), "")
     sizes = dict.fromkeys(("points_total", "blocks_total"), 0)
     return {**texts, **sizes, "state": "queued", "shape": "[]", "chunk": "[]", "created": now, "deleted": now}
-
-
-def _pieces(items: Iterable[_Item]) -> Iterator[list[_Item]]:
-    """Cut what may be long into lists that one statement takes."""
-    every = list(items)
-    for start in range(0, len(every), _VALUES):
-        yield every[start : start + _VALUES]

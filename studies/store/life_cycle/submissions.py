@@ -16,15 +16,14 @@ from damperlab.studies.store.catalogue.rows import log_event, newest_row, record
 from damperlab.studies.store.catalogue.rowsum import is_sound
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.chunks import damaged
-from damperlab.studies.store.cube.cube import restore_metadata
 from damperlab.studies.store.cube.definition import parse_stored, with_attachments
+from damperlab.studies.store.cube.description import first_pieces
 from damperlab.studies.store.faults import NothingToDo, cannot_use
 from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.entering import Entering, Entry
 from damperlab.studies.store.life_cycle.manifest import put_tombstone
-from damperlab.studies.store.provenance import asked_by
+from damperlab.studies.store.provenance import asked_by, signed, submitter
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.submitter import signed, submitter
 from damperlab.studies.vocabulary import ENDED
 
 _AT_ONCE = 5000  # marks that are removed in one transaction
@@ -139,7 +138,7 @@ class Submissions(Entering):
         study = parse_stored(record.definition, record.digest)
         shelf = self.cube_shelf(row.id, row.number)
         try:
-            restore_metadata(shelf, study, record.chunk, provenance, reuse=record.reuse, created=row.created)
+            shelf.fill(first_pieces(study, record.chunk, provenance, reuse=record.reuse, created=row.created))
         except OSError as error:
             raise cannot_use(shelf.address, error) from error
 

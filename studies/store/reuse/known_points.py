@@ -8,7 +8,7 @@ from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
 from damperlab.studies.store.cube.cube import stored_variables
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.files.places import open_shelf
+from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.variables import Status
 
 

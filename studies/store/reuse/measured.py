@@ -64,12 +64,18 @@ def _measured(store: Store, which: ColumnElement[bool]) -> list[Measured]:
     with store.catalogue.reading() as connection:
         query = select(studies).where(which, ALIVE, c.blocks_done > 0)
         for row in connection.execute(query.order_by(c.number.desc()).limit(MOST_STUDIES)).all():
-            every = -(-row.blocks_done // MOST_BLOCKS)
+            record = record_of(row)
+            every = -(-record.blocks_done // MOST_BLOCKS)
             blocks = select(b.block, b.kernel_seconds).where(
                 b.study == row.number, b.block % every == 0, b.reused == 0, b.message.is_(None)
             )
-            values = np.array(connection.execute(blocks).all(), np.float64).reshape(-1, 2)
+            told = [
+                mark
+                for mark in connection.execute(blocks)
+                if all(isinstance(one, int | float) for one in mark)
+            ]
+            values = np.array(told, np.float64).reshape(-1, 2)
             known = np.isfinite(values).all(axis=1) & (values[:, 1] > 0.0) & (values[:, 0] < row.blocks_total)
             indices = values[known, 0].astype(np.int64)
-            found.append(Measured(record_of(row), indices, values[known, 1]))
+            found.append(Measured(record, indices, values[known, 1]))
     return [one for one in found if one.indices.size]

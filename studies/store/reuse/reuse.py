@@ -10,17 +10,15 @@ from sqlalchemy import select
 
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Block
-from damperlab.studies.store.catalogue.box import box_of
-from damperlab.studies.store.catalogue.rows import ALIVE, record_of
+from damperlab.studies.store.catalogue.rows import ALIVE, pieces, record_of
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.cube.cube import block_grid, stored_variables
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.store.life_cycle.entering import box_of
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.reuse.known_points import Source
 from damperlab.studies.store.store import Store
-
-_AT_ONCE = 500  # values in one statement
 
 
 class Overlaps:
@@ -119,8 +117,8 @@ class Boxes:
         low, high = np.array(box, np.float64).reshape(len(box), 2).T
         near = np.flatnonzero(np.all((self._boxes[..., 0] <= high) & (self._boxes[..., 1] >= low), axis=1))
         numbers = [self._numbers[int(place)] for place in near]
-        for start in range(0, len(numbers), _AT_ONCE):
-            query = select(studies).where(studies.c.number.in_(numbers[start : start + _AT_ONCE]), ALIVE)
+        for some in pieces(numbers):
+            query = select(studies).where(studies.c.number.in_(some), ALIVE)
             with self._store.catalogue.reading() as connection:
                 found = connection.execute(query).all()
             yield from (record_of(row) for row in found if row.id != record.id)

@@ -10,7 +10,6 @@ import xarray as xr
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.cube.cube import stored_variables, write_region
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.variables import ResponseClass, Status
 
@@ -45,8 +44,7 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Store, st
         for name, array in values.items():
             if name != "status":
                 array[failed] = np.nan if array.dtype.kind == "f" else -1
-        write_region(store.cube_path(study_id), block, values)
-        store.mark(study_id, BlockOutcome(index, block.points, int(failed.sum()), 0.1, 0.1))
+        store.mark(study_id, write_region(store.cube_path(study_id), block, values))
     yield store, study_id
     store.close()
 

@@ -25,7 +25,6 @@ from damperlab.studies.questions import Judging, Ranking, Selection, Tuning
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.export.export import csv_lines, write_netcdf
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.studies.units import with_units
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
@@ -55,8 +54,7 @@ def keep(store: Store, physical: dict[str, Any]) -> str:
         values["response_class"] = np.full(block.shape, ResponseClass.SYMMETRIC, np.int8)
         if block.start[3] == 0 and block.start[4] == 2:  # one damper holds still at every amplitude
             values["response_class"][:] = ResponseClass.LOCKED
-        write_region(store.cube_path(study_id), block, values)
-        store.mark(study_id, BlockOutcome(index, block.points, 0, 0.1, 0.1))
+        store.mark(study_id, write_region(store.cube_path(study_id), block, values))
     return study_id
 
 

@@ -13,8 +13,8 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.care.backup import copy_store
 from damperlab.studies.store.care.verify import check_catalogue
 from damperlab.studies.store.kept_quota import KeptQuota
+from damperlab.studies.store.provenance import submitter
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.submitter import submitter
 
 AT = Round(
     "a first look", 1, 0, 80, ("0123456789ab",), {"worst": {"value": None}}, "2026-01-01T00:00:00+00:00"

@@ -1,5 +1,6 @@
 """The catalogue: one record per study, counted done-marks, claims, phases, pages, deletion."""
 
+import hashlib
 import sqlite3
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -9,6 +10,8 @@ import numpy as np
 import pytest
 from tests.filling import enter, entered, make_plan_of, make_study, outcome_of
 
+from damperlab.studies.store.catalogue.catalogue import REVISION
+from damperlab.studies.store.catalogue.tables import metadata
 from damperlab.studies.store.cube.description import describe_cube
 from damperlab.studies.store.faults import RevisionGone, StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.life_cycle.wanted import Wanted
@@ -235,10 +238,18 @@ def test_commits_reach_the_disk(store):
 def test_a_catalogue_of_a_newer_version_is_left_alone(tmp_path):
     Store.open(tmp_path).close()
     with sqlite3.connect(tmp_path / "catalogue.sqlite") as connection:
-        connection.execute("UPDATE alembic_version SET version_num = '9999'")
+        connection.execute("UPDATE facts SET value = '9999' WHERE key = 'revision'")
     connection.close()
     with pytest.raises(StoreFault, match=r"revision 9999.*Upgrade"):
         Store.open(tmp_path)
+
+
+def test_other_tables_have_another_revision():
+    told = [
+        f"{column} {column.type} {column.nullable}" for table in metadata.sorted_tables for column in table.c
+    ]
+    digest = hashlib.sha256("\n".join(told).encode()).hexdigest()[:8]
+    assert (REVISION, digest) == (2, "4a867c28")
 
 
 def test_a_catalogue_of_0_1_0_is_left_alone(tmp_path):

@@ -8,7 +8,9 @@ import pytest
 from tests.filling import enter, make_plan_of, make_study, outcome_of, values_of
 
 import damperlab.studies.store.catalogue.rows
+import damperlab.studies.store.life_cycle.blocks
 import damperlab.studies.store.life_cycle.claims
+import damperlab.studies.store.life_cycle.lookup
 from damperlab.studies.store.care.sweep import collect_garbage
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.cube.cube import write_region
@@ -155,3 +157,23 @@ def test_studies_that_wait_are_told_by_their_priority_and_then_the_oldest_first(
     order = sorted(range(7), key=lambda place: -priorities[place])
     assert [one.id for one in store.unclaimed(lambda owner: owner == "dead")] == [ids[at] for at in order]
     assert store.unclaimed(lambda owner: False, 1)[0].id == ids[6]
+
+
+@pytest.mark.parametrize("jump", [-DAY, 10.0])
+def test_what_is_left_is_told_by_no_clock_that_was_set_back(
+    store: Store, study_id: str, clocks: Clocks, monkeypatch: pytest.MonkeyPatch, jump: float
+) -> None:
+    for module in (damperlab.studies.store.life_cycle.lookup, damperlab.studies.store.life_cycle.blocks):
+        monkeypatch.setattr(module, "time", clocks)
+    plan = make_plan_of(make_study())
+    store.set_state(study_id, "running")
+    clocks.wait(4.0)
+    store.mark(study_id, outcome_of(plan.block(0)))
+    left = store.find(study_id).seconds_left
+    assert left == pytest.approx(4.0 * (60 - plan.block(0).points) / plan.block(0).points)
+    clocks.wall += jump
+    now = store.find(study_id).seconds_left
+    assert now is not None
+    assert now == pytest.approx(left - max(0.0, jump))
+    store.mark(study_id, outcome_of(plan.block(1)))
+    assert (store.find(study_id).seconds_left is None) == (jump < 0.0)

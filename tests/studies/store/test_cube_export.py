@@ -25,7 +25,6 @@ from damperlab.studies.store.export.export import csv_lines, write_netcdf
 from damperlab.studies.store.export.grouped import POINTS, group_of, grouped_chunks, grouped_metadata
 from damperlab.studies.store.export.parquet import parquet_pieces
 from damperlab.studies.store.export.slabs import rows, slabs
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.units import coordinates_in_units, with_units
 from damperlab.studies.variables import DIMENSIONS
 
@@ -241,8 +240,8 @@ def test_zarr_reads_the_groups_as_the_cube_is(store, monkeypatch):
     record, _ = store.submit(study, plan, {"host": "one", "user": "somebody", "numba": "0"})
     for index in range(plan.count):
         block = plan.block(index)
-        write_region(store.cube_path(record.id), block, values_of(study, block), "g")
-        store.mark(record.id, BlockOutcome(index, block.points, 0, 1, 1, generation="g"))
+        outcome = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
+        store.mark(record.id, outcome)
     shelf, marks = store.snapshot(record.id)
     described = describe_cube(shelf.get("zarr.json"))
     metadata = grouped_metadata(plain_metadata(shelf.get("zarr.json")))

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from tests.filling import enter, entered, make_plan_of, make_study, outcome_of, put, values_of
 
-import damperlab.studies.store.files.durable
+import damperlab.studies.store.files.folder
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.variables import DIMENSIONS, STANDARD, VARIABLES, Status
@@ -160,7 +160,7 @@ def synced(monkeypatch) -> set[int]:
         found.add(os.fstat(descriptor).st_ino)
         real(descriptor)
 
-    monkeypatch.setattr(damperlab.studies.store.files.durable.os, "fsync", record)
+    monkeypatch.setattr(damperlab.studies.store.files.folder.os, "fsync", record)
     return found
 
 

@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 from tests.filling import enter, entered, make_plan_of, make_study, put, values_of, write
 
+from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage, sweep
-from damperlab.studies.store.care.verify import repair, verify
-from damperlab.studies.store.cube.checksum import checksum
+from damperlab.studies.store.care.verify import check_catalogue, repair, verify
 from damperlab.studies.store.cube.chunks import BlockDamaged
-from damperlab.studies.store.faults import CatalogueDamaged, StudyBusy
+from damperlab.studies.store.cube.coding import checksum
+from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, StudyBusy
 from damperlab.studies.store.store import Store
 
 METRICS = ["amplitude_ratio", "cycles", "run_time"]
+PAGE = 4096
 
 
 @pytest.fixture
@@ -38,7 +40,9 @@ def flip(file: Path, at: int) -> None:
     file.write_bytes(bytes(content))
 
 
-@pytest.mark.parametrize("how", ["flipped", "truncated", "emptied", "lost", "of another block"])
+@pytest.mark.parametrize(
+    "how", ["flipped", "truncated", "emptied", "half zeros", "zeros", "lost", "of another block"]
+)
 def test_every_damage_is_found_told_on_reading_and_mended(store, written, how):
     before = store.cube(written.id).load()
     file = file_of(store, written, 4)
@@ -49,6 +53,11 @@ def test_every_damage_is_found_told_on_reading_and_mended(store, written, how):
             file.write_bytes(file.read_bytes()[:-7])
         case "emptied":
             file.write_bytes(b"")
+        case "half zeros":
+            content = file.read_bytes()
+            file.write_bytes(content[: len(content) // 2].ljust(len(content), b"\0"))
+        case "zeros":
+            file.write_bytes(bytes(file.stat().st_size))
         case "lost":
             file.unlink()
         case "of another block":
@@ -85,6 +94,77 @@ def test_a_damaged_description_is_written_anew_and_costs_no_block(store, written
         Path(store.cube_path(written.id)).name,
         "damperlab.json",
     }
+
+
+@pytest.mark.parametrize("name", ["zarr.json", "marks.json", "clearance_ratio/c.0"])
+def test_zeros_in_what_lies_beside_the_blocks_are_found_and_cost_no_block(store, written, name):
+    before = store.cube(written.id).load()
+    file = Path(store.cube_path(written.id)) / name
+    content = file.read_bytes()
+    for changed in (bytes(len(content)), content[: len(content) // 2].ljust(len(content), b"\0"), b""):
+        file.write_bytes(changed)
+        damages = list(verify(store, written))
+        assert [damage.block for damage in damages] == [None]
+        assert repair(store, written, damages).blocks_done == written.blocks_total
+        assert list(verify(store, written)) == []
+        assert store.cube(written.id).load().equals(before)
+
+
+@pytest.mark.parametrize("cut_off", [False, True], ids=["zeros", "cut off"])
+def test_no_page_of_the_catalogue_is_lost_unseen(store, written, cut_off):
+    """Whatever is not refused is as before, and the cubes bring back what was lost."""
+    data, before = store.data_dir, store.cube(written.id).load()
+    store.close()
+    catalogue = data / "catalogue.sqlite"
+    whole = catalogue.read_bytes()
+    refused = 0
+    for start in range(0, len(whole), PAGE):
+        catalogue.write_bytes(whole[:start] + (b"" if cut_off else bytes(PAGE) + whole[start + PAGE :]))
+        try:
+            opened = Store.open(data)
+            try:
+                assert [record.id for record in opened.page().records] == [written.id]
+                assert opened.cube(written.id).load().identical(before)
+                assert list(check_catalogue(opened)) == []
+            finally:
+                opened.close()
+        except StoreFault:
+            refused += 1
+        rebuild(data)
+        opened = Store.open(data)
+        assert opened.find(written.id).blocks_done == written.blocks_total
+        assert opened.cube(written.id).load().equals(before)
+        opened.close()
+        for file in data.glob("catalogue.sqlite*"):
+            file.unlink()
+    assert refused > len(whole) // PAGE // 2
+
+
+@pytest.mark.parametrize("index", ["999", "-3", "4.5", "'x'"])
+def test_a_done_mark_of_no_block_hides_none(store, written, index):
+    """Its block would read as not computed."""
+    before = store.cube(written.id).load()
+    with sqlite3.connect(store.data_dir / "catalogue.sqlite") as catalogue:
+        catalogue.execute(f"UPDATE done_blocks SET block = {index} WHERE block = 4")
+    catalogue.close()
+    opened = Store.open(store.data_dir)
+    for ask in (opened.pending, opened.cube, opened.lost_blocks):
+        with pytest.raises(CatalogueDamaged, match="which it does not have"):
+            ask(written.id)
+    assert any("done-mark" in damage.found for damage in verify(opened, written))
+    opened.close()
+    rebuild(store.data_dir)
+    assert list(verify(store, store.find(written.id))) == []
+    assert store.cube(written.id).load().equals(before)
+
+
+def test_a_claim_that_ends_at_no_time_is_over(store, written):
+    assert store.claim(written.id, "one")
+    with sqlite3.connect(store.data_dir / "catalogue.sqlite") as catalogue:
+        catalogue.execute("UPDATE studies SET claim_expires = 'x'")
+    catalogue.close()
+    assert store.find(written.id).owner is None
+    assert store.claim(written.id, "next")
 
 
 def test_a_lost_done_mark_is_told_by_whoever_asks_what_is_left(store, written):

@@ -2,13 +2,14 @@
 
 import itertools
 import pickle
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from tests.filling import enter, fill, make_study
+from tests.filling import enter, fill, make_study, put
 from tests.object_store import BUCKET, SECRET, ObjectServer, environment, proxy_before
 
 from damperlab.studies.store.care.backup import copy_store
@@ -227,6 +228,32 @@ def test_a_server_that_does_not_serve_is_told_and_forgotten_when_it_does(server,
         proxy.mode = "well"
         assert list(verify(store, record)) == []
         assert cube["period"].load().notnull().any()
+
+
+def test_a_server_that_answers_too_late_is_told_and_what_it_took_is_no_result(server, opened, monkeypatch):
+    """As one that takes twenty seconds where a request may take fewer: it may have kept what nobody was told of."""
+    study = make_study(metrics=METRICS)
+    record = enter(opened(), study)
+    # of the one client that goes through the proxy
+    monkeypatch.setattr("damperlab.studies.store.files.bucket.REQUEST_SECONDS", 1)
+    monkeypatch.setattr("damperlab.studies.store.files.bucket.RETRY_SECONDS", 1)
+    with proxy_before(server.address) as proxy:
+        monkeypatch.setenv("AWS_ENDPOINT_URL", environment(proxy.address)["AWS_ENDPOINT_URL"])
+        store = opened()
+        proxy.mode, proxy.delay_seconds = "slow", 2.0
+        for ask in (lambda: put(store, study, 0, generation="late"), lambda: store.cube(record.id)):
+            began = time.monotonic()
+            with pytest.raises((ShelfAway, StoreAway), match="s3://"):
+                ask()
+            assert time.monotonic() - began < 10.0
+        with pytest.raises(StoreAway):
+            list(verify(store, record))
+        proxy.mode = "well"
+        assert store.pending(record.id).size == record.blocks_total
+        put(store, study, *range(record.blocks_total), generation="in time")
+        store.set_state(record.id, "done")
+        assert list(verify(store, store.find(record.id))) == []
+        assert (store.cube(record.id)["status"] == 0).all()
 
 
 @pytest.mark.night

@@ -12,16 +12,14 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from sqlalchemy import create_engine, inspect, text
+from sqlalchemy import create_engine, text
 from tests.filling import make_plan_of, make_study, values_of
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.rebuild import rebuild
-from damperlab.studies.store.catalogue.tables import metadata
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import KeyTaken, StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.life_cycle.wanted import Wanted
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
 SECONDS = 900
@@ -172,8 +170,7 @@ def test_a_study_lives_and_dies(store):
     store.set_state(record.id, "running")
     for index in (0, 7):
         block = plan.block(index)
-        found = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
-        outcome = BlockOutcome(index, block.points, 0, 0.5, 0.4, generation="g", checksum=found)
+        outcome = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
         for _ in range(2):
             store.mark(record.id, outcome)
     assert store.find("in PostgreSQL").blocks_done == 2
@@ -279,18 +276,3 @@ def test_a_catalogue_that_cannot_be_used_is_told_without_its_password(tmp_path, 
     with pytest.raises(StoreFault, match=f"(?i){told}") as caught:
         Store.open(tmp_path, given)
     assert "secret" not in str(caught.value)
-
-
-@pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
-def test_a_new_catalogue_has_the_tables_that_are_described(tmp_path, address, kind):
-    store = Store.open(tmp_path, address if kind == "postgresql" else None)
-    with store.catalogue.reading() as connection:
-        found = inspect(connection)
-        for table in metadata.tables.values():
-            assert {column["name"] for column in found.get_columns(table.name)} == set(table.columns.keys())
-            assert {index["name"] for index in found.get_indexes(table.name)} >= {
-                index.name for index in table.indexes
-            }
-            nullable = {column["name"]: column["nullable"] for column in found.get_columns(table.name)}
-            assert nullable == {column.name: bool(column.nullable) for column in table.columns}
-    store.close()

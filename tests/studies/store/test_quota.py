@@ -8,8 +8,8 @@ from tests.filling import enter, make_plan_of, make_study
 from damperlab.studies.store.catalogue.quota import Quota, Taken
 from damperlab.studies.store.cube.cube import bytes_per_point
 from damperlab.studies.store.faults import QuotaReached, TooManyUnfinished
+from damperlab.studies.store.provenance import submitter
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.submitter import submitter
 
 
 def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(tmp_path: Path) -> None:

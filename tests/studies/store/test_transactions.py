@@ -17,7 +17,6 @@ from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.files.folder import Folder
-from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 
 TOUCHES = (
@@ -69,10 +68,8 @@ def test_no_file_is_touched_within_a_transaction(watched):
     assert store.begin(record.id, facts, None).provenance["identity"] == "two"
     for index in range(plan.count):
         block = plan.block(index)
-        checksum = write_region(store.cube_path(record.id), block, values_of(study, block), "g")
-        outcome = BlockOutcome(
-            index, block.points, 0, 0.5, 0.4, None, generation="g", checksum=checksum, identity="two"
-        )
+        told = {"identity": "two"}
+        outcome = write_region(store.cube_path(record.id), block, values_of(study, block), "g", told)
         store.mark(record.id, outcome)
     store.set_state(record.id, "done")
     store.remark(record.id, Remarks(("rig",), "n"))

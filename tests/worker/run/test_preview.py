@@ -13,10 +13,9 @@ from damperlab.studies.coarse import coarse
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.remarks import read_remarks
 from damperlab.studies.store.life_cycle.wanted import Wanted
-from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF
+from damperlab.studies.store.provenance import ASKED_BY_PROGRAMS, COARSE_OF, SUBMITTED_BY, submitter
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.studies.store.submitter import SUBMITTED_BY, submitter
 from damperlab.worker.run import runner
 from damperlab.worker.run.preview import Preview
 from damperlab.worker.run.progress import Progress
