@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import log, pi, sqrt
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -68,6 +69,7 @@ class Prototype:
         """Make the study of the particle alone and of the hybrid in each cavity."""
         known = paper_numbers()
         lengths_m = [1e-3 * known[f"clearance_{k}_mm"].value for k in CAVITIES]
+        particle = {"restitution": self.restitution, "mass_ratio": known["mass_ratio"].value}
         document = {
             "name": f"table-3, μ_i = {self.particle_friction:.4g}, e = {self.restitution:.4g}",
             "damping_ratio": self.damping_ratio,
@@ -76,8 +78,7 @@ class Prototype:
                 "clearance_ratio": [length / self.base_amplitude_m for length in lengths_m],
                 "friction_ratio": [0.0, self.friction_ratio],
                 "frequency_ratio": BAND,
-                "restitution": self.restitution,
-                "mass_ratio": known["mass_ratio"].value,
+                **particle,
             },
             "metrics": ["amplitude_ratio"],
         }
@@ -92,7 +93,9 @@ class Prototype:
 
     def at(self, names: Sequence[str], shares: Sequence[float] | NDArray[np.float64]) -> "Prototype":
         """Move some parameters to shares of their ranges; a share outside counts as the end."""
-        values = {name: _value(share, *RANGES[name]) for name, share in zip(names, shares, strict=True)}
+        values: dict[str, Any] = {
+            name: _value(share, *RANGES[name]) for name, share in zip(names, shares, strict=True)
+        }
         return replace(self, **values)
 
 
