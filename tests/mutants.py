@@ -146,6 +146,12 @@ MUTANTS = (
         "tests/worker/dispatch/test_crew.py",
     ),
     Mutant(
+        "worker/dispatch/patience.py",
+        'member.standing != "leaving" and ',
+        "",
+        "tests/worker/dispatch/test_crew.py",
+    ),
+    Mutant(
         "studies/design/corners.py",
         "(1, -1, -1, -1, -1, 1, 1)",
         "(1, -1, -1, -1, -1, 1, -1)",

@@ -7,6 +7,7 @@ from damperlab.studies.plan import plan_with_chunk
 from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.forecast import Forecast
+from damperlab.worker.dispatch.patience import STUCK_SECONDS
 from damperlab.worker.outcomes import RETRIES, Failure
 
 
@@ -52,6 +53,18 @@ def test_block_whose_part_fails_everywhere_is_given_up_once() -> None:
     assert max(tried.values()) == 1 + RETRIES
     assert crew.retries == sum(tried.values()) - len(tried)
     assert crew.waiting == 0
+
+
+def test_blocks_that_run_for_too_long_go_to_others_but_from_a_worker_that_leaves() -> None:
+    crew = crew_of(3, Backlog(range(20)))
+    held = fill(crew)
+    crew.see(dict.fromkeys(held, 1), ("w0", "w1"))  # the third is told to leave, and ends what it runs
+    assert crew.take_away(0.0) == []
+    crew.ended(next(iter(crew.members["w1"].held)))
+    assert crew.take_away(STUCK_SECONDS) == []
+    lost = crew.take_away(STUCK_SECONDS + 1.0)
+    assert [key.partition("-")[0] for key in lost] == ["w0", "w0"]
+    assert len(crew.members["w2"].held) == 1
 
 
 def test_what_a_lost_worker_ran_is_suspect_and_what_waited_there_is_not() -> None:
