@@ -12,7 +12,11 @@ UNEVEN = 0.02
 TOO_FEW_DIGITS = "The times have too few digits: they leave open how far apart the samples are."
 """What is said where the step is NaN."""
 KNOWN = 1e-3
-"""Largest uncertainty of a step, over the step."""
+"""Largest uncertainty of a step, over the step, where it is no whole number of samples a second."""
+MOST_LIKELY = 3.0
+"""Whole numbers of samples a second between which one is sought, at most."""
+LEAST_ROUNDED = 3
+"""Steps that rounding makes longer or shorter, at least: fewer may as well be samples that are missing."""
 
 
 def resolution_of(written: Iterable[str]) -> float:
@@ -38,26 +42,36 @@ def equal_step(time: NDArray[np.float64], resolution: float) -> tuple[float, int
     Returns
     -------
     step : float
-        In the unit of the times. Where the digits leave it open, that of the one whole number of samples a second (or per
-        unit) which agrees, NaN where several do; 0 or less where the times do not rise.
+        In the unit of the times. Where rounding makes them unequal, that of the whole number of samples a second (or per
+        unit) which alone agrees with all of them, else of a whole number in ten seconds, or a whole number of milliseconds;
+        NaN where none does, or several do. Before a sample that does not follow, the usual step.
     wrong : int or None
         Sample that does not follow the others; None where all steps are equal.
     """
-    count = time.size - 1
-    step = float(time[-1] - time[0]) / count
+    counts = np.arange(time.size)
+    steps = np.diff(time)
+    step = float(time[-1] - time[0]) / steps.size
+    usual = float(np.median(steps))
     if step <= 0.0:
-        return step, int(np.argmax(np.diff(time) <= 0.0)) + 1
-    open_by = resolution / count
-    off = np.abs(time - (time[0] + step * np.arange(time.size)))
-    wrong = off > max(UNEVEN * step, 1.01 * resolution)
-    if wrong.any():
-        steps = np.diff(time)
-        usual = float(np.median(steps))
-        return step, int(np.argmax(np.abs(steps - usual) > max(UNEVEN * abs(usual), 1.01 * resolution))) + 1
+        return usual, int(np.argmin(steps)) + 1
+    off = np.abs(time - (time[0] + step * counts))
     if off.max() <= UNEVEN * step:
         return step, None
+    odd = np.abs(steps - usual) > UNEVEN * usual
+    beyond = (np.abs(steps - usual) > max(UNEVEN * usual, 1.01 * resolution)) | (steps < 0.0)
+    if beyond.any() or odd.sum() < LEAST_ROUNDED:
+        wrong = beyond if beyond.any() else odd if odd.any() else off[1:] > UNEVEN * step
+        return usual, int(np.argmax(wrong)) + 1
+    open_by = resolution / steps.size
     low, high = 1.0 / (step + open_by), 1.0 / max(step - open_by, 1e-300)
-    rates = np.arange(np.ceil(low), np.floor(high) + 1.0) if high - low < 3.0 else np.empty(0)
-    if rates.size == 1:
-        return float(1.0 / rates[0]), None
-    return (step if open_by <= KNOWN * step else math.nan), None
+    likely = [1.0 / np.arange(np.ceil(low), np.floor(high) + 1.0)] if high - low < MOST_LIKELY else []
+    if open_by <= KNOWN * step:
+        likely += [
+            10.0 / np.arange(np.ceil(10.0 * low), np.floor(10.0 * high) + 1.0),
+            1e-3 * np.round([1e3 * step]),
+        ]
+    for steps_of in likely:
+        agree = [float(one) for one in steps_of if np.ptp(time - one * counts) <= 1.01 * resolution]
+        if agree:
+            return agree[0] if len(agree) == 1 else math.nan, None
+    return math.nan, None

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.faults import Fault, listing, nearest, printable
+from damperlab.studies.written_units import LENGTHS, usual
 
-LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "um": 1e-6, "in": 0.0254}
 FREQUENCIES = {"hz": 1.0, "khz": 1e3, "rad/s": 0.5 / math.pi, "rpm": 1.0 / 60.0}
 FORCES = {"n": 1.0, "kn": 1e3, "lbf": 4.4482216152605}
 MASSES = {"kg": 1.0, "g": 1e-3, "lb": 0.45359237}
-DAMPINGS = {"n s/m": 1.0, "ns/m": 1.0, "kg/s": 1.0}
+DAMPINGS = {"ns/m": 1.0, "kg/s": 1.0}
 RATIO = {"": 1.0, "1": 1.0, "-": 1.0}
 SHARES = {"%": 0.01}
 """Units, and what one of each is in SI units."""
@@ -133,6 +133,26 @@ def _meant(said: str, unit: str, as_written: str, columns: Sequence[Column]) -> 
     return f"{near} ({as_written})" if unit in spellings[near].units else near
 
 
+def read_headings(
+    cells: Sequence[str],
+    number: int,
+    columns: Sequence[Column] = COLUMNS,
+    not_fitted: NotFitted = OF_RESPONSE,
+) -> tuple[list[str], list[float], list[Fault]]:
+    """Read a heading of many columns: their names, factors and what is wrong with them; see `read_heading`."""
+    field = f"line {number}"
+    read = [read_heading(cell, field, columns, not_fitted) for cell in cells]
+    faults = [each for each in read if isinstance(each, Fault)]
+    names = [each[0] for each in read if not isinstance(each, Fault)]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        told = f"Line {number} names the column {name} twice."
+        faults.append(Fault(field, f"{name} twice", "each column once", "remove one of them", told))
+    if sum(name.startswith("deviation") for name in names) > 1 and not faults:
+        told = "The table has two columns of standard deviations; it may have one."
+        faults.append(Fault(field, "two deviations", "one of them", "remove one of the two", told))
+    return names, [each[1] for each in read if not isinstance(each, Fault)], faults
+
+
 def read_heading(
     text: str, field: str, columns: Sequence[Column] = COLUMNS, not_fitted: NotFitted = OF_RESPONSE
 ) -> tuple[str, float] | Fault:
@@ -161,9 +181,7 @@ def read_heading(
                 return name, 0.01 if units is SHARES else 1.0
     stated = _UNIT.match(written)
     said, as_written = (stated[1], stated[2].strip()) if stated else (written, "")
-    unit = as_written.lower()
-    said = re.sub(r"[\s_]+", " ", said).strip().lower()
-    unit = re.sub(r"\s*\*\s*|·", " ", unit.replace("″", "in").replace("μ", "µ"))
+    said, unit = re.sub(r"[\s_]+", " ", said).strip().lower(), usual(as_written)
     for column in columns:
         if said not in column.spellings:
             continue
@@ -173,7 +191,7 @@ def read_heading(
         allowed = f"one of the units {listing(column.units)}" if column.units else "no unit: it is a ratio"
         example = f"`{said} ({column.units[0]})`" if column.units else f"`{said}`"
         advice = f"write the heading as {example}"
-        found = f"the unit {printable(unit)}" if unit else "no unit"
+        found = f"the unit {printable(as_written)}" if unit else "no unit"
         told = f"The heading {printable(written)} has {found}; it may have {allowed}."
         if not unit:
             told = f"The heading {printable(written)} states no unit; allowed are {listing(column.units)}."

@@ -1,7 +1,11 @@
 """A table of text cut into its heading, its separator and its lines."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.studies.decoded import decoded
 from damperlab.studies.faults import Fault, StudyFaults, counted, describe, printable
@@ -57,6 +61,27 @@ def check_lines(lines: Lines, columns: int) -> None:
         raise StudyFaults([Fault(f"line {lines.heading[0]}", counted(size, "cell"), allowed, advice, told)])
 
 
+def columns_of(
+    lines: Lines, names: Sequence[str], read: Callable[[str, str], float | Fault], faults: list[Fault]
+) -> dict[str, NDArray[np.float64]]:
+    """Read the numbers of a table, each by its column's name; raises StudyFaults with what is wrong with them and `faults`."""
+    rows: list[list[float]] = []
+    for number, line in lines.rows:
+        cells = lines.cells(line)
+        if len(cells) != len(names):
+            found = counted(len(cells), "cell")
+            told = f"Line {number} has {found}, but the heading names {counted(len(names), 'column')}."
+            advice = "correct the line, or remove it"
+            faults.append(Fault(f"line {number}", found, f"{len(names)} cells", advice, told))
+            continue
+        values = [read(name, cell) for name, cell in zip(names, cells, strict=True)]
+        faults += [value.under(f"line {number}") for value in values if isinstance(value, Fault)]
+        rows.append([value for value in values if not isinstance(value, Fault)])
+    if faults:
+        raise StudyFaults(faults)
+    return dict(zip(names, np.array(rows).T, strict=True))
+
+
 def read_bytes(path: Path | str) -> bytes:
     """Read a file, as far as one byte beyond what is allowed; raises StudyFaults where it cannot be read."""
     try:
@@ -76,7 +101,7 @@ def lines_of(text: bytes | str) -> Lines:
         raise StudyFaults(
             [Fault("measured", found, f"a file of at most {MOST_BYTES:,} bytes", "give fewer rows")]
         )
-    whole = decoded(text).replace("\r\n", "\n").replace("\r", "\n")
+    whole = decoded(text, "measured").replace("\r\n", "\n").replace("\r", "\n")
     lines = [
         (number, line)
         for number, line in enumerate(whole.split("\n"), start=1)

@@ -2,15 +2,15 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
-from damperlab.studies.fit.columns import CONDITIONS, PERCENT, read_heading, says_time
-from damperlab.studies.fit.lines import Lines, check_lines, lines_of, read_bytes
+from damperlab.studies.fit.columns import CONDITIONS, PERCENT, read_heading, read_headings, says_time
+from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of, read_bytes
 from damperlab.studies.quantity import FREQUENCY_RATIO
 
 MOST_ROWS = 2_000
@@ -92,10 +92,19 @@ def parse_measurement(text: bytes | str, name: str = "measurement") -> Measureme
         With every fault of the table.
     """
     lines = lines_of(text)
-    separator = lines.separator
     names, factors = _headings(lines)
     check_lines(lines, len(names))
-    columns = _columns(lines.rows, separator, names, factors)
+    faults: list[Fault] = []
+    if not lines.rows:
+        told = "The table has headings and no rows."
+        faults.append(Fault("measured", "no rows", "at least one row", "add the measured values", told))
+    if len(lines.rows) > MOST_ROWS:
+        found = counted(len(lines.rows), "row")
+        told = f"The table has {found}; at most {MOST_ROWS:,} are allowed."
+        faults.append(Fault("measured", found, f"at most {MOST_ROWS:,} rows", "leave some out", told))
+        lines = replace(lines, rows=lines.rows[:MOST_ROWS])
+    of = dict(zip(names, factors, strict=True))
+    columns = columns_of(lines, names, lambda name, cell: _cell(name, of[name], cell), faults)
     deviation = columns.pop("deviation_m", columns.pop("deviation_ratio", None))
     share = columns.pop(PERCENT, None)
     if share is not None:
@@ -105,21 +114,14 @@ def parse_measurement(text: bytes | str, name: str = "measurement") -> Measureme
 
 def _headings(lines: Lines) -> tuple[list[str], list[float]]:
     number, text = lines.heading
-    read = [read_heading(cell, f"line {number}") for cell in text.split(lines.separator)]
-    faults = [each for each in read if isinstance(each, Fault)]
-    names = [each[0] for each in read if not isinstance(each, Fault)]
+    names, factors, faults = read_headings(lines.cells(text), number)
     if faults and not names and (fault := _no_heading(lines)):
         raise StudyFaults([fault])
-    for name in sorted({name for name in names if names.count(name) > 1}):
-        told = f"Line {number} names the column {name} twice."
-        faults.append(
-            Fault(f"line {number}", f"{name} twice", "each column once", "remove one of them", told)
-        )
     if not faults:
         faults = _faults_between(names, number)
     if faults:
         raise StudyFaults(faults)
-    return names, [each[1] for each in read if not isinstance(each, Fault)]
+    return names, factors
 
 
 def _no_heading(lines: Lines) -> Fault | None:
@@ -167,10 +169,7 @@ def _faults_between(names: list[str], number: int) -> list[Fault]:
             faults.append(Fault(f"line {number}", found, allowed, advice, told))
     deviations = [name for name in names if name.startswith("deviation")]
     wrong = {"deviation_m": "amplitude_ratio", "deviation_ratio": "amplitude_m"}
-    if len(deviations) > 1:
-        told = "The table has two columns of standard deviations; it may have one."
-        faults.append(Fault(f"line {number}", "two deviations", "one of them", "remove one of the two", told))
-    elif deviations and wrong.get(deviations[0]) in names:
+    if deviations and wrong.get(deviations[0]) in names:
         told = "The standard deviation and the amplitude must both be lengths or both be ratios."
         advice = "write `deviation (%)`, or give both in the same way"
         faults.append(Fault(f"line {number}", deviations[0], "the kind of the amplitude", advice, told))
@@ -181,39 +180,6 @@ def _faults_between(names: list[str], number: int) -> list[Fault]:
             told = f"The table has both {pair[0]} and {pair[1]}, which say the same."
             faults.append(Fault(f"line {number}", "both", "one of the two", "remove one of them", told))
     return faults
-
-
-def _columns(lines: list[tuple[int, str]], separator: str, names: list[str], factors: list[float]) -> Columns:
-    faults: list[Fault] = []
-    if not lines:
-        told = "The table has headings and no rows."
-        faults.append(Fault("measured", "no rows", "at least one row", "add the measured values", told))
-    if len(lines) > MOST_ROWS:
-        found = counted(len(lines), "row")
-        told = f"The table has {found}; at most {MOST_ROWS:,} are allowed."
-        faults.append(Fault("measured", found, f"at most {MOST_ROWS:,} rows", "leave some out", told))
-        lines = lines[:MOST_ROWS]
-    rows: list[list[float]] = []
-    for number, line in lines:
-        cells = [cell.strip() for cell in line.split(separator)]
-        if len(cells) != len(names):
-            told = f"Line {number} has {counted(len(cells), 'cell')}, but the heading names {counted(len(names), 'column')}."
-            found = counted(len(cells), "cell")
-            faults.append(
-                Fault(f"line {number}", found, f"{len(names)} cells", "correct the line, or remove it", told)
-            )
-            continue
-        row = []
-        for name, factor, cell in zip(names, factors, cells, strict=True):
-            value = _cell(name, factor, cell)
-            if isinstance(value, Fault):
-                faults.append(value.under(f"line {number}"))
-                value = np.nan
-            row.append(value)
-        rows.append(row)
-    if faults:
-        raise StudyFaults(faults)
-    return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
 
 
 def _cell(name: str, factor: float, cell: str) -> float | Fault:

@@ -1,27 +1,23 @@
 """Records from files: PEER's AT2, and two columns of time and acceleration. Every fault names its line."""
 
 import re
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 
 from damperlab.studies.decoded import decoded
-from damperlab.studies.equal_steps import TOO_FEW_DIGITS, equal_step, resolution_of
+from damperlab.studies.equal_steps import TOO_FEW_DIGITS, UNEVEN, equal_step, resolution_of
 from damperlab.studies.faults import counted, describe, listing, printable
-from damperlab.studies.ground.heading import (
-    acceleration_unit,
-    check_format,
-    check_quantity,
-    second_of,
-    split_heading,
-    unit_in_lines,
-    unit_of_column,
-)
+from damperlab.studies.ground.heading import COLUMNS, WRITE_STEP, Line, check_format, read_heading
 from damperlab.studies.ground.motion import GroundMotion, checked, refused
 from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma
 from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
+from damperlab.studies.written_units import TIMES, usual
 
 Layout = Literal["at2", "csv"]
+Row = tuple[int, list[str]]
+"""Number of a line, and its numbers as they are written."""
 
 MOST_BYTES = 16 * 1024 * 1024
 
@@ -29,8 +25,13 @@ _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[EeDd][+-]?\d{1,3})?"
 # Fortran writes columns of fixed width: a minus sign may follow the last digit of the number before it.
 _NUMBERS = re.compile(rf"\s*(?:{_NUMBER}(?=[\s+-]|$)\s*)+$")
 _ONE = re.compile(_NUMBER)
-_MODERN = re.compile(rf"NPTS\s*=\s*(\d+)\s*,?\s*DT\s*=\s*({_NUMBER})", re.IGNORECASE)
-_OLD = re.compile(rf"\s*(\d+)\s+({_NUMBER})\s+NPTS\s*,\s*DT", re.IGNORECASE)
+_BEGIN = re.compile(
+    rf"NPTS\s*[=:]\s*(\d+)\s*[,;]?\s*DT\s*[=:]\s*({_NUMBER})[ \t]*([a-zµμ]*)|(\d+)\s+({_NUMBER})\s+NPTS\s*,\s*DT",
+    re.IGNORECASE,
+)
+"""The line of an AT2 file that says how many samples follow, at which step."""
+_NO_WORD = re.compile(rf"{_NUMBER}|[+-]?(?:nan|inf)|n/?a|null|none|-+|\*+", re.IGNORECASE)
+"""What stands in a cell of numbers, a lost one included."""
 _HEADER_LINES = 10
 _LONGEST_LINE = 1000
 
@@ -41,11 +42,11 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     Parameters
     ----------
     text : bytes or str
-        The file; bytes are UTF-8, UTF-16 with its mark or, as old files are, Latin-1.
+        The file; bytes are UTF-8, UTF-16 or, as old files are, Latin-1.
     layout : {"at2", "csv"}
-        PEER's AT2; or two columns, time and acceleration, apart by comma, semicolon, tab or blanks; times in s, or in ms
-        where the heading says so. In place of columns a line with the number of samples and the step [s] may stand before
-        one sample a line. Text that announces itself as AT2 is read as such.
+        PEER's AT2; or two columns, time and acceleration, apart by comma, semicolon, tab or blanks; times in s, or as the
+        heading says. In place of times a line with the number of samples and the step [s] may stand above the samples. Text
+        that announces itself as AT2 is read as such.
     name : str
         Name of the record; by default what an AT2 file calls it.
     units : {"g", "m/s2", "cm/s2"}, optional
@@ -68,173 +69,159 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
         raise refused(
             "units", describe(units), f"one of {listing(UNITS)}", "write the unit of the acceleration"
         )
-    # Only these end a line: splitlines() would also split at odd characters and miscount.
-    lines = decoded(text).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    lines = decoded(text, "record").replace("\r\n", "\n").replace("\r", "\n").split("\n")
     for number, line in enumerate(lines, start=1):
         if len(line) > _LONGEST_LINE:
             found = f"{len(line):,} characters"
             allowed = f"at most {_LONGEST_LINE:,} characters long"
             raise refused(_at(number), found, allowed, "give a text file of short lines")
     check_format(lines)
-    is_at2 = layout == "at2" or any(_MODERN.search(line) for line in lines[:_HEADER_LINES])
-    return _read_at2(lines, name, units) if is_at2 else _read_columns(lines, name, units)
+    top = "\n".join(lines[:_HEADER_LINES])
+    begin = _BEGIN.search(top)
+    if layout == "at2" and not begin:
+        seen = printable(lines[min(3, len(lines) - 1)])
+        advice = "give a complete PEER file (.AT2), or name the format csv for two columns"
+        raise refused(_at(min(4, len(lines))), seen, "of the form NPTS=<number>, DT=<number>", advice)
+    place = top.count("\n", 0, begin.end()) + 1 if begin else 0
+    head, rows = _cut(lines, place)
+    if begin:
+        count, step = int((begin[1] or begin[4])[:12]), begin[2] or begin[5]
+    elif _is_announcement(rows):
+        place, (written, step) = rows.pop(0)
+        count = int(written[:12])
+    else:
+        count, step = 0, ""
+    if len(rows) < (1 if step else 2):
+        told = f"The file has {counted(len(rows), 'row')} of numbers; a record needs at least two."
+        if not rows and head:
+            told = f"No line is two numbers; the last is {printable(head[-1][1])}."
+        advice = "give time in s and acceleration, one sample on each line"
+        raise refused(_at(len(lines)), f"the end after {len(rows)} rows", "two rows or more", advice, told)
+    pairs = all(len(cells) == 2 for _, cells in rows) and 2 * len(rows) != count
+    series = bool(step) and not pairs
+    sign = next((each for each in ";\t," if each in lines[rows[0][0] - 1]), "")
+    if not series:
+        _check_width(rows)
+    second, factor = read_heading(head, None if series else sign, units)
+    announced = 0.0
+    if step:
+        announced = _float(step) * TIMES.get(usual(begin[3] or "") if begin else "", second or 1.0)
+    if series:
+        numbers = _in_series(rows, place, count, len(lines))
+        step_s = announced
+    else:
+        step_s, numbers = _between(rows, second), [_float(cells[1]) for _, cells in rows]
+        if step and (len(rows) != count or abs(announced - step_s) > UNEVEN * step_s):
+            found = f"{counted(count, 'sample')}, {announced:g} s apart"
+            seen = f"{counted(len(rows), 'line')} of two numbers, {step_s:g} s apart"
+            told = f"Line {place} announces {found}, but the file has {seen}."
+            raise refused(_at(place), found, seen, "correct the line, or give the complete file", told)
+    title = lines[1].strip()[:200] if begin and place > 2 else ""
+    source = title if series and begin else "columns"
+    motion = GroundMotion(name or title or "record", step_s, np.array(numbers) * factor, source)
+    return checked(motion, _at(place or rows[0][0]))
 
 
 def _at(number: int) -> str:
     return f"line {number}"
 
 
-def _read_at2(lines: list[str], name: str, units: str | None) -> GroundMotion:
-    index, found = _header(lines)
-    if found is None:
-        place = _at(min(4, len(lines)))
-        seen = printable(lines[min(3, len(lines) - 1)])
-        raise refused(
-            place,
-            seen,
-            "of the form NPTS=<number>, DT=<number>",
-            "give a complete PEER file (.AT2), or name the format csv for two columns",
-        )
-    header, count, step = index + 1, int(found[1][:12]), _float(found[2])
-    heading = lines[:index]
-    third = _at(min(3, max(1, len(heading))))
-    check_quantity(heading, third)
-    factor = UNITS[acceleration_unit(unit_in_lines(heading), units, third)]
-    samples: list[float] = []
-    for number, line in enumerate(lines[index + 1 :], start=header + 1):
-        if not line.strip():
-            continue
-        if not _NUMBERS.match(line):
-            raise refused(
-                _at(number),
-                printable(line.strip()),
-                "numbers only",
-                "correct the line, or remove it if it is not data",
-            )
-        samples.extend(_float(one) for one in _ONE.findall(line))
-        if len(samples) > count:
-            allowed = f"{count:,} samples, as line {header} says"
-            told = f"Line {number} holds sample {len(samples):,}, but line {header} announces only {count:,} samples."
-            advice = "correct NPTS, or remove the surplus samples"
-            raise refused(_at(number), f"sample {len(samples):,}", allowed, advice, told)
-    if len(samples) < count:
-        found_here = f"the end after {len(samples):,} samples"
-        allowed = f"{count:,} samples, as line {header} says"
-        told = f"The file ends after {len(samples):,} samples, but line {header} announces {count:,}."
-        raise refused(_at(len(lines)), found_here, allowed, "give the complete file, or correct NPTS", told)
-    title = ", ".join(line.strip() for line in heading[1:2] if line.strip())
-    return checked(
-        GroundMotion(name or title[:200] or "record", step, np.array(samples) * factor, title[:200]),
-        _at(header),
-    )
-
-
-def _header(lines: list[str]) -> tuple[int, re.Match[str] | None]:
-    """Find the line that says how many samples follow, at which step."""
-    for index, line in enumerate(lines[:_HEADER_LINES]):
-        if found := _MODERN.search(line) or _OLD.match(line):
-            return index, found
-    return 0, None
-
-
-def _read_columns(lines: list[str], name: str, units: str | None) -> GroundMotion:
-    headings: list[str] = []
-    rows: list[list[str]] = []
-    places: list[int] = []
+def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
+    """Part what stands above the samples from them; `begin` is the line that announces them, 0 where none does."""
+    head: list[Line] = []
+    rows: list[Row] = []
     for number, line in enumerate(lines, start=1):
         bare = line.strip()
-        if not bare or bare.startswith("#"):
-            if bare.strip("# ") and not rows:
-                headings.append(bare.lstrip("# "))
+        if not bare or number == begin or (rows and bare.startswith("#")):
             continue
         cells = [cell.strip('"') for cell in re.split(r"[,;\t]|\s+", bare) if cell.strip('"')]
-        if not rows and not any(map(_ONE.fullmatch, cells)):
-            headings.append(bare)
+        if begin and _NUMBERS.match(bare):
+            cells = _ONE.findall(bare)
+        numbers = all(map(_ONE.fullmatch, cells))
+        sample = (begin or len(cells) == 2) and any(map(_NO_WORD.fullmatch, cells[:1]))
+        if number < begin or not (rows or numbers or sample):
+            head.append((number, bare))
             continue
         # apart by commas, a line has no cells by the other signs
         apart = [cell for cell in re.split(r"[;\t]|\s+", bare) if cell]
-        if len(apart) == 2 and decimal_comma(apart):
+        whole = "," in bare and len(cells) == 4 and all(cell.lstrip("+-").isdigit() for cell in cells)
+        if whole or ((begin or len(apart) == 2) and decimal_comma(apart)):
             raise refused(_at(number), printable(bare), "decimal points", WRITE_POINTS, COMMAS_FOUND)
-        if not all(map(_ONE.fullmatch, cells)):
-            allowed = "two numbers, time in s and acceleration"
-            raise refused(_at(number), printable(bare), allowed, "correct the line, or remove it")
-        rows.append(cells)
-        places.append(number)
-    if len(rows) < 2:
-        raise refused(
-            _at(len(lines)),
-            f"the end after {len(rows)} rows",
-            "two rows or more",
-            "give time and acceleration, one sample on each line",
-            f"The file has {counted(len(rows), 'row')} of numbers; a record needs at least two.",
-        )
-    time_heading, other_heading = split_heading(headings[-1] if headings else "")
-    check_quantity([other_heading], "acceleration")
-    stated = unit_of_column(other_heading) or unit_in_lines(headings[:-1])
-    factor = UNITS[acceleration_unit(stated, units)]
-    if len(rows[0]) == 2 and all(len(cells) == 1 for cells in rows[1:]):
-        step, numbers = _announced(rows, places)
-    else:
-        _check_width(rows, places)
-        step, numbers = _between(rows, places, time_heading), [_float(cells[1]) for cells in rows]
-    return checked(
-        GroundMotion(name or "record", step, np.array(numbers) * factor, "columns"), _at(places[0])
-    )
+        if not numbers:
+            advice = "correct the line, or remove it if it is not data"
+            raise refused(_at(number), printable(bare), "numbers only", advice)
+        rows.append((number, cells))
+    return head, rows
 
 
-def _announced(rows: list[list[str]], places: list[int]) -> tuple[float, list[float]]:
-    """Give step and samples of one value a line, behind a line with their number and the step."""
-    count, step = (_float(cell) for cell in rows[0])
-    if count != len(rows) - 1:
-        allowed = f"{count:g} samples, as line {places[0]} says"
-        told = f"The file has {counted(len(rows) - 1, 'sample')}, but line {places[0]} announces {count:g}."
-        raise refused(_at(places[-1]), f"{len(rows) - 1:,} samples", allowed, "give the complete file", told)
-    return step, [_float(cells[0]) for cells in rows[1:]]
+def _is_announcement(rows: Sequence[Row]) -> bool:
+    """Whether the first line has the number of samples below it, and their step."""
+    if len(rows) < 2 or len(rows[0][1]) != 2 or not rows[0][1][0].isdigit():
+        return False
+    count, below = int(rows[0][1][0][:12]), [cells for _, cells in rows[1:]]
+    if all(len(cells) == 1 for cells in below):
+        return True
+    # times would go on behind the first
+    return 1 < count > _float(below[0][0]) and count in (len(below), sum(map(len, below)))
 
 
-def _check_width(rows: list[list[str]], places: list[int]) -> None:
-    for cells, number in zip(rows, places, strict=True):
+def _in_series(rows: Sequence[Row], place: int, count: int, end: int) -> list[float]:
+    """Give samples that follow one another, as many as are announced."""
+    allowed = f"{count:,} samples, as line {place} says"
+    samples: list[float] = []
+    for number, cells in rows:
+        samples.extend(map(_float, cells))
+        if len(samples) > count:
+            told = f"Line {number} holds sample {len(samples):,}, but line {place} announces only {count:,} samples."
+            advice = "correct NPTS, or remove the surplus samples"
+            raise refused(_at(number), f"sample {len(samples):,}", allowed, advice, told)
+    if len(samples) < count:
+        told = f"The file ends after {len(samples):,} samples, but line {place} announces {count:,}."
+        advice = "give the complete file, or correct NPTS"
+        raise refused(_at(end), f"the end after {len(samples):,} samples", allowed, advice, told)
+    return samples
+
+
+def _check_width(rows: Sequence[Row]) -> None:
+    for number, cells in rows:
         if len(cells) == 2:
             continue
-        advice = "correct the line, or remove it"
+        advice = f"write the time before it, or {WRITE_STEP}"
         if len(cells) > 2:
-            advice = "keep the time and the one acceleration that you mean"
-        if len(cells) == 1:
-            advice = "write the time before it, or begin the file with a line of the number of samples and the step in s"
+            advice = (
+                "keep the time and the one acceleration that you mean; where all are samples in a row, write "
+            )
+            advice += "the line `NPTS= <number>, DT= <step in s>` above them"
         found = counted(len(cells), "number")
         raise refused(_at(number), found, "two numbers, time in s and acceleration", advice)
 
 
-def _between(rows: list[list[str]], places: list[int], heading: str) -> float:
+def _between(rows: Sequence[Row], stated: float | None) -> float:
     """Find the step [s] between the times of two columns."""
-    second = second_of(heading)
-    written = [cells[0] for cells in rows]
+    second = stated or 1.0
+    written = [cells[0] for _, cells in rows]
     time = np.array([_float(each) for each in written])
-    if not re.search(r"\w", heading) and time.size > 2 and _counts(written):
-        told = "The first column counts the samples, and nothing says that it is a time."
-        advice = "write the times of the samples, or a heading `time (s), ...` where they are seconds"
-        raise refused("time", "1, 2, 3, …", "a column of times", advice, told)
     step, wrong = equal_step(second * time, second * resolution_of(written))
-    if np.isnan(step):
+    if wrong is not None:
+        number, before, at = rows[wrong][0], second * time[wrong - 1], second * time[wrong]
+        if at <= before:
+            told = f"The time {at:g} s in line {number} is not later than {before:g} s before it; time must increase."
+            advice = "order the lines by time, and keep one record in a file"
+            raise refused(_at(number), f"the time {at:g} s", f"a time after {before:g} s", advice, told)
+        found = f"a step of {at - before:.6g} s after steps of {step:.6g} s"
+        told = f"Line {number} has {found}; all time steps must be equal."
         advice = (
-            "write the times with more digits, or the number of samples and the step above one value a line"
+            "add the samples that are missing, write the times with more digits, or resample to equal steps"
         )
+        raise refused(_at(number), found, "equal time steps", advice, told)
+    if np.isnan(step):
+        advice = f"write the times with more digits, or {WRITE_STEP}"
         raise refused("time", f"times such as {written[-1]}", "a known time step", advice, TOO_FEW_DIGITS)
-    if wrong is None:
-        return step
-    if step <= 0.0:
-        told = f"The last time, {time[-1]:g} s, is not later than the first; time must increase."
-        found = f"the time {time[-1]:g} s at the end"
-        raise refused(_at(places[-1]), found, "a time that grows", "order the lines by time", told)
-    found = f"a step of {second * (time[wrong] - time[wrong - 1]):.6g} s after steps of {step:.6g} s"
-    told = f"Line {places[wrong]} has {found}; all time steps must be equal."
-    advice = "write the times with more digits, or resample the record to equal steps"
-    raise refused(_at(places[wrong]), found, "equal time steps", advice, told)
-
-
-def _counts(written: list[str]) -> bool:
-    """Whether numbers are 0, 1, 2, … or 1, 2, 3, …"""
-    return written == [str(i + int(written[0] == "1")) for i in range(len(written))]
+    if stated is None and step == 1.0:
+        told = "The first column counts by 1, and nothing says that it is in seconds: row numbers, it seems."
+        advice = f"write the heading as {COLUMNS} where they are seconds; otherwise {WRITE_STEP}"
+        raise refused("time", f"{written[0]}, {written[1]}, …", "a column of times", advice, told)
+    return step
 
 
 def _float(text: str) -> float:

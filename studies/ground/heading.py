@@ -1,166 +1,230 @@
-"""What the headings of a record say: the quantity, its unit, and whose file it is. What they say is never overruled."""
+"""What stands above the samples of a record: the quantities, their units, and whose file it is. It is never overruled."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
-from damperlab.studies.faults import describe, listing, printable
+from damperlab.studies.faults import StudyFaults, listing, printable
 from damperlab.studies.ground.motion import refused
 from damperlab.studies.vocabulary import ACCELERATION_UNITS as UNITS
+from damperlab.studies.written_units import ACCELERATIONS, TIMES, kind_of, usual
 
-_SPELLINGS = {
-    "g": "g",
-    "gs": "g",
-    "gal": "cm/s2",
-    "gals": "cm/s2",
-    **{f"{length}{way}": f"{length}/s2" for length in ("m", "cm") for way in ("/s2", "/s/s", "s-2", "/ss")},
-}
-"""How a unit may be written, without blanks and signs of powers."""
-_TIMES = {
-    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
-    **dict.fromkeys(("ms", "msec", "millisec", "millisecond", "milliseconds"), 1e-3),
-}
-_UNIT = r"[(\[]?\s*([a-z%µμ][a-z0-9/^*²'%.µμ-]*(?:\s*/\s*[a-z0-9^*²]+)*(?:\s+s(?:ec)?\s*\^?-2)?)"
-_STATED = tuple(
-    re.compile(pattern + _UNIT, re.IGNORECASE)
-    for pattern in (r"units?\s+(?:of|are|is)\s*", r"units?\s*[:=]\s*")
+Line = tuple[int, str]
+"""Number, from 1, and text of a line."""
+COLUMNS = "`time (s), acceleration (g)`"
+WRITE_STEP = "write the line `NPTS= <number>, DT= <step in s>` above one value a line"
+
+_UNITS_OF = re.compile(
+    r"\bunits?\b\s*(?:(?:of|for)\s+)?(?:time|acc\w*)?\s*(?:of|are|is|in|[:=]|(?=[(\[]))\s*(.+)", re.IGNORECASE
 )
-_SAID = (
-    re.compile(r"\bin\s+" + _UNIT + r"(?=\s*(?:[,;.]|$))", re.IGNORECASE),
-    re.compile(r"[(\[]([^)\]]+)[)\]]"),
-)
-"""Where a line about acceleration may name its unit."""
-_LIKE_A_UNIT = re.compile(r"[/%]|s\s*\^?-2|^[mµμu]g$", re.IGNORECASE)
-_ACCELERATION = re.compile(r"\bacc", re.IGNORECASE)
-_OTHER = re.compile(r"\b(vel(?:ocity)?|disp(?:l(?:acement)?)?)\b", re.IGNORECASE)
-_COUNTS = re.compile(
-    r"(?:no|nr|num|number|n|i|index|sample|samples|row|point|points|step|steps|count|#)\.?", re.IGNORECASE
-)
+_AT_ONCE = re.compile(r"\bacc\w*\.?\s+in\s+$", re.IGNORECASE)
+_BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
+_LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
+_FACTOR = re.compile(r"[*/^×·]\s*\d|(?:\b|_)x\s*\d")
+_NO_SUFFIX = ("h", "v", "in")
+"""Units that are more often a direction, as in `acc_h`."""
+_TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
+_PEAK = re.compile(r"\b(?:peak|max\w*|pga)\b", re.IGNORECASE)
+_ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
+_TIME = re.compile(r"(?:\w+ )?(?:time|times|t|sec|seconds?|zeit|temps|tiempo|tempo)", re.IGNORECASE)
+_OVER_TIME = "give the acceleration over time"
+_OTHERS = (
+    ("a spectral density", r"\b[ap]sd\b|spectral density", f"{_OVER_TIME}, or generate one with `random_vibration`"),
+    ("a response spectrum", r"\bp?s[av]\b|spectr(?:um|a|al)\b|\bperiods?\b", f"{_OVER_TIME}: a spectrum leaves it open"),
+    ("a frequency", r"\bfreq\w*|\bfourier\b|\bfft\b|\bfas\b", f"{_OVER_TIME}; `damperlab fit` reads a response over frequency"),
+    ("a velocity", r"\bvel(?:ocity)?\b|\bspeed\b|^v$", "give the file of the acceleration, or differentiate this one"),
+    ("a displacement", r"\bdisp(?:l(?:acement)?)?\b", "give the file of the acceleration, or differentiate this one twice"),
+    ("a count of samples", r"^(?:no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#)$", WRITE_STEP),
+)  # fmt: skip
+"""What is no record: by its words, and what to do."""
+_NO_RECORD = tuple(what for what, _, _ in _OTHERS)
 _FORMATS = (
-    ("K-NET", re.compile(r"^Origin Time\s"), "multiply the counts by the scale factor, in gal a count"),
-    (
-        "ESM",
-        re.compile(r"^EVENT_NAME:"),
-        "the values follow the heading, in its UNITS, SAMPLING_INTERVAL_S apart",
-    ),
-    (
-        "COSMOS",
-        re.compile(r"\(Format v\d+\.\d+ with \d+ text lines\)"),
-        "take the acceleration block, in its units",
-    ),
-    ("SMC", re.compile(r"^\s*\d\s+\w+\s+ACCELEROGRAM"), "the values follow the comment lines, in cm/s²"),
+    ("K-NET", r"^Origin Time\s", "multiply the counts by the scale factor, in gal a count"),
+    ("ESM", r"^EVENT_NAME:", "the values follow the heading, in its UNITS, SAMPLING_INTERVAL_S apart"),
+    ("COSMOS", r"\(Format v\d+\.\d+ with \d+ text lines\)", "take the acceleration block, in its units"),
+    ("SMC", r"^\s*\d\s+\w+\s+ACCELEROGRAM", "the values follow the comment lines, in cm/s²"),
 )
 """Files of others: what they are called, how they begin, and how the acceleration is found in them."""
 
 
-def acceleration_unit(stated: str | None, given: str | None, place: str = "units") -> str:
-    """Give the unit of an acceleration: what the file states, or where it states none, what was given with it.
+def read_heading(
+    lines: Sequence[Line], separator: str | None, given: str | None
+) -> tuple[float | None, float]:
+    """Read what stands above the samples.
 
     Parameters
     ----------
-    stated : str or None
-        As the file writes it; None where it says nothing.
+    lines : sequence of (int, str)
+        What stands there.
+    separator : str or None
+        What parts the two columns, empty for blanks; None for samples that follow one another.
     given : str or None
-        One of `UNITS`, named with the file.
-    place : str
-        Field or line of a fault.
+        Unit of the acceleration, named with the file.
+
+    Returns
+    -------
+    second : float or None
+        What one of the unit of the times is in seconds; None where none is stated.
+    factor : float
+        What one of the unit of the acceleration is in m/s².
 
     Raises
     ------
     StudyFaults
-        Where no unit is known, the file's is not read, or the two differ.
+        Where this is no record, and where a unit is not read, not known, or contradicted.
     """
-    if stated is None:
-        if given is not None:
-            return given
+    heading, others = (None, lines) if separator is None else _heading(lines, separator)
+    stated = [(unit, number) for number, line in others for unit in _stated(line)]
+    times = [each for each in stated if kind_of(each[0]) == "a time"]
+    units = [each for each in stated if each not in times]
+    if heading:
+        of_time, of_acceleration = _of_columns(*heading)
+        times += [(unit, heading[0]) for unit in of_time]
+        units += [(unit, heading[0]) for unit in of_acceleration]
+    elif not any(_ACCELERATION.search(line) for _, line in lines):
+        for number, line in lines:
+            what = _other(line)
+            if what in ("a velocity", "a displacement") or "response spectr" in line.lower():
+                raise _no_record(what, number, line)
+    second, unit = _agreed(times, "the time", TIMES), _agreed(units, "the acceleration", ACCELERATIONS)
+    if unit is None and given is None:
         told = "The file does not state the unit of its acceleration."
-        advice = (
-            f"name it with the file ({listing(UNITS)}), or write the heading as `time (s), acceleration (g)`"
-        )
-        raise refused(place, "no unit", "the unit of the acceleration", advice, told)
-    unit = _SPELLINGS.get(_bare(stated))
-    if unit is None:
-        told = f"The heading gives the acceleration in {stated}, which is not read; allowed are {listing(UNITS)}."
-        advice = "convert the accelerations to one of these, and write it in the heading"
-        raise refused(place, stated, f"one of {listing(UNITS)}", advice, told)
-    if given is not None and unit != given:
-        told = f"`units` is {given}, but the file says {unit}."
+        advice = f"name it with the file ({listing(UNITS)}), or write the heading as {COLUMNS}"
+        raise refused("units", "no unit", "the unit of the acceleration", advice, told)
+    if unit and given not in (None, unit):
+        told = f"`units` is {given}, but the file says {unit} in line {units[0][1]}."
         advice = "leave `units` out, or correct the heading of the file"
         raise refused("units", f"{given} while the file says {unit}", f"{unit}, or nothing", advice, told)
-    return unit
+    return TIMES[second] if second else None, ACCELERATIONS[unit or str(given)]
 
 
-def unit_in_lines(lines: Sequence[str]) -> str | None:
-    """Give the unit that lines of text state, as they write it: behind `units of`, or in one about acceleration."""
-    for line in lines:
-        for pattern in _STATED:
-            if found := pattern.search(line):
-                return found[1].rstrip(".")
-    about = [line.strip() for line in lines if _ACCELERATION.search(line)]
-    said = (found[1] for line in about for pattern in _SAID for found in pattern.finditer(line))
-    return next((each for each in said if _bare(each) in _SPELLINGS or _LIKE_A_UNIT.search(each)), None)
+def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str]] | None, Sequence[Line]]:
+    """Find the line that names the columns, where their units may stand in a line below; and give the other lines."""
+    names, units = ([], [], *(_cells(line) for _, line in lines[-2:]))[-2:]
+    if len(names) == len(units) == 2 and all(map(kind_of, units)):
+        lines = [*lines[:-2], (lines[-1][0], f"{names[0]} ({units[0]}), {names[1]} ({units[1]})")]
+    for at in reversed(range(len(lines))):
+        number, line = lines[at]
+        cells = _cells(line)
+        if any(map(_named, cells)) if len(cells) == 2 else len(cells) > 2 and _is_time(cells[0]):
+            return (number, cells), [*lines[:at], *lines[at + 1 :]]
+        if at == len(lines) - 1 and len(cells) == 2 and separator in line and line[0] not in "#%":
+            return (number, cells), lines[:-1]
+    return None, lines
 
 
-def unit_of_column(heading: str) -> str | None:
-    """Give the unit in the heading of a column of accelerations: whatever stands in its brackets, or behind `in`."""
-    stated = re.search(r"[(\[]([^)\]]+)[)\]]\s*$", heading)
-    return stated[1] if stated else unit_in_lines([f"acc {heading}"])
+def _named(cell: str) -> bool:
+    """Whether a cell names a column of a record or of something else that is known."""
+    words, units = _taken_apart(cell)
+    return _is_time(cell) or bool(_ACCELERATION.search(words) or _other(words) or any(map(kind_of, units)))
 
 
-def _bare(unit: str) -> str:
-    """Write a unit without blanks, brackets and signs of powers."""
-    return re.sub(r"[\s^*'’().\[\]]", "", unit.lower()).replace("²", "2").replace("sec", "s")
+def _is_time(cell: str) -> bool:
+    words, units = _taken_apart(cell)
+    return bool(_TIME.fullmatch(words)) or "a time" in map(kind_of, units)
 
 
-def check_quantity(lines: Sequence[str], place: str) -> None:
-    """Refuse a velocity or a displacement, which is no record of acceleration."""
-    if any(_ACCELERATION.search(line) for line in lines):
-        return
-    for line in lines:
-        if found := _OTHER.search(line):
-            what = "velocity" if found[1].lower().startswith("vel") else "displacement"
-            told = f"The file holds a {what}: {printable(line.strip())}. A record is an acceleration."
-            advice = "give the file of the acceleration, or differentiate this one"
-            raise refused(place, f"a {what}", "an acceleration", advice, told)
+def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
+    """Give the units in the heading of each of two columns, a time and an acceleration."""
+    read = [_taken_apart(cell) for cell in cells]
+    for cell, (words, units) in zip(reversed(cells), reversed(read), strict=True):
+        what = _other(words) or next((kind for kind in map(kind_of, units) if kind in _NO_RECORD), "")
+        if what and len(cells) == 2:
+            raise _no_record(what, number, cell)
+    if len(cells) != 2 or not _is_time(cells[0]):
+        shown = listing(map(printable, cells))
+        told = f"The heading names {shown}; a record has two columns, the time first."
+        advice = f"write the heading as {COLUMNS}, and # before a line that is none"
+        raise refused(f"line {number}", shown, COLUMNS, advice, told)
+    return [units for _, units in read]
+
+
+def _cells(line: str) -> list[str]:
+    """Part a heading into cells; blanks may stand within one, so that it is cut at wide gaps and behind brackets first."""
+    bare = line.lstrip("#%*!/ ")
+    for parting in (r"[;\t,]", r"\s{2,}|(?<=[)\]])\s*(?=[^\s)\]])"):
+        cells = [cell.strip(' "') for cell in re.split(parting, bare)]
+        if len(cells) > 1:
+            return [cell for cell in cells if cell]
+    return bare.split() if len(bare.split()) == 2 else [bare]
+
+
+def _taken_apart(cell: str) -> tuple[str, list[str]]:
+    """Take a heading apart into its words and its unit, as in `acc (g)`, `acc in g`, `acc / g`, `acc_g`."""
+    stated, bare = _BRACKETS.findall(cell), _BRACKETS.sub(" ", cell)
+    words = re.sub(r"[\s_./,]+", " ", bare).strip()
+    if _FACTOR.search(bare):
+        return words, [cell]
+    if stated:
+        return words, [each for each in stated if kind_of(each)] or stated[-1:]
+    if kind_of(cell):
+        return "", [cell]
+    for parting in re.finditer(r"\s+in\s+|\s*/\s*|[\s_,]+", cell):
+        before, unit = cell[: parting.start()].replace("_", " "), cell[parting.end() :]
+        apart = parting[0].strip(" _,")
+        known = kind_of(unit) and (apart or unit.lower() not in _NO_SUFFIX)
+        if known or (apart == "in" and " " not in unit):
+            return before, [unit]
+    return words, []
+
+
+def _stated(line: str) -> Iterator[str]:
+    """Give the units that a line of text states: behind `units of`, or in one about acceleration or time."""
+    if found := _UNITS_OF.search(line):
+        first, *others = re.split("[,;]", found[1])
+        yield _first_unit(first) or first.strip()
+        yield from filter(kind_of, others)
+    elif _TELLING.search(line) and not _PEAK.search(line):
+        yield from (each for each in _BRACKETS.findall(line) if kind_of(each) or _LIKE_A_UNIT.search(each))
+        for found in re.finditer(r"\bin\s+(?=(\S+))", line, re.IGNORECASE):
+            unit = _first_unit(line[found.end() :])
+            if unit or _AT_ONCE.search(line[: found.end()]):
+                yield unit or found[1]
+
+
+def _first_unit(text: str) -> str:
+    """Give the longest beginning of a text that is a unit; empty where none is, or a factor follows."""
+    words = text.split(maxsplit=6)
+    for count in range(min(6, len(words)), 0, -1):
+        unit = " ".join(words[:count]).strip("(),.;")
+        if kind_of(unit):
+            return "" if re.match(r"[*/^×·]|x\s*\d", " ".join(words[count:])) else unit
+    return ""
+
+
+def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[str]) -> str | None:
+    """Give the unit of a quantity that all lines agree on; None where none states one."""
+    for written, number in stated:
+        shown, place = printable(written), f"line {number}"
+        if kind_of(written) in _NO_RECORD:
+            raise _no_record(kind_of(written), number, written)
+        if usual(written) not in allowed:
+            told = f"Line {number} gives {quantity} in {shown}, which is not read; allowed are {listing(allowed)}."
+            advice = "convert the numbers to one of these, and write it in the heading"
+            raise refused(place, shown, f"one of {listing(allowed)}", advice, told)
+        if usual(written) != usual(stated[0][0]):
+            found = f"{printable(stated[0][0])} in line {stated[0][1]}, but {shown} in {place}"
+            told = f"The file gives {quantity} in two units: {found}."
+            raise refused(place, found, "one unit", "correct or remove the one that is wrong", told)
+    return usual(stated[0][0]) if stated else None
+
+
+def _other(words: str) -> str:
+    """Say what words name that is no record; empty where they name none."""
+    if _ACCELERATION.search(words) and "spectr" not in words.lower():
+        return ""
+    return next((what for what, pattern, _ in _OTHERS if re.search(pattern, words, re.IGNORECASE)), "")
+
+
+def _no_record(what: str, number: int, shown: str) -> StudyFaults:
+    told = f"Line {number} says that this is {what}: {printable(shown.strip())}. A record is an acceleration over time."
+    advice = next(advice for name, _, advice in _OTHERS if name == what)
+    return refused(f"line {number}", what, "an acceleration over time", advice, told)
 
 
 def check_format(lines: Sequence[str]) -> None:
     """Refuse the file of another institution by its name, and say how to make columns of it."""
     for name, begins, how in _FORMATS:
-        if any(begins.search(line) for line in lines[:3]):
+        if any(re.search(begins, line) for line in lines[:3]):
             told = f"This is a file of {name}, which is not read."
             advice = f"write two columns `time (s), acceleration (cm/s2)` from it: {how}"
             raise refused("record", f"a file of {name}", "AT2, or two columns", advice, told)
-
-
-def split_heading(heading: str) -> tuple[str, str]:
-    """Part a heading of two columns into what it says of the time and of the acceleration."""
-    cells = [cell.strip().strip('"') for cell in re.split(r"[,;\t]", heading)]
-    if len(cells) > 1:
-        return cells[0], cells[-1]
-    parts = re.findall(r"[^()\[\]]+[(\[][^)\]]*[)\]]", heading)
-    if len(parts) > 1:
-        return parts[0].strip(), parts[-1].strip()
-    words = heading.split()
-    return (words[0], " ".join(words[1:])) if words else ("", "")
-
-
-def second_of(heading: str) -> float:
-    """Give what one of the unit of a column of times is in seconds; of none stated, 1.
-
-    Raises
-    ------
-    StudyFaults
-        Where the column is none of times, or its unit is not read.
-    """
-    bare = re.sub(r"[(\[].*", "", heading).strip().strip('"')
-    if _COUNTS.fullmatch(bare):
-        told = f"The first column is {describe(bare)}, which counts samples and is no time."
-        raise refused("time", bare, "a column of times", "write the times of the samples, in seconds", told)
-    stated = re.search(r"[(\[]([^)\]]*)[)\]]|\bin\s+(\w+)\s*$", heading)
-    if not stated:
-        return 1.0
-    unit = (stated[1] or stated[2] or "").strip().lower().rstrip(".")
-    if unit in _TIMES:
-        return _TIMES[unit]
-    told = f"The heading gives the time in {unit}, which is not read; allowed are s and ms."
-    raise refused("time", unit, "s or ms", "convert the times to seconds", told)

@@ -4,10 +4,10 @@ import numpy as np
 
 from damperlab.studies.equal_steps import TOO_FEW_DIGITS, equal_step, resolution_of
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
-from damperlab.studies.fit.columns import LENGTHS, SHARES, Column, NotFitted, read_heading, says_time
+from damperlab.studies.fit.columns import SHARES, Column, NotFitted, read_headings, says_time
 from damperlab.studies.fit.history.history import History
-from damperlab.studies.fit.lines import Lines, check_lines, lines_of
-from damperlab.studies.vocabulary import ACCELERATION_UNITS
+from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
+from damperlab.studies.written_units import ACCELERATIONS, LENGTHS, TIMES
 
 LEAST_ROWS, MOST_ROWS = 24, 20_000
 LARGEST = 1e12
@@ -26,10 +26,10 @@ OF_HISTORY = NotFitted(
 )
 """What is said of an acceleration of the structure over time."""
 COLUMNS = (
-    Column({TIME: {"s": 1.0, "ms": 1e-3}}, ("time", "t")),
+    Column({TIME: TIMES}, ("time", "t")),
     Column({DISPLACEMENT: LENGTHS}, ("displacement", "absolute displacement", "x")),
     Column({RELATIVE: LENGTHS}, ("relative displacement", "x-z", "x - z")),
-    Column({BASE: dict(ACCELERATION_UNITS)}, ("base acceleration", "ground acceleration")),
+    Column({BASE: ACCELERATIONS}, ("base acceleration", "ground acceleration")),
     Column({DEVIATION: LENGTHS, SHARE: SHARES}, ("deviation", "standard deviation")),
 )
 """Every column of a time history."""
@@ -79,30 +79,21 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
 
 def _headings(lines: Lines) -> tuple[list[str], list[float]]:
     number, text = lines.heading
-    field = f"line {number}"
-    read = [read_heading(cell, field, COLUMNS, OF_HISTORY) for cell in lines.cells(text)]
-    faults = [each for each in read if isinstance(each, Fault)]
-    names = [each[0] for each in read if not isinstance(each, Fault)]
-    for name in sorted({name for name in names if names.count(name) > 1}):
-        told = f"Line {number} names the column {name} twice."
-        faults.append(Fault(field, f"{name} twice", "each column once", "remove one of them", told))
+    names, factors, faults = read_headings(lines.cells(text), number, COLUMNS, OF_HISTORY)
     if not faults:
         moved = {DISPLACEMENT, RELATIVE} & set(names)
         if len(moved) != 1:
             found = "both" if moved else "neither"
             told = "A time history must have one column of displacement, absolute or relative to the base."
             advice = "remove one of the two" if moved else "add a column such as `displacement (mm)`"
-            faults.append(Fault(field, found, f"one of {DISPLACEMENT} and {RELATIVE}", advice, told))
-        if {DEVIATION, SHARE} <= set(names):
-            told = "The table has two columns of standard deviations; it may have one."
-            faults.append(Fault(field, "two deviations", "one of them", "remove one of the two", told))
+            allowed = f"one of {DISPLACEMENT} and {RELATIVE}"
+            faults.append(Fault(f"line {number}", found, allowed, advice, told))
     if faults:
         raise StudyFaults(faults)
-    return names, [each[1] for each in read if not isinstance(each, Fault)]
+    return names, factors
 
 
 def _numbers(lines: Lines, names: list[str], factors: list[float]) -> dict[str, np.ndarray]:
-    faults: list[Fault] = []
     if not LEAST_ROWS <= len(lines.rows) <= MOST_ROWS:
         found = counted(len(lines.rows), "row")
         allowed = f"from {LEAST_ROWS} to {MOST_ROWS:,} rows"
@@ -110,37 +101,22 @@ def _numbers(lines: Lines, names: list[str], factors: list[float]) -> dict[str, 
         advice = "measure longer" if len(lines.rows) < LEAST_ROWS else "leave samples out, or cut the end"
         raise StudyFaults([Fault("measured", found, allowed, advice, told)])
     check_lines(lines, len(names))
-    rows: list[list[float]] = []
-    for number, line in lines.rows:
-        cells = lines.cells(line)
-        if len(cells) != len(names):
-            found = counted(len(cells), "cell")
-            told = f"Line {number} has {found}, but the heading names {counted(len(names), 'column')}."
-            advice = "correct the line, or remove it"
-            faults.append(Fault(f"line {number}", found, f"{len(names)} cells", advice, told))
-            continue
-        row = []
-        for name, factor, cell in zip(names, factors, cells, strict=True):
-            value = _cell(cell)
-            positive = name in (DEVIATION, SHARE)
-            if not abs(value) <= LARGEST or (positive and value <= 0.0):
-                allowed = "a number above 0" if positive else "a number"
-                shown = printable(cell) if cell else "an empty cell"
-                told = f"{{field}} must be {allowed}, not {shown}."
-                fault = Fault(name, shown, allowed, "correct the cell", told)
-                faults.append(fault.under(f"line {number}"))
-            row.append(value * factor)
-        rows.append(row)
-    if faults:
-        raise StudyFaults(faults)
-    return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+    of = dict(zip(names, factors, strict=True))
+    return columns_of(lines, names, lambda name, cell: _cell(name, of[name], cell), [])
 
 
-def _cell(cell: str) -> float:
+def _cell(name: str, factor: float, cell: str) -> float | Fault:
+    """Read one number and turn it into SI units."""
     try:
-        return float(cell)
+        value = float(cell)
     except ValueError:
-        return np.nan
+        value = np.nan
+    positive = name in (DEVIATION, SHARE)
+    if not abs(value) <= LARGEST or (positive and value <= 0.0):
+        allowed = "a number above 0" if positive else "a number"
+        found = printable(cell) if cell else "an empty cell"
+        return Fault(name, found, allowed, "correct the cell", f"{{field}} must be {allowed}, not {found}.")
+    return value * factor
 
 
 def _step(time: np.ndarray, resolution: float, faults: list[Fault]) -> float:

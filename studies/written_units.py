@@ -1,0 +1,68 @@
+"""Units as people write them: `CM/SEC**2`, `m·s⁻²`, `(G'S)`, `msec`."""
+
+import re
+
+from damperlab.studies.vocabulary import ACCELERATION_UNITS
+
+TIMES = {"s": 1.0, "ms": 1e-3, "µs": 1e-6}
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "in": 0.0254, "ft": 0.3048}
+ACCELERATIONS = {
+    **ACCELERATION_UNITS,
+    "mm/s2": 1e-3,
+    "in/s2": LENGTHS["in"],
+    "ft/s2": LENGTHS["ft"],
+    "%g": 0.01 * ACCELERATION_UNITS["g"],
+    "mg": 1e-3 * ACCELERATION_UNITS["g"],
+}
+"""Units by their usual spelling, and what one of each is in SI units."""
+
+_LONGEST = 40
+"""Characters of a text that is looked at; no unit has more."""
+_KINDS = {
+    "a time": (*TIMES, "ns", "min", "minutes", "h", "hours", "samples"),
+    "an acceleration": tuple(ACCELERATIONS),
+    "a velocity": (*(f"{length}/s" for length in LENGTHS), "km/s", "km/h", "mph"),
+    "a displacement": (*LENGTHS, "km"),
+    "a frequency": ("hz", "khz", "rad/s", "rpm"),
+    "a reading": ("count", "counts", "v", "mv", "volt", "volts"),
+}
+_SPELLINGS = tuple(
+    (re.compile(pattern), usual)
+    for pattern, usual in (
+        (r"[⁻−]", "-"),
+        (r"²", "2"),
+        (r"¹", "1"),
+        (r"μ|micro[\s-]?", "µ"),
+        (r"\bper\s?cent\b|\bpct\b", "%"),
+        (r"\s*\bper\b\s*", "/"),
+        (r"\s*\b(?:squared|sq)\b", "2"),
+        (r"milli[\s-]?", "m"),
+        (r"centi", "c"),
+        (r"met(?:er|re)s?", "m"),
+        (r"sec(?:ond)?s?", "s"),
+        (r"inch(?:es)?|[″\"]", "in"),
+        (r"feet|foot", "ft"),
+        (r"['’`´]s$|(?<=^g)s$", ""),
+        (r"^gals?$", "cm/s2"),
+        (r"^u(?=[ms]$)", "µ"),
+        (r"(?<=%)\s*of\b|[\s^*·.()\[\]{}_]", ""),
+        (r"(?<=[mtn])(?:/s/s|/?ss|s-2|s2)$", "/s2"),
+        (r"(?<=[mtn])s-1$", "/s"),
+    )
+)
+
+
+def usual(written: str) -> str:
+    """Give the usual spelling of a unit, in lower case; what is none is only made plain."""
+    unit = written.lower().strip(" \t.:;,'`()[]{}")
+    for pattern, plain in _SPELLINGS:
+        unit = pattern.sub(plain, unit)
+    return unit
+
+
+def kind_of(written: str) -> str:
+    """Say what a unit measures, as in `a velocity`; empty where it is not known."""
+    unit = usual(written) if len(written) <= _LONGEST else ""
+    if unit.endswith("/hz"):
+        return "a spectral density"
+    return next((kind for kind, units in _KINDS.items() if unit in units), "")
