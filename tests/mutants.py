@@ -146,7 +146,7 @@ MUTANTS = (
         "tests/worker/dispatch/test_crew.py",
     ),
     Mutant(
-        "worker/dispatch/patience.py",
+        "worker/dispatch/roster.py",
         'member.standing != "leaving" and ',
         "",
         "tests/worker/dispatch/test_crew.py",

@@ -7,7 +7,7 @@ from damperlab.studies.plan import plan_with_chunk
 from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.forecast import Forecast
-from damperlab.worker.dispatch.patience import STUCK_SECONDS
+from damperlab.worker.dispatch.roster import STUCK_SECONDS
 from damperlab.worker.outcomes import RETRIES, Failure
 
 
