@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 UNEVEN = 0.02
 """Largest difference of a time from equal steps, over a step. Times with few digits may differ by more."""
 TOO_FEW_DIGITS = "The times have too few digits: they leave open how far apart the samples are."
-"""What is said where the step is NaN."""
+"""The sentence for a step that is NaN."""
 KNOWN = 1e-3
 """Largest uncertainty of a step, over the step, where it is no whole number of samples a second."""
 MOST_LIKELY = 3.0

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import product
 from math import log, pi, sqrt
 from typing import Any
@@ -39,7 +40,7 @@ DIFFERENCE = 1e-3
 """Share of the range over which derivatives are taken."""
 CONFIDENCE = 0.95
 RMS_DIGITS = 5
-"""To which the deviation is compared: two roundings of one response make no other fit."""
+"""To which a search compares deviations: rounding on another processor must not lead it elsewhere."""
 CAVITIES = (1, 2, 3)
 WORDS = {"particle": "particle alone", "hybrid": "hybrid"}
 CASES = tuple(product(WORDS, CAVITIES))
@@ -135,12 +136,15 @@ def deviation(peaks: Mapping[str, float]) -> float:
     return sqrt(float(np.mean(off(peaks) ** 2)))
 
 
-def _computed_off(prototype: Prototype) -> NDArray[np.float64]:
-    return off(peaks_of(computed_here(prototype.study())))
+@cache
+def deviation_of(prototype: Prototype) -> float:
+    """Compute the deviation of a prototype."""
+    return deviation(peaks_of(computed_here(prototype.study())))
 
 
-def _deviation_at(prototype: Prototype) -> float:
-    return round(sqrt(float(np.mean(_computed_off(prototype) ** 2))), RMS_DIGITS)
+def _seen(prototype: Prototype) -> float:
+    """Give the deviation as a search compares it."""
+    return round(deviation_of(prototype), RMS_DIGITS)
 
 
 def fitted(start: Prototype, free: Sequence[str], quick: bool) -> Prototype:
@@ -148,7 +152,7 @@ def fitted(start: Prototype, free: Sequence[str], quick: bool) -> Prototype:
     first = start.shares(free)
     steps = np.diag(np.where(first > 0.5, -STEP, STEP))
     found = minimize(
-        lambda shares: _deviation_at(start.at(free, shares)),
+        lambda shares: _seen(start.at(free, shares)),
         first,
         method="Nelder-Mead",
         options={
@@ -166,7 +170,7 @@ def fitted_from_anywhere(start: Prototype, quick: bool) -> Prototype:
     count = 1 if quick else STARTS
     shares = (np.arange(count) + 0.5) / count
     grid = [start.at(ASSUMED, each) for each in product(shares, repeat=len(ASSUMED))]
-    return fitted(min(grid, key=_deviation_at), ASSUMED, quick)
+    return fitted(min(grid, key=_seen), ASSUMED, quick)
 
 
 def intervals(best: Prototype, free: Sequence[str]) -> dict[str, tuple[float, float]]:
@@ -175,13 +179,16 @@ def intervals(best: Prototype, free: Sequence[str]) -> dict[str, tuple[float, fl
     Least squares with errors of one unknown size (Seber and Wild, Nonlinear Regression, 1989, section 5.1): each is the
     estimate ± t·s·√((JᵀJ)⁻¹), with Student's t of as many degrees of freedom as there are more numbers than parameters.
     """
+
+    def left_over(shares: NDArray[np.float64]) -> NDArray[np.float64]:
+        return off(peaks_of(computed_here(best.at(free, shares).study())))
+
     at = best.shares(free)
-    columns = [
-        (_computed_off(best.at(free, at + step)) - _computed_off(best.at(free, at - step)))
-        / (2.0 * DIFFERENCE)
-        for step in DIFFERENCE * np.eye(len(free))
-    ]
-    slopes, left = np.stack(columns, axis=1), _computed_off(best)
+    steps = DIFFERENCE * np.eye(len(free))
+    slopes = np.stack([left_over(at + step) - left_over(at - step) for step in steps], axis=1) / (
+        2.0 * DIFFERENCE
+    )
+    left = left_over(at)
     spare = left.size - len(free)
     spread = np.sqrt(np.sum(left**2) / spare * np.diag(np.linalg.inv(slopes.T @ slopes)))
     half = float(student.ppf(0.5 + 0.5 * CONFIDENCE, spare)) * spread

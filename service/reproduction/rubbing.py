@@ -12,8 +12,7 @@ from damperlab.service.reproduction.prototype import (
     RANGES,
     WORDS,
     Prototype,
-    computed_here,
-    deviation,
+    deviation_of,
     fitted,
     fitted_from_anywhere,
     intervals,
@@ -41,7 +40,7 @@ def table_3_rubbing(solve: Solve, quick: bool) -> Section:
     section = Section("Table 3 with the particle's own friction")
     frictions = PROFILE[-1:] if quick else PROFILE
     profile = {mu: fitted_from_anywhere(replace(MIDDLE, particle_friction=mu), quick) for mu in frictions}
-    nearest = min(profile.values(), key=_deviation)
+    nearest = min(profile.values(), key=deviation_of)
     best = fitted(nearest, FREE, quick)
     without = fitted_from_anywhere(MIDDLE, quick)
     held = [fitted_from_anywhere(replace(MIDDLE, contact=name), quick) for name in (REAL, PRINTED)]
@@ -59,7 +58,7 @@ def table_3_rubbing(solve: Solve, quick: bool) -> Section:
         ),
         (
             ("μ_i", "Z [mm]", "ζ", "rms deviation"),
-            [(f"{mu:g}", *_spelled(each), f"{_deviation(each):.1%}") for mu, each in profile.items()],
+            [(f"{mu:g}", *_spelled(each), f"{deviation_of(each):.1%}") for mu, each in profile.items()],
         ),
     ]
     known = paper_numbers()
@@ -70,10 +69,6 @@ def table_3_rubbing(solve: Solve, quick: bool) -> Section:
     )
     section.words = _words(best, found[WITH], intervals(best, FREE))
     return section
-
-
-def _deviation(prototype: Prototype) -> float:
-    return deviation(peaks_of(computed_here(prototype.study())))
 
 
 def _friction_alone(prototype: Prototype) -> Study:
@@ -175,7 +170,7 @@ def _fits(fits: dict[str, Prototype]) -> tuple[tuple[str, ...], list[tuple[objec
     """Make the table of all fits."""
     lines = [
         (name, *_spelled(fit), f"{fit.particle_friction:.3g}", f"{fit.restitution:.3g}", f"{fit.friction_ratio:.3g}",
-         f"{_deviation(fit):.1%}")
+         f"{deviation_of(fit):.1%}")
         for name, fit in fits.items()
     ]  # fmt: skip
     return ("fit", "Z [mm]", "ζ", "μ_i", "e", "γ_F", "rms deviation"), list(lines)
@@ -195,13 +190,13 @@ def _words(best: Prototype, peaks: dict[str, float], within: dict[str, tuple[flo
         f"{ranges['damping_ratio'][1]:g} and μ_i up to {ranges['particle_friction'][1]:g}. The deviation is the root mean "
         "square of the logarithms of ours over the paper's.",
         f"With friction of the particle the fit has, at {CONFIDENCE:.0%}, Z of {factor * z[0]:.3g} to {factor * z[1]:.3g} mm, "
-        f"ζ of {zeta[0]:.3g} to {zeta[1]:.3g} and μ_i of {mu[0]:.2g} to {mu[1]:.2g}. The last table has the best fit for "
-        "given values of μ_i: a lower μ_i goes with a lower Z and a lower ζ.",
+        f"ζ of {zeta[0]:.3g} to {zeta[1]:.3g} and μ_i of {mu[0]:.2g} to {mu[1]:.2g}. The last table has the best Z "
+        "and ζ for given values of μ_i.",
         f"The hybrids of the two longer cavities are printed as {known['hybrid_2'].value:g} and "
         f"{known['hybrid_3'].value:g}, all but equal. With friction of the particle they come out as "
         f"{peaks['hybrid_2']:.3g} and {peaks['hybrid_3']:.3g}. Equal numbers say that the particle reaches no wall and "
-        "damps by its friction alone. Contact times without that friction do not explain them.",
+        "damps by its friction alone.",
         f"The fitted ζ is {best.damping_ratio / known['damping_ratio'].value:.2g} times the measured "
-        f"{known['damping_ratio'].value:g}. The measured one belongs to the structure without a damper; what the rails and "
-        "the particle add, the model lacks.",
+        f"{known['damping_ratio'].value:g}. The measured one is that of the structure without a damper. The paper does "
+        "not say what adds damping on the prototype.",
     ]

@@ -26,7 +26,7 @@ ALIKE = 1e-9
 COMPARED = 2000
 """Most designs in one probability; those whose limits lie highest are left out first."""
 CLEARLY = 0.02
-"""Another kind of damper is recommended only if its value is less by this share."""
+"""Share by which the value of another kind of damper must be lower before that kind is recommended."""
 
 
 def clearly_less(value: float, other: float) -> bool:

@@ -256,27 +256,23 @@ class Catalogue:
         if not isinstance(found, int):
             return self._damaged(f"catalogue revision {found!r}, which no version has written")
         if found < REVISION:
-            return CatalogueDamaged(
-                Fault(
-                    self.name,
-                    f"catalogue revision {found}",
-                    f"revision {REVISION}",
-                    "export its studies with `damperlab export` of that version, or choose another data directory; if no older "
-                    "version has opened it, it is damaged: make it again with `damperlab rebuild`",
-                    f"{self.name} was made by a damperlab older than 0.2.0.",
-                )
+            kind: type[StoreFault] = CatalogueDamaged
+            advice = (
+                "export its studies with `damperlab export` of that version, or choose another data directory; if no older "
+                "version has opened it, it is damaged: make it again with `damperlab rebuild`"
             )
-        return StoreFault(
-            Fault(
-                self.name,
-                f"catalogue revision {found}",
-                f"revision {REVISION}",
+            told = f"{self.name} was made by a damperlab older than 0.2.0."
+        else:
+            kind = StoreFault
+            advice = (
                 "upgrade damperlab, or choose another data directory; if no newer version has opened it, it is damaged: "
-                "move it away and make it again with `damperlab rebuild`",
-                f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this version "
-                f"knows {REVISION}.",
+                "move it away and make it again with `damperlab rebuild`"
             )
-        )
+            told = (
+                f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this version "
+                f"knows {REVISION}."
+            )
+        return kind(Fault(self.name, f"catalogue revision {found}", f"revision {REVISION}", advice, told))
 
     def _damaged(self, found: str) -> CatalogueDamaged:
         advice = "make it again from the cubes with `damperlab rebuild`"
@@ -309,7 +305,7 @@ class Catalogue:
             broken = isinstance(error, DBAPIError) and error.connection_invalidated
             found = str(cause).strip() or type(cause).__name__
             damaged = any(each in found for each in _DAMAGED) or bool(kinds & _LOST)
-            # of names, which a statement quotes: texts of rows are read whatever they hold
+            # only a name of a table or column can fail to decode here: texts of rows are decoded with replacements
             damaged |= self._sqlite and isinstance(cause, UnicodeDecodeError)
             if not (broken or damaged or kinds & _TROUBLES or "invalid connection option" in found):
                 raise

@@ -9,7 +9,7 @@ from damperlab.studies.ground.motion import STANDARD_GRAVITY as G
 
 STEP = 0.005
 A = np.round(0.1 * np.sin(0.7 * np.arange(40)), 5)
-"""Forty samples that begin at 0, in whatever unit a file says."""
+"""Forty samples. The first is 0. Each file states their unit."""
 
 
 def peer(

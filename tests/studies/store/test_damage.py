@@ -112,7 +112,7 @@ def test_zeros_in_what_lies_beside_the_blocks_are_found_and_cost_no_block(store,
 
 @pytest.mark.parametrize("cut_off", [False, True], ids=["zeros", "cut off"])
 def test_no_page_of_the_catalogue_is_lost_unseen(store, written, cut_off):
-    """Whatever is not refused is as before, and the cubes bring back what was lost."""
+    """With any one page damaged the store opens unchanged, or is refused and rebuilt from the cubes."""
     data, before = store.data_dir, store.cube(written.id).load()
     store.close()
     catalogue = data / "catalogue.sqlite"

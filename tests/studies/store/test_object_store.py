@@ -231,7 +231,7 @@ def test_a_server_that_does_not_serve_is_told_and_forgotten_when_it_does(server,
 
 
 def test_a_server_that_answers_too_late_is_told_and_what_it_took_is_no_result(server, opened, monkeypatch):
-    """As one that takes twenty seconds where a request may take fewer: it may have kept what nobody was told of."""
+    """A request that timed out may still have stored its object. No reader may take that object for a result."""
     study = make_study(metrics=METRICS)
     record = enter(opened(), study)
     # of the one client that goes through the proxy

@@ -58,7 +58,7 @@ def test_block_whose_part_fails_everywhere_is_given_up_once() -> None:
 def test_blocks_that_run_for_too_long_go_to_others_but_from_a_worker_that_leaves() -> None:
     crew = crew_of(3, Backlog(range(20)))
     held = fill(crew)
-    crew.see(dict.fromkeys(held, 1), ("w0", "w1"))  # the third is told to leave, and ends what it runs
+    crew.see(dict.fromkeys(held, 1), ("w0", "w1"))  # w2 was told to leave; it still finishes what it runs
     assert crew.take_away(0.0) == []
     crew.ended(next(iter(crew.members["w1"].held)))
     assert crew.take_away(STUCK_SECONDS) == []
