@@ -1,6 +1,9 @@
 """A question to a time history, put together from what is known and what is wanted; every fault is named."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from itertools import pairwise
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -16,6 +19,12 @@ from damperlab.studies.vocabulary import OF_PARTICLE
 
 USUAL = {"damping_ratio": (0.0, 0.1), "restitution": (0.0, 1.0), "mass_ratio": (0.0, 0.5)}
 """Where a parameter is looked for if nothing is said."""
+SWING, LEAST_SWINGS = 0.2, 4
+"""Share of the largest displacement from which a swing of a decay is counted, and how many show what it is."""
+SLOWER, FASTER = 0.9, 1.25
+"""Natural frequency over that of a decay, which a particle that sticks to its wall slows down by the root of 1 + mass ratio."""
+MOST_FRICTION = 1.5
+"""Largest friction that is looked for, over one that takes all that a decay loses in a usual swing."""
 IN_UNITS = ("friction_force_n", "damping_n_s_per_m", "particle_mass_kg")
 """What moves the structure by its ratio to the structure's mass."""
 OF_SETTINGS = ("name", "particle", "contact")
@@ -95,14 +104,7 @@ def make_history_question(
         raise StudyFaults(faults)
     if share is not None and measured.deviation_m is None:
         deviation = np.full(measured.rows, share * measured.largest_m)
-        measured = History(
-            measured.name,
-            measured.step_s,
-            measured.displacement_m,
-            measured.relative,
-            measured.base_m_s2,
-            deviation,
-        )
+        measured = replace(measured, deviation_m=deviation)
     if measured.released:
         free.append(_release(measured))
     question = HistoryQuestion(measured, numbers, tuple(free), particle, contact, confidence, seed)
@@ -143,7 +145,7 @@ def _range(
         span = 0.02 * measured.largest_m, 1.5 * measured.largest_m
     if span is None and name == "natural_frequency_hz" and name in known:
         span = 0.9 * known[name], 1.1 * known[name]
-    span = span or USUAL.get(name)
+    span = span or USUAL.get(name) or _shown(name, known, measured)
     if span is None:
         told = f"{{field}} needs a range to look in, since {name} has no usual one."
         advice = f"write the lowest and the highest value, as in `fit: {{{name}: [LOW, HIGH]}}`"
@@ -155,6 +157,25 @@ def _range(
         found = f"{span[0]:g} to {span[1]:g}"
         return Fault(field, found, "a lowest value below the highest", "swap or widen the ends")
     return Free(name, float(span[0]), float(span[1]))
+
+
+def _shown(name: str, known: Mapping[str, float], measured: History) -> tuple[float, float] | None:
+    """Give the range that a free decay shows: its frequency, and the friction that would take all that it loses."""
+    moved = measured.displacement_m
+    swings = np.flatnonzero(np.abs(moved) > SWING * measured.largest_m)
+    parts = np.split(swings, np.flatnonzero(np.diff(np.sign(moved[swings]))) + 1)
+    if not measured.released or len(parts) < LEAST_SWINGS:
+        return None
+    crossings = [(one[-1] + other[0]) / 2.0 for one, other in pairwise(parts)]
+    shown = 0.5 / (measured.step_s * float(np.median(np.diff(crossings))))
+    if name == "natural_frequency_hz":
+        return SLOWER * shown, FASTER * shown
+    lost = -float(np.median(np.diff([np.abs(moved[part]).max() for part in parts])))
+    stiffness = known.get("mass_kg", 1.0) * (2.0 * pi * known.get("natural_frequency_hz", shown)) ** 2
+    # friction alone takes 2F/k in each swing
+    return (
+        (0.0, MOST_FRICTION * stiffness * lost / 2.0) if name == "friction_force_n" and lost > 0.0 else None
+    )
 
 
 def _of_number(names: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
@@ -226,23 +247,13 @@ def _release(measured: History) -> Free:
 def _check_sampling(question: HistoryQuestion) -> None:
     samples = 1.0 / (question.frequency_hz * question.measured.step_s)
     periods = question.measured.duration_s * question.frequency_hz
-    if samples < SAMPLED:
-        found = f"{samples:.3g} samples in a period of the structure"
-        told = f"The history has {found}; it must have at least {SAMPLED:g}."
-        raise StudyFaults(
-            [
-                Fault(
-                    "measured",
-                    found,
-                    f"at least {SAMPLED:g}",
-                    "sample faster, or check the unit of time",
-                    told,
-                )
-            ]
-        )
-    if periods < 2.0:
-        found = f"{periods:.3g} periods of the structure"
-        told = f"The history lasts {found}; it must last at least 2."
-        raise StudyFaults(
-            [Fault("measured", found, "at least 2", "measure longer, or check the unit of time", told)]
-        )
+    for number, what, least, advice in (
+        (samples, "samples in a period of the structure", SAMPLED, "sample faster"),
+        (periods, "periods of the structure", 2.0, "measure longer"),
+    ):
+        if number < least:
+            found, allowed = f"{number:.3g} {what}", f"at least {least:g}"
+            told = f"The history has {found}; it must have {allowed}."
+            raise StudyFaults(
+                [Fault("measured", found, allowed, f"{advice}, or check the unit of time", told)]
+            )

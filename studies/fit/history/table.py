@@ -12,9 +12,14 @@ from damperlab.studies.written_units import ACCELERATIONS, LENGTHS, TIMES
 LEAST_ROWS, MOST_ROWS = 24, 20_000
 LARGEST = 1e12
 """Bound on every number: beyond it the unit is wrong."""
-RELEASED, RESTING = 0.8, 0.2
-"""Share of the largest displacement that the first one has at least where the structure is released, and at most where it is
-shaken from rest."""
+HELD, RESTING = 0.8, 0.2
+"""Share of the largest displacement at which a structure is held aside, at least, or begins to be shaken, at most."""
+BEYOND, LONGER, AT_ONCE_RAD = -0.3, 1.3, 0.2
+"""A structure that is struck is above `HELD` for as long as it takes to fall from there to `BEYOND`, one that is held aside
+longer. What is later than the first row by less is released at once."""
+FALL, WINDOW = (0.8, 0.3), 5
+"""Shares between which the fall behind a release tells its rate; an impact bends it further down. Over so many
+times its samples before it the structure is held."""
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"
 DEVIATION, SHARE = "deviation_m", "deviation_share"
@@ -64,16 +69,18 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
     at = names.index(TIME)
     written = [lines.cells(line)[at] for _, line in lines.rows]
     step = _step(columns[TIME], factors[at] * resolution_of(written), faults)
-    columns = _released(columns)
     moved = columns[RELATIVE if RELATIVE in columns else DISPLACEMENT]
-    faults += _of_start(moved, columns.get(BASE))
+    release = _released(moved) if BASE not in columns and moved.any() else 0
+    faults += _of_start(moved, columns.get(BASE), release)
     if faults:
         raise StudyFaults(faults)
+    before = release or 0
+    moved = moved[before:]
+    columns = {column: numbers[before:] for column, numbers in columns.items()}
     deviation = columns.get(DEVIATION)
     if SHARE in columns:
         deviation = columns[SHARE] * np.abs(moved).max()
     relative = RELATIVE in columns or BASE not in columns
-    before = len(lines.rows) - moved.size
     return History(name, step, moved, relative, columns.get(BASE), deviation, before)
 
 
@@ -132,18 +139,33 @@ def _step(time: np.ndarray, resolution: float, faults: list[Fault]) -> float:
     return step
 
 
-def _released(columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Leave out what was measured before a release: a structure that nothing moves is farthest away when it is let go."""
-    if BASE in columns:
-        return columns
-    moved = np.abs(columns[RELATIVE if RELATIVE in columns else DISPLACEMENT])
-    at = int(np.argmax(moved))
-    return (
-        {name: column[at:] for name, column in columns.items()} if at < moved.size - LEAST_ROWS else columns
-    )
+def _released(moved: np.ndarray) -> int | None:
+    """Find the row at which a structure that is held aside is let go; None where it swings before it is farthest away.
+
+    It is the one for which a constant up to it and a cosine from it on are closest to the samples.
+    """
+    share = moved / np.abs(moved).max()
+    first = int(np.argmax(np.abs(share) >= HELD))
+    share *= np.sign(share[first])
+    end = first + int(np.argmax(share[first:] < FALL[1]))
+    away = max(first, end - int(np.argmax(share[first:end][::-1] >= FALL[0]))) if end > first else first
+    begin, fall = max(first, away - WINDOW * (end - away)), np.arange(away, end)
+    if not first < away < end:
+        return None if first else 0
+    found = []
+    for row in range(max(begin, 2 * away - end - 1), away):
+        held = share[begin : row + 1].mean()
+        rate = float(np.mean(np.arccos(np.minimum(share[fall] / held, 1.0)) / (fall - row)))
+        after = share[row + 1 : end] - held * np.cos(rate * np.arange(1, end - row))
+        found.append((float(np.sum((share[begin : row + 1] - held) ** 2) + np.sum(after**2)), row, rate))
+    _, row, rate = min(found)
+    if first == 0:
+        return row if row > 1 and row * rate > AT_ONCE_RAD else 0
+    beyond = first + int(np.argmax(share[first:] < BEYOND))
+    return row if away - first > LONGER * (beyond - away) + 2.0 else None
 
 
-def _of_start(moved: np.ndarray, base: np.ndarray | None) -> list[Fault]:
+def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -> list[Fault]:
     """Find what is wrong with where the history begins."""
     largest = float(np.abs(moved).max())
     first = abs(float(moved[0]))
@@ -151,10 +173,22 @@ def _of_start(moved: np.ndarray, base: np.ndarray | None) -> list[Fault]:
     if largest == 0.0:
         return [Fault(field, "0 throughout", "a structure that moves", "check the column and its unit")]
     share = f"{100 * first / largest:.3g} % of the largest displacement in the first row"
-    if base is None and first < RELEASED * largest:
-        told = f"Without a base acceleration the history must begin at a release from rest; it has {share}."
-        advice = "cut what lies before the release, or add the column `base acceleration (m/s2)`"
-        return [Fault(field, share, f"at least {100 * RELEASED:g} %", advice, told)]
+    if release is None:
+        told = "Without a base acceleration the history must begin at a release from rest, or while the structure is held; it "
+        told += f"has {share}, and swings before it is farthest away."
+        advice = "hold the structure aside for half a period, or add the column `base acceleration (m/s2)`"
+        return [Fault(field, share, f"at least {100 * HELD:g} %", advice, told)]
+    if moved.size - release < LEAST_ROWS:
+        found = f"{counted(moved.size - release, 'row')} from the release on, in row {release + 1}"
+        return [
+            Fault(
+                "measured",
+                found,
+                f"at least {LEAST_ROWS} rows",
+                "measure longer",
+                f"The time history has {found}.",
+            )
+        ]
     if base is not None and not np.abs(base).max() > 0.0:
         told = "The base acceleration is 0 throughout."
         return [Fault(BASE, "0", "a base that moves", "leave the column out of a free decay", told)]

@@ -172,8 +172,28 @@ def test_what_cannot_be_asked_of_a_history_is_refused_in_a_sentence(
     assert said in " ".join(fault.sentence for fault in refused.value.faults)
 
 
+@pytest.mark.parametrize("force", [0.02, 0.05, 0.3])
+@pytest.mark.parametrize("noise", [0.0, 2e-4])
+def test_a_decay_shows_where_its_frequency_and_its_friction_lie(force: float, noise: float) -> None:
+    """Coulomb friction F takes 2F/k in each swing, until k times the amplitude is less."""
+    offset, angle = force / (1.6 * (2 * np.pi * 2.5) ** 2), 2 * np.pi * 2.5 * 0.01 * np.arange(300)
+    swing = np.floor(angle / np.pi)
+    left = 0.02 - (2 * swing + 1) * offset
+    moved = np.where(left > offset, left * np.cos(angle) + (-1) ** swing * offset, 0.0)
+    moved += noise * np.random.default_rng(0).standard_normal(moved.size)
+    fit = {"friction_force_n": None, "natural_frequency_hz": None}
+    structure = {"damping_ratio": 0.0, "physical": {"mass_kg": 1.6}, "particle": False}
+    friction, frequency, _ = make_history_question(History("decay", 0.01, moved), structure, fit).free
+    assert friction.low < force < friction.high < 3.0 * force
+    assert frequency.low < 2.5 < frequency.high
+
+
 @pytest.mark.parametrize(
-    ("step", "rows", "said"), [(0.06, 400, "samples in a period"), (0.01, 60, "must last at least 2")]
+    ("step", "rows", "said"),
+    [
+        (0.06, 400, "samples in a period"),
+        (0.01, 60, "1.47 periods of the structure; it must have at least 2"),
+    ],
 )
 def test_a_history_that_is_too_short_or_too_coarse_is_refused(step: float, rows: int, said: str) -> None:
     with pytest.raises(StudyFaults) as refused:
