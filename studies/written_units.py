@@ -29,9 +29,6 @@ _KINDS = {
 _SPELLINGS = tuple(
     (re.compile(pattern), usual)
     for pattern, usual in (
-        (r"[⁻−]", "-"),
-        (r"²", "2"),
-        (r"¹", "1"),
         (r"μ|micro[\s-]?", "µ"),
         (r"\bper\s?cent\b|\bpct\b", "%"),
         (r"\s*\bper\b\s*", "/"),
@@ -54,7 +51,7 @@ _SPELLINGS = tuple(
 
 def usual(written: str) -> str:
     """Give the usual spelling of a unit, in lower case; what is none is only made plain."""
-    unit = written.lower().strip(" \t.:;,'`()[]{}")
+    unit = written.lower().translate(str.maketrans("⁻−²¹", "--21")).strip(" \t.:;,'`()[]{}")
     for pattern, plain in _SPELLINGS:
         unit = pattern.sub(plain, unit)
     return unit

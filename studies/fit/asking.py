@@ -1,6 +1,6 @@
 """A question to a measurement, put together from what is known and what is wanted; every fault is named."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -70,16 +70,14 @@ def make_question(
         drop(numbers, name)
         ranges.pop(name, None)
     ranges |= fit
-    faults += [_not_free(name) for name in ranges if name not in FREE]
-    ranges = {name: span for name, span in ranges.items() if name in FREE}
-    free = []
-    for name, span in ranges.items():
-        found = _range(name, span, usual, measured)
-        if isinstance(found, Fault):
-            faults.append(found)
-        else:
-            free.append(found)
-    faults += _faults_between(tuple(ranges), measured)
+    faults += [not_free(name, FREE) for name in ranges if name not in FREE]
+    ranges = {name: span or _usual(name, usual, measured) for name, span in ranges.items() if name in FREE}
+    free = read_ranges(ranges, faults)
+    faults += faults_between(tuple(ranges), FREE, "friction_ratio: [0, 1]")
+    if measured.rows <= len(ranges):
+        told = f"{measured.rows} measured amplitudes cannot determine {len(ranges)} parameters."
+        allowed = f"more than {len(ranges)} rows"
+        faults.append(Fault("measured", f"{measured.rows} rows", allowed, "measure more", told))
     faults += faults_of_confidence(confidence, share)
     if faults:
         raise StudyFaults(faults)
@@ -174,23 +172,36 @@ def _twice(names: Iterable[str]) -> Iterator[Fault]:
         seen[ratio] = name
 
 
-def _not_free(name: str) -> Fault:
-    near = nearest(name, FREE)
+def not_free(name: str, free: Sequence[str], of: str = "") -> Fault:
+    """Say what can be estimated in place of a name."""
+    near = nearest(name, free)
     advice = f"did you mean `{near}`?" if near else "name one of these"
-    told = f"{name} cannot be estimated; what can be are {listing(FREE)}."
-    return Fault(f"fit.{name}", name, f"one of {listing(FREE)}", advice, told)
+    told = f"{name} cannot be estimated{of}; what can be are {listing(free)}."
+    return Fault(f"fit.{name}", name, f"one of {listing(free)}", advice, told)
+
+
+def of_particle(names: Iterable[str]) -> Iterator[Fault]:
+    """Refuse what is estimated of a particle in a scene without one."""
+    for name in names:
+        if RATIO_OF.get(name, name) in OF_PARTICLE:
+            told = f"{name} cannot be estimated in a scene without a particle."
+            advice = "leave it out, or give the scene its particle"
+            yield Fault(f"fit.{name}", name, "no parameter of a particle", advice, told)
 
 
 def _middles(ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, float]:
     return {name: 0.5 * (span[0] + span[1]) for name, span in ranges.items() if span is not None}
 
 
-def _range(
-    name: str, span: tuple[float, float] | None, known: Mapping[str, float], measured: Measurement
-) -> Free | Fault:
+def read_ranges(ranges: Mapping[str, tuple[float, float] | None], faults: list[Fault]) -> list[Free]:
+    """Check where parameters are looked for; None is where nothing is said and nothing is usual."""
+    read = [_range(name, span) for name, span in ranges.items()]
+    faults += [each for each in read if isinstance(each, Fault)]
+    return [each for each in read if not isinstance(each, Fault)]
+
+
+def _range(name: str, span: tuple[float, float] | None) -> Free | Fault:
     field = f"fit.{name}"
-    if span is None:
-        span = _usual(name, known, measured)
     if span is None:
         told = f"{{field}} needs a range to look in, since {name} has no usual one."
         advice = f"write the lowest and the highest value, as in `fit: {{{name}: [LOW, HIGH]}}`"
@@ -217,21 +228,17 @@ def _usual(name: str, known: Mapping[str, float], measured: Measurement) -> tupl
     return DEFAULT_RANGES.get(name)
 
 
-def _faults_between(names: Iterable[str], measured: Measurement) -> list[Fault]:
-    names = tuple(names)
+def faults_between(names: Sequence[str], free: Sequence[str], friction: str) -> list[Fault]:
+    """Find what is wrong with the parameters that are estimated together."""
     faults = []
     if not names:
         told = "Nothing is to be estimated."
-        advice = "name what is unknown, as in `fit: {restitution: null, friction_ratio: [0, 1]}`"
-        faults.append(Fault("fit", NOTHING, f"one or more of {listing(FREE)}", advice, told))
+        advice = f"name what is unknown, as in `fit: {{restitution: null, {friction}}}`"
+        faults.append(Fault("fit", NOTHING, f"one or more of {listing(free)}", advice, told))
     if len(names) > MOST_FREE:
         told = f"{len(names)} parameters are to be estimated; at most {MOST_FREE} are possible."
         advice = "measure some of them on their own: the mass by weighing, the clearance with a calliper"
         faults.append(Fault("fit", f"{len(names)} parameters", f"at most {MOST_FREE}", advice, told))
-    if measured.rows <= len(names):
-        told = f"{measured.rows} measured amplitudes cannot determine {len(names)} parameters."
-        allowed = f"more than {len(names)} rows"
-        faults.append(Fault("measured", f"{measured.rows} rows", allowed, "measure more", told))
     twice = [name for name in names if RATIO_OF.get(name, name) in names and RATIO_OF.get(name) is not None]
     for name in twice:
         told = f"{name} and {RATIO_OF[name]} are the same parameter; estimate one of them."
@@ -255,13 +262,7 @@ def _check(question: FitQuestion) -> None:
             for fault in missing:
                 faults.setdefault((fault.field, fault.sentence), fault)
     if not particle:
-        for each in question.free:
-            if RATIO_OF.get(each.name, each.name) in OF_PARTICLE:
-                told = f"{each.name} cannot be estimated in a scene without a particle."
-                advice = "leave it out, or give the scene its particle"
-                faults[each.name, ""] = Fault(
-                    f"fit.{each.name}", each.name, "no parameter of a particle", advice, told
-                )
+        faults |= {(fault.found, ""): fault for fault in of_particle(each.name for each in question.free)}
     if faults:
         raise StudyFaults(faults.values())
 

@@ -61,41 +61,18 @@ COLUMNS = (
 CONDITIONS = tuple(name for column in COLUMNS[6:] for name in column.names)
 """Columns that say what a row was measured at, where rows differ in more than their frequency."""
 
-ACCELERATIONS = (
-    "acceleration",
-    "acc",
-    "accel",
-    "acceleration amplitude",
-    "amplitude of the acceleration",
-    "absolute acceleration",
-    "relative acceleration",
-    "acceleration of the structure",
+ACCELERATION = re.compile(
+    r"acc(el)?|((absolute|relative) )?acceleration( (amplitude|of the structure))?|amplitude of the acceleration"
 )
 """Headings of what an accelerometer on the structure measured, which is not fitted."""
 
-
-@dataclass(frozen=True)
-class NotFitted:
-    """Why an acceleration of the structure is not fitted, and what to do with one.
-
-    Parameters
-    ----------
-    why : str
-        The reason, as a sentence.
-    advice : str
-        What to do.
-    """
-
-    why: str
-    advice: str
-
-
-OF_RESPONSE = NotFitted(
+OF_RESPONSE = (
     "Friction and impacts make a motion that is no sine, so that its largest displacement is not its largest acceleration "
     "over ω²",
     "integrate the recorded acceleration twice, high-pass filtered well below the excitation frequency, and give the largest "
     "displacement of a cycle as `amplitude (mm)`",
 )
+"""Why an acceleration of the structure is not fitted, and what to do with one."""
 
 _UNIT = re.compile(r"^(.*?)\s*[(\[]([^)\]]*)[)\]]\s*$")
 
@@ -137,7 +114,7 @@ def read_headings(
     cells: Sequence[str],
     number: int,
     columns: Sequence[Column] = COLUMNS,
-    not_fitted: NotFitted = OF_RESPONSE,
+    not_fitted: tuple[str, str] = OF_RESPONSE,
 ) -> tuple[list[str], list[float], list[Fault]]:
     """Read a heading of many columns: their names, factors and what is wrong with them; see `read_heading`."""
     field = f"line {number}"
@@ -154,7 +131,7 @@ def read_headings(
 
 
 def read_heading(
-    text: str, field: str, columns: Sequence[Column] = COLUMNS, not_fitted: NotFitted = OF_RESPONSE
+    text: str, field: str, columns: Sequence[Column] = COLUMNS, not_fitted: tuple[str, str] = OF_RESPONSE
 ) -> tuple[str, float] | Fault:
     """Read one heading, as in ``amplitude (mm)``, ``X/Z`` or ``amplitude_m``.
 
@@ -166,8 +143,8 @@ def read_heading(
         Where it stands, for the fault.
     columns : sequence of Column
         Those that the table may have.
-    not_fitted : NotFitted
-        What to say of an acceleration of the structure.
+    not_fitted : (str, str)
+        Why an acceleration of the structure is not fitted, and what to do with one.
 
     Returns
     -------
@@ -198,9 +175,9 @@ def read_heading(
             forms = " or ".join(f"`{said} ({unit})`" for unit in column.units[:3])
             advice = f"state the unit that the numbers are in, as in {forms}"
         return Fault(field, found, allowed, advice, told)
-    if said in ACCELERATIONS:
-        told = f"The heading {printable(written)} is an acceleration of the structure, which is not fitted. {not_fitted.why}."
-        return Fault(field, printable(written), "a displacement", not_fitted.advice, told)
+    if ACCELERATION.fullmatch(said):
+        told = f"The heading {printable(written)} is an acceleration of the structure, which is not fitted. {not_fitted[0]}."
+        return Fault(field, printable(written), "a displacement", not_fitted[1], told)
     advice = "name what it is by one of these; leave a column out only where it is none of them"
     if meant := _meant(said, unit, as_written, columns):
         advice = f"did you mean `{meant}`? Otherwise {advice}"

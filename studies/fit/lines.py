@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from damperlab.studies.decoded import decoded
+from damperlab.studies.decoded import lines_in
 from damperlab.studies.faults import Fault, StudyFaults, counted, describe, printable
 from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decimal_comma
 
@@ -97,14 +97,11 @@ def read_bytes(path: Path | str) -> bytes:
 def lines_of(text: bytes | str) -> Lines:
     """Cut a table into lines; raises StudyFaults where it is too large or empty."""
     if len(text) > MOST_BYTES:
-        found = f"{len(text):,} bytes"
-        raise StudyFaults(
-            [Fault("measured", found, f"a file of at most {MOST_BYTES:,} bytes", "give fewer rows")]
-        )
-    whole = decoded(text, "measured").replace("\r\n", "\n").replace("\r", "\n")
+        allowed = f"a file of at most {MOST_BYTES:,} bytes"
+        raise StudyFaults([Fault("measured", f"{len(text):,} bytes", allowed, "give fewer rows")])
     lines = [
         (number, line)
-        for number, line in enumerate(whole.split("\n"), start=1)
+        for number, line in enumerate(lines_in(text, "measured"), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not lines:

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from damperlab.studies.decoded import decoded
+from damperlab.studies.decoded import lines_in
 from damperlab.studies.equal_steps import TOO_FEW_DIGITS, UNEVEN, equal_step, resolution_of
 from damperlab.studies.faults import counted, describe, listing, printable
 from damperlab.studies.ground.heading import COLUMNS, WRITE_STEP, Line, check_format, read_heading
@@ -59,17 +59,12 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
         With the line and what is wrong in it.
     """
     if len(text) > MOST_BYTES:
-        raise refused(
-            "record",
-            f"{len(text):,} bytes",
-            f"a file of at most {MOST_BYTES:,} bytes",
-            "cut or resample the record",
-        )
+        allowed = f"a file of at most {MOST_BYTES:,} bytes"
+        raise refused("record", f"{len(text):,} bytes", allowed, "cut or resample the record")
     if units is not None and units not in UNITS:
-        raise refused(
-            "units", describe(units), f"one of {listing(UNITS)}", "write the unit of the acceleration"
-        )
-    lines = decoded(text, "record").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        allowed = f"one of {listing(UNITS)}"
+        raise refused("units", describe(units), allowed, "write the unit of the acceleration")
+    lines = lines_in(text, "record")
     for number, line in enumerate(lines, start=1):
         if len(line) > _LONGEST_LINE:
             found = f"{len(line):,} characters"
@@ -117,7 +112,7 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
             told = f"Line {place} announces {found}, but the file has {seen}."
             raise refused(_at(place), found, seen, "correct the line, or give the complete file", told)
     title = lines[1].strip()[:200] if begin and place > 2 else ""
-    source = title if series and begin else "columns"
+    source = title if begin else "columns"
     motion = GroundMotion(name or title or "record", step_s, np.array(numbers) * factor, source)
     return checked(motion, _at(place or rows[0][0]))
 

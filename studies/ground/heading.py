@@ -19,7 +19,7 @@ _UNITS_OF = re.compile(
 _AT_ONCE = re.compile(r"\bacc\w*\.?\s+in\s+$", re.IGNORECASE)
 _BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
 _LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
-_FACTOR = re.compile(r"[*/^×·]\s*\d|(?:\b|_)x\s*\d")
+_FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
 _NO_SUFFIX = ("h", "v", "in")
 """Units that are more often a direction, as in `acc_h`."""
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
@@ -27,16 +27,15 @@ _PEAK = re.compile(r"\b(?:peak|max\w*|pga)\b", re.IGNORECASE)
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
 _TIME = re.compile(r"(?:\w+ )?(?:time|times|t|sec|seconds?|zeit|temps|tiempo|tempo)", re.IGNORECASE)
 _OVER_TIME = "give the acceleration over time"
-_OTHERS = (
-    ("a spectral density", r"\b[ap]sd\b|spectral density", f"{_OVER_TIME}, or generate one with `random_vibration`"),
-    ("a response spectrum", r"\bp?s[av]\b|spectr(?:um|a|al)\b|\bperiods?\b", f"{_OVER_TIME}: a spectrum leaves it open"),
-    ("a frequency", r"\bfreq\w*|\bfourier\b|\bfft\b|\bfas\b", f"{_OVER_TIME}; `damperlab fit` reads a response over frequency"),
-    ("a velocity", r"\bvel(?:ocity)?\b|\bspeed\b|^v$", "give the file of the acceleration, or differentiate this one"),
-    ("a displacement", r"\bdisp(?:l(?:acement)?)?\b", "give the file of the acceleration, or differentiate this one twice"),
-    ("a count of samples", r"^(?:no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#)$", WRITE_STEP),
-)  # fmt: skip
+_OTHERS = {
+    "a spectral density": (r"\b[ap]sd\b|spectral density", f"{_OVER_TIME}, or generate one with `random_vibration`"),
+    "a response spectrum": (r"\bp?s[av]\b|spectr(?:um|a|al)\b|\bperiods?\b", f"{_OVER_TIME}: a spectrum leaves it open"),
+    "a frequency": (r"\bfreq\w*|\bfourier\b|\bfft\b|\bfas\b", f"{_OVER_TIME}; `damperlab fit` reads a response over frequency"),
+    "a velocity": (r"\bvel(?:ocity)?\b|\bspeed\b|^v$", "give the file of the acceleration, or differentiate this one"),
+    "a displacement": (r"\bdisp(?:l(?:acement)?)?\b", "give the file of the acceleration, or differentiate this one twice"),
+    "a count of samples": (r"^(?:no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#)$", WRITE_STEP),
+}  # fmt: skip
 """What is no record: by its words, and what to do."""
-_NO_RECORD = tuple(what for what, _, _ in _OTHERS)
 _FORMATS = (
     ("K-NET", r"^Origin Time\s", "multiply the counts by the scale factor, in gal a count"),
     ("ESM", r"^EVENT_NAME:", "the values follow the heading, in its UNITS, SAMPLING_INTERVAL_S apart"),
@@ -62,10 +61,8 @@ def read_heading(
 
     Returns
     -------
-    second : float or None
-        What one of the unit of the times is in seconds; None where none is stated.
-    factor : float
-        What one of the unit of the acceleration is in m/s².
+    (float or None, float)
+        What one of the unit of the times is in s, None where none is stated; and one of the acceleration in m/s².
 
     Raises
     ------
@@ -80,10 +77,13 @@ def read_heading(
         of_time, of_acceleration = _of_columns(*heading)
         times += [(unit, heading[0]) for unit in of_time]
         units += [(unit, heading[0]) for unit in of_acceleration]
-    elif not any(_ACCELERATION.search(line) for _, line in lines):
+    else:
+        titled = any(_ACCELERATION.search(line) for _, line in lines)
         for number, line in lines:
             what = _other(line)
-            if what in ("a velocity", "a displacement") or "response spectr" in line.lower():
+            moved = what in ("a velocity", "a displacement")
+            sure = moved and re.search(r"\btime\b|histor|series", line, re.IGNORECASE)
+            if sure or (not titled and (moved or "response spectr" in line.lower())):
                 raise _no_record(what, number, line)
     second, unit = _agreed(times, "the time", TIMES), _agreed(units, "the acceleration", ACCELERATIONS)
     if unit is None and given is None:
@@ -127,7 +127,7 @@ def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
     """Give the units in the heading of each of two columns, a time and an acceleration."""
     read = [_taken_apart(cell) for cell in cells]
     for cell, (words, units) in zip(reversed(cells), reversed(read), strict=True):
-        what = _other(words) or next((kind for kind in map(kind_of, units) if kind in _NO_RECORD), "")
+        what = _other(words) or next((kind for kind in map(kind_of, units) if kind in _OTHERS), "")
         if what and len(cells) == 2:
             raise _no_record(what, number, cell)
     if len(cells) != 2 or not _is_time(cells[0]):
@@ -141,7 +141,8 @@ def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
 def _cells(line: str) -> list[str]:
     """Part a heading into cells; blanks may stand within one, so that it is cut at wide gaps and behind brackets first."""
     bare = line.lstrip("#%*!/ ")
-    for parting in (r"[;\t,]", r"\s{2,}|(?<=[)\]])\s*(?=[^\s)\]])"):
+    bare = bare.strip('"') if bare.count('"') == 2 else bare
+    for parting in (";", "\t", ',(?=(?:[^"]*"[^"]*")*[^"]*$)', r"\s{2,}|(?<=[)\]])\s*(?=[^\s)\]])"):
         cells = [cell.strip(' "') for cell in re.split(parting, bare)]
         if len(cells) > 1:
             return [cell for cell in cells if cell]
@@ -171,8 +172,10 @@ def _stated(line: str) -> Iterator[str]:
     """Give the units that a line of text states: behind `units of`, or in one about acceleration or time."""
     if found := _UNITS_OF.search(line):
         first, *others = re.split("[,;]", found[1])
-        yield _first_unit(first) or first.strip()
-        yield from filter(kind_of, others)
+        named = _taken_apart(first)[1] if _TELLING.search(first) else []
+        yield _first_unit(first) or (named or [first.strip()])[0]
+        for other in others:
+            yield from filter(kind_of, _taken_apart(other)[1])
     elif _TELLING.search(line) and not _PEAK.search(line):
         yield from (each for each in _BRACKETS.findall(line) if kind_of(each) or _LIKE_A_UNIT.search(each))
         for found in re.finditer(r"\bin\s+(?=(\S+))", line, re.IGNORECASE):
@@ -195,7 +198,7 @@ def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[
     """Give the unit of a quantity that all lines agree on; None where none states one."""
     for written, number in stated:
         shown, place = printable(written), f"line {number}"
-        if kind_of(written) in _NO_RECORD:
+        if kind_of(written) in _OTHERS:
             raise _no_record(kind_of(written), number, written)
         if usual(written) not in allowed:
             told = f"Line {number} gives {quantity} in {shown}, which is not read; allowed are {listing(allowed)}."
@@ -212,13 +215,12 @@ def _other(words: str) -> str:
     """Say what words name that is no record; empty where they name none."""
     if _ACCELERATION.search(words) and "spectr" not in words.lower():
         return ""
-    return next((what for what, pattern, _ in _OTHERS if re.search(pattern, words, re.IGNORECASE)), "")
+    return next((what for what, (said, _) in _OTHERS.items() if re.search(said, words, re.IGNORECASE)), "")
 
 
 def _no_record(what: str, number: int, shown: str) -> StudyFaults:
     told = f"Line {number} says that this is {what}: {printable(shown.strip())}. A record is an acceleration over time."
-    advice = next(advice for name, _, advice in _OTHERS if name == what)
-    return refused(f"line {number}", what, "an acceleration over time", advice, told)
+    return refused(f"line {number}", what, "an acceleration over time", _OTHERS[what][1], told)
 
 
 def check_format(lines: Sequence[str]) -> None:

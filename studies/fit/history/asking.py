@@ -10,15 +10,21 @@ import numpy as np
 
 from damperlab.studies.choices import Contact
 from damperlab.studies.definition import parse_harmonic
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing, nearest
-from damperlab.studies.fit.asking import MOST_FREE, faults_of_confidence, read_number, taken_apart
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing
+from damperlab.studies.fit.asking import (
+    DEFAULT_RANGES,
+    faults_between,
+    faults_of_confidence,
+    not_free,
+    of_particle,
+    read_number,
+    read_ranges,
+    taken_apart,
+)
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.history.question import FREE, INSTANT, KNOWN, OVER_BASE, RELEASE, HistoryQuestion
 from damperlab.studies.fit.question import NAMED, RATIO_OF, Free, drop
-from damperlab.studies.vocabulary import OF_PARTICLE
 
-USUAL = {"damping_ratio": (0.0, 0.1), "restitution": (0.0, 1.0), "mass_ratio": (0.0, 0.5)}
-"""Where a parameter is looked for if nothing is said."""
 SWING, LEAST_SWINGS = 0.2, 4
 """Share of the largest displacement from which a swing of a decay is counted, and how many show what it is."""
 SLOWER, FASTER = 0.9, 1.25
@@ -80,7 +86,9 @@ def make_history_question(
         ranges.pop(name, None)
     ranges |= fit
     faults += [_without_base(name) for name in (*numbers, *ranges) if name in OVER_BASE]
-    faults += [_unknown(name) for name in ranges if name not in (*FREE, *OVER_BASE)]
+    faults += [
+        not_free(name, FREE, " from a time history") for name in ranges if name not in (*FREE, *OVER_BASE)
+    ]
     faults += [_not_marched(name) for name in numbers if name not in (*KNOWN, *OVER_BASE)]
     settings = {name: value for name, value in settings.items() if value not in (None, "rest")}
     for name in sorted(set(settings) - set(OF_SETTINGS)):
@@ -88,14 +96,11 @@ def make_history_question(
         faults.append(Fault(name, describe(settings[name]), listing(OF_SETTINGS), "leave it out", told))
     particle = settings.get("particle", True) is not False
     wanted = {name: span for name, span in ranges.items() if name in FREE}
-    free: list[Free] = []
-    for name, span in wanted.items():
-        found = _range(name, span, numbers, measured)
-        if isinstance(found, Fault):
-            faults.append(found)
-        else:
-            free.append(found)
-    faults += _of_number(wanted, particle)
+    free = read_ranges(
+        {name: span or _usual(name, numbers, measured) for name, span in wanted.items()}, faults
+    )
+    faults += faults_between(tuple(wanted), FREE, "friction_force_n: [0, 0.2]")
+    faults += [] if particle else of_particle(wanted)
     if not faults:
         faults += _missing(numbers, wanted, particle)
     faults += faults_of_confidence(confidence, share)
@@ -121,42 +126,17 @@ def _without_base(name: str) -> Fault:
 
 def _not_marched(name: str) -> Fault:
     told = f"{name} is not computed in a time history: its particle slides freely in a cavity that lies."
-    return Fault(
-        name,
-        "friction or gravity of the particle",
-        "nothing",
-        "leave it out, or fit a response over frequency",
-        told,
-    )
+    found, advice = "friction or gravity of the particle", "leave it out, or fit a response over frequency"
+    return Fault(name, found, "nothing", advice, told)
 
 
-def _unknown(name: str) -> Fault:
-    near = nearest(name, FREE)
-    advice = f"did you mean `{near}`?" if near else "name one of these"
-    told = f"{name} cannot be estimated from a time history; what can be are {listing(FREE)}."
-    return Fault(f"fit.{name}", name, f"one of {listing(FREE)}", advice, told)
-
-
-def _range(
-    name: str, span: tuple[float, float] | None, known: Mapping[str, float], measured: History
-) -> Free | Fault:
-    field = f"fit.{name}"
-    if span is None and name == "clearance_m":
-        span = 0.02 * measured.largest_m, 1.5 * measured.largest_m
-    if span is None and name == "natural_frequency_hz" and name in known:
-        span = 0.9 * known[name], 1.1 * known[name]
-    span = span or USUAL.get(name) or _shown(name, known, measured)
-    if span is None:
-        told = f"{{field}} needs a range to look in, since {name} has no usual one."
-        advice = f"write the lowest and the highest value, as in `fit: {{{name}: [LOW, HIGH]}}`"
-        return Fault(field, NOTHING, "a range", advice, told)
-    for end in span:
-        if not NAMED[name].admits(end):
-            return Fault(field, describe(end), NAMED[name].allowed, NAMED[name].advice)
-    if not span[0] < span[1]:
-        found = f"{span[0]:g} to {span[1]:g}"
-        return Fault(field, found, "a lowest value below the highest", "swap or widen the ends")
-    return Free(name, float(span[0]), float(span[1]))
+def _usual(name: str, known: Mapping[str, float], measured: History) -> tuple[float, float] | None:
+    """Say where a parameter is looked for if no range is given; None where that cannot be said."""
+    if name == "clearance_m":
+        return 0.02 * measured.largest_m, 1.5 * measured.largest_m
+    if name == "natural_frequency_hz" and name in known:
+        return 0.9 * known[name], 1.1 * known[name]
+    return DEFAULT_RANGES.get(name) or _shown(name, known, measured)
 
 
 def _shown(name: str, known: Mapping[str, float], measured: History) -> tuple[float, float] | None:
@@ -178,37 +158,13 @@ def _shown(name: str, known: Mapping[str, float], measured: History) -> tuple[fl
     )
 
 
-def _of_number(names: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
-    if not names:
-        told = "Nothing is to be estimated."
-        advice = "name what is unknown, as in `fit: {restitution: null, friction_force_n: [0, 0.2]}`"
-        yield Fault("fit", NOTHING, f"one or more of {listing(FREE)}", advice, told)
-    if len(names) > MOST_FREE:
-        told = f"{len(names)} parameters are to be estimated; at most {MOST_FREE} are possible."
-        advice = "measure some of them on their own: the mass by weighing, the clearance with a calliper"
-        yield Fault("fit", f"{len(names)} parameters", f"at most {MOST_FREE}", advice, told)
-    for name in names:
-        ratio = RATIO_OF.get(name, name)
-        if ratio != name and ratio in names:
-            told = f"{name} and {ratio} are the same parameter; estimate one of them."
-            yield Fault(f"fit.{name}", "both", "one of the two", "leave one out", told)
-        if not particle and ratio in OF_PARTICLE:
-            told = f"{name} cannot be estimated in a scene without a particle."
-            advice = "leave it out, or give the scene its particle"
-            yield Fault(f"fit.{name}", name, "no parameter of a particle", advice, told)
-
-
 def _missing(numbers: Mapping[str, float], ranges: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
     there = {*numbers, *ranges}
     ratios = {RATIO_OF.get(name, name) for name in there}
     needed = {"natural_frequency_hz": "natural_frequency_hz", "damping_ratio": "damping_ratio"}
     needed |= {"friction_ratio": "friction_force_n"}
     if particle:
-        needed |= {
-            "mass_ratio": "mass_ratio",
-            "clearance_ratio": "clearance_m",
-            "restitution": "restitution",
-        }
+        needed |= {"mass_ratio": "mass_ratio", "clearance_ratio": "clearance_m", "restitution": "restitution"}
     if there & set(IN_UNITS) - {name for name in there if numbers.get(name) == 0.0}:
         needed["mass_kg"] = "mass_kg"
     for ratio, name in needed.items():

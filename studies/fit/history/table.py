@@ -4,7 +4,7 @@ import numpy as np
 
 from damperlab.studies.equal_steps import TOO_FEW_DIGITS, equal_step, resolution_of
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
-from damperlab.studies.fit.columns import SHARES, Column, NotFitted, read_headings, says_time
+from damperlab.studies.fit.columns import SHARES, Column, read_headings, says_time
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
 from damperlab.studies.written_units import ACCELERATIONS, LENGTHS, TIMES
@@ -18,12 +18,12 @@ BEYOND, LONGER, AT_ONCE_RAD = -0.3, 1.3, 0.2
 """A structure that is struck is above `HELD` for as long as it takes to fall from there to `BEYOND`, one that is held aside
 longer. What is later than the first row by less is released at once."""
 FALL, WINDOW = (0.8, 0.3), 5
-"""Shares between which the fall behind a release tells its rate; an impact bends it further down. Over so many
-times its samples before it the structure is held."""
+"""Shares between which the fall behind a release tells its rate, since an impact may bend it further down; and how many times
+as many samples before it are compared with a structure that is held."""
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"
 DEVIATION, SHARE = "deviation_m", "deviation_share"
-OF_HISTORY = NotFitted(
+OF_HISTORY = (
     "An impact changes its velocity within moments: what an accelerometer shows of it is a pulse, whose height and shape are "
     "those of the sensor and its filter",
     "integrate it twice, high-pass filtered well below the natural frequency without a shift in time, and give it as "
@@ -180,15 +180,8 @@ def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -
         return [Fault(field, share, f"at least {100 * HELD:g} %", advice, told)]
     if moved.size - release < LEAST_ROWS:
         found = f"{counted(moved.size - release, 'row')} from the release on, in row {release + 1}"
-        return [
-            Fault(
-                "measured",
-                found,
-                f"at least {LEAST_ROWS} rows",
-                "measure longer",
-                f"The time history has {found}.",
-            )
-        ]
+        told, allowed = f"The time history has {found}.", f"at least {LEAST_ROWS} rows"
+        return [Fault("measured", found, allowed, "measure longer", told)]
     if base is not None and not np.abs(base).max() > 0.0:
         told = "The base acceleration is 0 throughout."
         return [Fault(BASE, "0", "a base that moves", "leave the column out of a free decay", told)]

@@ -134,7 +134,9 @@ def test_a_deviation_in_per_cent_is_one_of_the_largest_displacement() -> None:
     assert read.deviation_m == pytest.approx(np.full(30, 0.02 * 0.02), rel=1e-12)
 
 
-@pytest.mark.parametrize(("unit", "metres"), [("g", 9.80665), ("m/s2", 1.0), ("cm/s2", 0.01)])
+@pytest.mark.parametrize(
+    ("unit", "metres"), [("g", 9.80665), ("m/s2", 1.0), ("cm/sec**2", 0.01), ("mg", 0.00980665)]
+)
 def test_a_base_acceleration_is_read_in_its_unit(unit: str, metres: float) -> None:
     lines = [f"{0.01 * k}, {1.0 * k / 30}, {np.sin(k)}" for k in range(30)]
     read = parse_history(

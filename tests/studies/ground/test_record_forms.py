@@ -79,6 +79,10 @@ READ: dict[str, tuple[str | bytes, float | None]] = {
     "peak in another unit": (columns("# peak acceleration 0.3 (g)\ntime (s), acceleration (m/s2)"), 1.0),
     "a rate in a comment": (columns("# Sampling frequency: 200 Hz"), None),
     "a title alone": (columns("Kobe 1995, NS, filtered", "{t:.3f} {a}"), None),
+    "units in a sentence": (columns("# units: time s, acceleration m/s^2\ntime, acc"), 1.0),
+    "commas in quotes": (columns('"Time, s","Acceleration, %g"'), 0.01 * G),
+    "in stars": (columns("Zeit in s;Beschleunigung in cm/s**2", "{t:.3f};{a}"), 0.01),
+    "acceleration of a station of that name": (peer().replace("A quake", "Accumoli, velocity 3 cm/s"), G),
     "german": (columns("Zeit [s]; Beschleunigung [m/s²]", "{t:.3f}; {a}"), 1.0),
     "microseconds": (columns("time (us), acc (g)", "{t:.0f}, {a}", 1e6), G),
     "times before a trigger": (columns("time (s), acc (g)").replace("\n0.000,", "\n-0.000,"), G),
@@ -152,6 +156,7 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "velocity by its unit": (columns("time (s), CH1 (mm/s)"), None, "line 1", "a velocity", "differentiate this one"),
     "displacement column": (columns("time (s), disp (mm)"), None, "line 1", "a displacement", "twice"),
     "displacement by its unit": (columns("time (s), x (mm)"), "g", "line 1", "a displacement", "twice"),
+    "velocity beside acc": (peer("VELOCITY TIME HISTORY").replace("A quake", "Acc. 3"), "g", "line 3", "a velocity", "this"),
     "spectrum": (columns("Period (s), Sa (g)"), None, "line 1", "a response spectrum", "over time"),
     "frequency": (columns("frequency (Hz), acceleration (g)"), None, "line 1", "a frequency", "damperlab fit"),
     "unknown unit": (peer("UNITS OF FURLONGS"), "g", "line 3", "FURLONGS", "convert"),
@@ -195,7 +200,7 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "cosmos": (COSMOS, None, "record", "COSMOS", "acceleration block"),
     "smc": (SMC, None, "record", "SMC", "cm/s²"),
     "a workbook": (b"PK\x03\x04" + b"\0" * 50, None, "record", "a workbook", "save the sheet as CSV"),
-    "binary": (b"\x01\x00\x00\x07" * 100, None, "record", "a binary file", "as text"),
+    "binary": (b"\x01\x00\x00\x07" * 100, None, "record", "a binary file", "as CSV"),
 }  # fmt: skip
 
 
