@@ -116,6 +116,7 @@ def _solve_stepped(
     every = np.arange(points["frequency_ratio"].size)
     chosen = every if known is None else every[~known.reshape(-1)]
     for i, zeta, r, friction, particle in kernel_arguments(study, points, chosen):
+        assert not isinstance(r, Forced), "a study by fixed steps has no force"
         began = thread_time()
         response = settle_stepped(zeta, r, friction, particle, solver.steps_per_cycle, settings)
         values["run_time"][i] = thread_time() - began

@@ -12,6 +12,7 @@ import numba
 from numba import types
 from numba.extending import models, register_model
 
+from damperlab.worker.compiler.numba_read import ALONE
 from damperlab.worker.compiler.pipeline import PartCompiler, WholeCompiler
 from damperlab.worker.kernel_cache import (
     CACHE_FOLDER,
@@ -65,9 +66,10 @@ class Kernel:
 
     @cached_property
     def whole(self) -> Any:
-        """numba's dispatcher of the form that Python calls, kept on disk."""
+        """numba's dispatcher of the form that Python calls, kept on disk unless numba compiles alone."""
         dispatcher = numba.njit(pipeline_class=WholeCompiler, **self._options)(self.py_func)
-        dispatcher._cache = KernelCache(self.py_func)
+        if not ALONE:
+            dispatcher._cache = KernelCache(self.py_func)
         return dispatcher
 
     @property

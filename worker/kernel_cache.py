@@ -3,12 +3,17 @@
 A kernel's file is found by what its bits depend on (`identity`) and by its name and types; not by where its sources lie or
 when they were written. So a kernel made elsewhere for the same identity is loaded, and an edited one is never met again.
 
-A stored kernel is a pickle, which can do anything when it is loaded: it is read only from folders into which nobody but the
-user, or whoever installed the package, can write.
+Where other sources have changed, a kernel whose own functions (`fingerprint`) are as they were is taken over.
+
+A file begins with a line of JSON: what the kernel is, and how its bytes hash, so that a damaged file counts as none.
+
+The rest is a pickle, which can do anything when it is loaded: it is read only from folders into which nobody but the user, or
+whoever installed the package, can write.
 """
 
 import hashlib
 import inspect
+import json
 import os
 import pickle
 import stat
@@ -26,30 +31,30 @@ from numba.core.compiler import CompileResult
 from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
+from damperlab.studies.store.sources import hash_of
+from damperlab.worker.compiler.numba_read import ALONE
 from damperlab.worker.compiler.target import PROCESSOR, TRIPLE
+from damperlab.worker.fingerprint import UNKNOWN, fingerprint, name_of
 
 _HERE = Path(__file__).parent
-_SOURCES = ("jit.py", "kernel_cache.py", "rk4.py", "accuracy/march.py")
-_SOURCE_FOLDERS = ("compiler", "physics", "solver", "steady")
+_COMPILER = ("compiler", "jit.py")
+_SOURCES = (*_COMPILER, "physics", "solver", "steady", "rk4.py", "accuracy/march.py")
+_OPTIONS = (
+    "BOUNDSCHECK",
+    "OPT",
+    "LOOP_VECTORIZE",
+    "SLP_VECTORIZE",
+    "ENABLE_AVX",
+    "USING_SVML",
+    "DEBUGINFO_DEFAULT",
+)
+"""Settings of numba that change the machine code."""
 
 
 @cache
 def source_hash() -> str:
-    """Hash of every kernel source, 16 hex digits: the identity of the solver.
-
-    Returns
-    -------
-    str
-        The same on every machine that holds the same sources, whatever its line endings.
-    """
-    digest = hashlib.sha256()
-    sources = [_HERE / name for name in _SOURCES]
-    for folder in _SOURCE_FOLDERS:
-        sources.extend((_HERE / folder).rglob("*.py"))
-    for source in sorted(sources):
-        digest.update(source.relative_to(_HERE).as_posix().encode())
-        digest.update(source.read_bytes().replace(b"\r\n", b"\n"))
-    return digest.hexdigest()[:16]
+    """Hash of what every kernel source computes, 16 hex digits."""
+    return hash_of(_HERE, _SOURCES)[:16]
 
 
 @cache
@@ -59,25 +64,26 @@ def identity() -> dict[str, str]:
     Returns
     -------
     dict of str
-        `sources` (`source_hash`), `target` (processor and platform that kernels are compiled for), the versions of
-        `numba`, `llvmlite` and `numpy`, `python` (whose objects kernels take and give), and `bounds` where indices are
-        checked (NUMBA_BOUNDSCHECK=1).
+        `sources` (`source_hash`) and those of the `compiler`; `target` (processor and platform that kernels are compiled for);
+        the versions of `numba`, `llvmlite` and `numpy`; `python` (whose objects kernels take and give); and numba's `options`.
     """
     return {
         "sources": source_hash(),
-        "target": f"{PROCESSOR} {TRIPLE}",
+        "compiler": hash_of(_HERE, _COMPILER)[:16],
+        "target": f"{PROCESSOR} {TRIPLE}" + (", compiled by numba alone" if ALONE else ""),
         "numba": numba.__version__,
         "llvmlite": llvmlite.__version__,
         "numpy": np.__version__,
         "python": sys.implementation.cache_tag,
-        "bounds": "checked" if numba.config.BOUNDSCHECK else "trusted",
+        "options": " ".join(f"{name}={getattr(numba.config, name, None)}" for name in _OPTIONS),
     }
 
 
+@cache
 def folder_name() -> str:
-    """Name of the folder of the kernels of this identity."""
-    rest = hashlib.sha256(repr(sorted(identity().items())).encode()).hexdigest()[:8]
-    return f"kernels-{source_hash()}-{rest}"
+    """Name of the folder of the kernels of this identity: its sources, and a hash of all else."""
+    rest = sorted(pair for pair in identity().items() if pair[0] != "sources")
+    return f"kernels-{source_hash()}-{hashlib.sha256(repr(rest).encode()).hexdigest()[:8]}"
 
 
 def shipped_folder() -> Path:
@@ -169,25 +175,68 @@ class KernelCache:
         Machine code needs no more of numba than what allocates arrays. All else that it compiles with, `context.refresh`,
         loads for 0.4 s, and is asked for where something is compiled.
         """
-        for folder, safe in ((shipped_folder(), is_as_safe_as_the_package), (CACHE_FOLDER, is_private)):
-            path = folder / self._file(signature)
-            if path.exists() and safe(folder):
-                stored = pickle.loads(path.read_bytes())
-                if stored["identity"] == identity() and stored["signature"] == str(signature):
-                    rtsys.initialize(context)
-                    return CompileResult._rebuild(context, *stored["kernel"])
-        return None
+        file = self._file(signature)
+        found = (
+            _read(shipped_folder(), file, is_as_safe_as_the_package)
+            or _read(CACHE_FOLDER, file, is_private)
+            or _taken_over(file)
+        )
+        if found is None or found[0]["identity"] != identity() or found[0]["signature"] != str(signature):
+            return None
+        rtsys.initialize(context)
+        return CompileResult._rebuild(context, *pickle.loads(found[1]))
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
-        """Keep a kernel, in one step, so that no other process meets half of it."""
-        stored = {"identity": identity(), "signature": str(signature), "kernel": compiled._reduce()}
-        path = CACHE_FOLDER / self._file(signature)
-        try:
-            with NamedTemporaryFile(dir=CACHE_FOLDER, prefix=".", delete=False) as file:
-                file.write(dumps(stored))
-            Path(file.name).replace(path)
-        except OSError:  # a full disk: the kernel serves this process all the same
-            Path(file.name).unlink(missing_ok=True)
+        """Keep a kernel."""
+        parts = sorted(map(name_of, compiled.library.functions))
+        kernel = dumps(compiled._reduce())
+        head = {
+            "identity": identity(),
+            "signature": str(signature),
+            "parts": {name: fingerprint(name) for name in parts},
+            "sha256": hashlib.sha256(kernel).hexdigest(),
+        }
+        _keep(CACHE_FOLDER / self._file(signature), (head, kernel))
 
     def _file(self, signature: Any) -> str:
         return f"{self._name}-{hashlib.sha256(str(signature).encode()).hexdigest()[:16]}.nbc"
+
+
+_Stored = tuple[dict[str, Any], bytes]
+"""What is said of a kernel, and its pickle."""
+
+
+def _read(folder: Path, file: str, safe: Callable[[Path], bool]) -> _Stored | None:
+    """Read a kernel's file; None where there is none, where it is damaged, or where others can write."""
+    path = folder / file
+    if not path.exists() or not safe(folder):
+        return None
+    first, _, kernel = path.read_bytes().partition(b"\n")
+    try:
+        head = json.loads(first)
+        whole = head["sha256"] == hashlib.sha256(kernel).hexdigest()
+    except (ValueError, TypeError, KeyError):
+        return None
+    return (head, kernel) if whole else None
+
+
+def _taken_over(file: str) -> _Stored | None:
+    """Take over a kernel of other sources whose own functions are as they were, and keep it for these sources too."""
+    for folder in CACHE_FOLDER.parent.glob(f"kernels-*-{folder_name().rpartition('-')[2]}"):
+        found = _read(folder, file, is_private) if folder != CACHE_FOLDER else None
+        if found and all(part == fingerprint(name) != UNKNOWN for name, part in found[0]["parts"].items()):
+            mine = {**found[0], "identity": identity()}, found[1]
+            _keep(CACHE_FOLDER / file, mine)
+            return mine
+    return None
+
+
+def _keep(path: Path, stored: _Stored) -> None:
+    """Write a kernel's file in one step, so that no other process meets half of it."""
+    head, kernel = stored
+    try:
+        with NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as file:
+            file.write(json.dumps(head).encode() + b"\n" + kernel)
+        Path(file.name).replace(path)
+    except OSError:  # a full disk: the kernel serves this process all the same
+        Path(file.name).unlink(missing_ok=True)

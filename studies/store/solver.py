@@ -7,6 +7,8 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from damperlab.studies.store.sources import hash_of
+
 SOURCES: tuple[str, ...] = (
     "studies/amplitudes.py",
     "studies/axes.py",
@@ -49,25 +51,17 @@ COMPILERS: tuple[str, ...] = ("numba", "llvmlite", "numpy")
 def solver() -> str:
     """Identity of the solver, 16 hex digits: its sources, and the versions of Python, numba, llvmlite and numpy.
 
-    Read from files and from the packages' metadata: nothing is imported, so a reader of results needs no compiler.
+    Read from files and from the packages' metadata: nothing is imported, so a reader of results needs no compiler. Comments and
+    docstrings do not count.
 
     Returns
     -------
     str
         The same on every machine that holds the same sources and packages, whatever its line endings.
     """
-    root = Path(__file__).parents[2]
-    digest = hashlib.sha256()
-    for name in SOURCES:
-        place = root / name
-        for source in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
-            text = source.read_bytes().replace(b"\r\n", b"\n")
-            digest.update(f"{source.relative_to(root).as_posix()}\n{len(text)}\n".encode())
-            digest.update(text)
-    digest.update(
-        "\n".join(("python " + ".".join(platform.python_version_tuple()[:2]), *_compilers())).encode()
-    )
-    return digest.hexdigest()[:16]
+    python = "python " + ".".join(platform.python_version_tuple()[:2])
+    parts = (hash_of(Path(__file__).parents[2], SOURCES), python, *_compilers())
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
 
 
 def is_outdated(recorded: Mapping[str, str]) -> bool:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from damperlab.worker.compiler.library import Whole
 from damperlab.worker.compiler.target import target_of
 from damperlab.worker.jit import Kernel, identity, inlined, kernel
-from damperlab.worker.kernel_cache import CACHE_FOLDER, KernelCache, folder_name, is_private
+from damperlab.worker.kernel_cache import CACHE_FOLDER, folder_name, is_private
 from damperlab.worker.solver.addresses import address
 
 ROOT = Path(__file__).parents[2]
@@ -287,21 +287,6 @@ def test_folders_that_others_can_write_are_not_private(tmp_path: Path) -> None:
     if os.getuid() == 0:
         os.chown(folder, 1234, -1)
         assert not is_private(folder)
-
-
-def test_a_kernel_is_not_loaded_from_a_folder_that_others_can_write(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("damperlab.worker.kernel_cache.CACHE_FOLDER", tmp_path)
-    tmp_path.chmod(0o700)
-    dispatcher = numba.njit(lambda x: x + 1.0)
-    signature = (numba.float64,)
-    dispatcher.compile(signature)
-    kept = KernelCache(dispatcher.py_func)
-    kept.save_overload(signature, dispatcher.overloads[signature])
-    assert kept.load_overload(signature, dispatcher.targetctx) is not None
-    tmp_path.chmod(0o777)
-    assert kept.load_overload(signature, dispatcher.targetctx) is None
 
 
 def test_the_cache_folder_is_never_one_that_others_can_write(tmp_path: Path) -> None:

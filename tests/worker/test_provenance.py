@@ -81,12 +81,12 @@ NEUTRAL = {
     # the samples of a record are in the digest
     "studies.ground": "builtin files generated heading kanai_tajimi paper question ramp random_vibration recipe shelf "
     "shock sweep sweep_reading",
-    "studies.store": "faults kept_quota provenance record solver",
+    "studies.store": "faults kept_quota provenance record solver sources",
     "studies.store.cube": "coding cube chunks decoded definition",
     "studies.store.files": "folder sealed shelf",
     "studies.store.reuse": "reuse",
     "studies.tmd": "absorber minimax stationary transfer tunings",  # tuned mass dampers are compared with, not stored
-    "worker": "cores kernel_cache niceness provenance scenes warm",
+    "worker": "cores fingerprint kernel_cache niceness provenance scenes warm",
 }
 
 

@@ -1,5 +1,8 @@
 """What becomes of a compiled function: IR that waits for its callers, or machine code with all that it calls."""
 
+from collections.abc import Callable
+from typing import Any
+
 from llvmlite import binding
 from numba.core.codegen import JITCodeLibrary
 
@@ -9,6 +12,9 @@ _ENVIRONMENT = "_ZN08NumbaEnv"
 class Part(JITCodeLibrary):  # type: ignore[misc]
     """A function that other kernels call: IR that waits for what calls it."""
 
+    function: Callable[..., Any]
+    """Its plain form."""
+
     def finalize(self) -> None:
         """Mark it complete; it is neither optimised as a whole nor emitted."""
         self._raise_if_finalized()
@@ -17,6 +23,15 @@ class Part(JITCodeLibrary):  # type: ignore[misc]
 
 class Whole(JITCodeLibrary):  # type: ignore[misc]
     """A function that Python calls, with its own copy of all that it calls."""
+
+    function: Callable[..., Any]
+    """Its plain form."""
+
+    @property
+    def functions(self) -> list[Callable[..., Any]]:
+        """The plain forms of all that it was compiled from: its own and those of its parts."""
+        parts = (library for library in self._linking_libraries if isinstance(library, Part))
+        return [self.function, *(part.function for part in parts)]
 
     def finalize(self) -> None:
         """Link every part once, optimise, emit."""

@@ -8,7 +8,6 @@ from typing import Any
 from llvmlite import ir as llvm
 from numba import _dynfunc, types
 from numba.core import ir, lowering, typed_passes
-from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler_machinery import register_pass
 
 from damperlab.worker.compiler.library import Part, Whole
@@ -92,12 +91,13 @@ def _is_product(name: Any, value: Any) -> bool:
 class Lowering(typed_passes.NativeLowering):  # type: ignore[misc]
     """From typed IR to LLVM IR, in a library of the wanted class."""
 
-    _library: type[JITCodeLibrary]
+    _library: type[Part | Whole]
     lowering_class = FromTyped
 
     def run_pass(self, state: Any) -> bool:
         """Lower the function that `state` holds."""
         state.library = self._library(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.function = state.func_id.func
         state.library.enable_object_caching()
         return bool(super().run_pass(state))
 

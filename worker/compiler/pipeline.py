@@ -9,6 +9,7 @@ from numba.core import compiler, typed_passes, untyped_passes
 from numba.core.compiler_machinery import PassManager
 
 from damperlab.worker.compiler.lowering import Lowering, LowerPart, LowerWhole
+from damperlab.worker.compiler.numba_read import ALONE
 from damperlab.worker.compiler.type_branches import FoldTypeTests
 
 
@@ -37,7 +38,8 @@ class _Compiler(compiler.CompilerBase):  # type: ignore[misc]
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        self.state.flags = _Flags(self.state.flags)
+        if not ALONE:
+            self.state.flags = _Flags(self.state.flags)
 
     def define_pipelines(self) -> list[PassManager]:
         passes = PassManager("damperlab")
@@ -54,7 +56,7 @@ class _Compiler(compiler.CompilerBase):  # type: ignore[misc]
             typed_passes.NopythonTypeInference,
             typed_passes.PreLowerStripPhis,
             typed_passes.IRLegalization,
-            self._lower,
+            typed_passes.NativeLowering if ALONE else self._lower,
             typed_passes.NoPythonBackend,
         ):
             passes.add_pass(step, step.__name__)
@@ -69,8 +71,9 @@ class PartCompiler(_Compiler):
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
-        flags = self.state.flags
-        flags.no_cpython_wrapper = flags.no_cfunc_wrapper = flags.no_compile = True
+        if not ALONE:
+            flags = self.state.flags
+            flags.no_cpython_wrapper = flags.no_cfunc_wrapper = flags.no_compile = True
 
 
 class WholeCompiler(_Compiler):

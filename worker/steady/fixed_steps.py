@@ -8,9 +8,11 @@ from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.rk4 import Stepped, step_rk4
 from damperlab.worker.solver.events import COUNTS, IMPACTS
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.steady.response.measures import Response, failed
 from damperlab.worker.steady.response.standard_errors import estimate, grows
 from damperlab.worker.steady.response.trace import cycle_peaks
+from damperlab.worker.steady.stopping_rules import Settings
 
 _CONVERGED = int(Status.CONVERGED)
 _MAX_CYCLES = int(Status.MAX_CYCLES)
@@ -22,7 +24,14 @@ _FEWEST_STEPPED = 512  # cycles before a standard error is believed
 
 
 @kernel
-def settle_stepped(damping_ratio, frequency_ratio, friction, particle, steps_per_cycle, settings):
+def settle_stepped(
+    damping_ratio: float,
+    frequency_ratio: float,
+    friction: float | None,
+    particle: Particle | None,
+    steps_per_cycle: int,
+    settings: Settings,
+) -> Response:
     """Steady response of one design point by fixed steps from rest.
 
     Parameters

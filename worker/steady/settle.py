@@ -3,19 +3,24 @@
 from math import nan
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.addresses import on_addresses
 from damperlab.worker.solver.events import ARRIVED
-from damperlab.worker.solver.scene import make_scene
+from damperlab.worker.solver.excitation.sine_base import Forced
+from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.scene import Scene, make_scene
 from damperlab.worker.solver.sliding import down_of, rubs
+from damperlab.worker.solver.state import State
 from damperlab.worker.steady.orbits.newton import march_with_jacobian
 from damperlab.worker.steady.orbits.orbit import orbit_multiplier
 from damperlab.worker.steady.response.measures import (
     FEWEST_STUCK,
     Kind,
     Largest,
+    Response,
     failed,
     largest_of_run,
     mean_of_period,
@@ -24,8 +29,13 @@ from damperlab.worker.steady.response.measures import (
     periodic_class,
     share_stuck,
 )
-from damperlab.worker.steady.response.trace import acceleration_of_period, acceleration_of_run, stretch_of
+from damperlab.worker.steady.response.trace import (
+    acceleration_of_period,
+    acceleration_of_run,
+    stretch_of,
+)
 from damperlab.worker.steady.run import (
+    Notes,
     advance,
     begin_probe,
     begin_trace,
@@ -33,7 +43,7 @@ from damperlab.worker.steady.run import (
     notes_on_addresses,
     probe_of,
 )
-from damperlab.worker.steady.search import search
+from damperlab.worker.steady.search import Found, search
 from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinates
 from damperlab.worker.steady.stability.lyapunov import HALVES_FOLLOWED, is_chaotic
 from damperlab.worker.steady.start import at_rest
@@ -51,7 +61,14 @@ _ROUNDING = 1e-12  # of displacements of the size of the excitation's
 
 
 @kernel
-def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
+def settle(
+    damping_ratio: float,
+    frequency_ratio: float | Forced,
+    friction: float | None,
+    particle: Particle | None,
+    settings: Settings,
+    start: State,
+) -> tuple[Response, State]:
     """Steady response of one design point.
 
     Parameters
@@ -92,7 +109,9 @@ def settle(damping_ratio, frequency_ratio, friction, particle, settings, start):
 
 
 @kernel
-def _settled(start, scene, probe, notes, settings):
+def _settled(
+    start: State, scene: Scene, probe: Scene, notes: Notes, settings: Settings
+) -> tuple[Response, State]:
     """`settle` where arrays are made: its caller keeps them alive, and all that follows is handed their addresses.
 
     An address is one number where an array is seven, of each of which numba writes code wherever it is handed on.
@@ -107,7 +126,9 @@ def _settled(start, scene, probe, notes, settings):
 
 
 @kernel
-def _measured_orbit(found, scene, probe, notes, settings):
+def _measured_orbit(
+    found: Found, scene: Scene, probe: Scene, notes: Notes, settings: Settings
+) -> tuple[Response, State]:
     """Response over one period, and the state after it; known only where the orbit itself is, to `settings.tolerance`."""
     state = found.orbit.state
     cycles = found.look.half // 2
@@ -151,7 +172,7 @@ def _measured_orbit(found, scene, probe, notes, settings):
 
 
 @kernel
-def _measured_run(found, scene, probe, notes):
+def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tuple[Response, State]:
     """Response over the metered stretch of a run that does not repeat, and its end."""
     state = found.state
     mean = found.mean
@@ -165,7 +186,7 @@ def _measured_run(found, scene, probe, notes):
             begin_probe(probe, scene, HALVES_FOLLOWED)
             if is_chaotic(state, found.look.half // 2, probe, notes.log, found.look.size):
                 response_class = _CHAOTIC
-    peaks = mean_of_run(notes, mean.first, mean.last)
+    peaks = mean_of_run(notes.trace, notes.cycles, notes.series, mean.first, mean.last)
     response = measured_response(
         stretch,
         notes.meter.energies,
@@ -186,7 +207,7 @@ def _measured_run(found, scene, probe, notes):
 
 
 @kernel
-def _acceleration_of_period(period_halves, halves, notes):
+def _acceleration_of_period(period_halves: int, halves: int, notes: Notes) -> tuple[float, float] | None:
     """What the trace of an orbit tells of u''; None where that was not metered."""
     if notes.meter.acceleration is not None:
         return acceleration_of_period(notes.trace, period_halves, halves)
@@ -194,7 +215,7 @@ def _acceleration_of_period(period_halves, halves, notes):
 
 
 @kernel
-def _acceleration_of_run(first, last, notes):
+def _acceleration_of_run(first: int, last: int, notes: Notes) -> tuple[float, float] | None:
     """What the trace of a run that does not repeat tells of u''; None where that was not metered."""
     if notes.meter.acceleration is not None:
         return acceleration_of_run(notes.trace, first, last)
@@ -202,7 +223,7 @@ def _acceleration_of_run(first, last, notes):
 
 
 @kernel
-def _shortest_period(state, found, scene, probe, notes):
+def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, notes: Notes) -> int:
     """The shortest part of a period after which the state repeats already, to what the orbit is known to.
 
     Just beyond a period doubling the shorter orbit, which repels, lies very near.
@@ -224,7 +245,7 @@ def _shortest_period(state, found, scene, probe, notes):
 
 
 @kernel
-def _is_near(point, other, known):
+def _is_near(point: NDArray[np.float64], other: NDArray[np.float64], known: float) -> bool:
     """Whether two section points differ by no more than what is known, in every coordinate."""
     near = True
     for i in range(SECTION_SIZE):

@@ -3,12 +3,13 @@
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.dwell import dwell_at_rest
 from damperlab.worker.solver.excitation.sine_base import Forced, base_rate_at_phase_zero
+from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.sliding import moving_slide, slide_at_rest
 from damperlab.worker.solver.state import State
 
 
 @kernel
-def at_rest(frequency_ratio, friction, particle):
+def at_rest(frequency_ratio: float | Forced, friction: float | None, particle: Particle | None) -> State:
     """Everything at rest in the absolute frame, particle centred: v' = −r, or 0 under a force, which begins with 0."""
     slip = 0.0
     if friction is not None:
@@ -72,7 +73,15 @@ def carried(
 
 
 @kernel
-def moving(u, u_rate, position, p_rate, frequency_ratio, friction, particle):
+def moving(
+    u: float,
+    u_rate: float,
+    position: float,
+    p_rate: float,
+    frequency_ratio: float | Forced,
+    friction: float | None,
+    particle: Particle | None,
+) -> State:
     """A state given in the absolute frame, the particle in flight.
 
     Parameters

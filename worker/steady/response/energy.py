@@ -1,5 +1,8 @@
 """The energy balance of a measured stretch: a check that no single error of the solver can pass."""
 
+import numpy as np
+from numpy.typing import NDArray
+
 from damperlab.worker.jit import kernel
 from damperlab.worker.physics.compliant_wall import spring_energy
 from damperlab.worker.physics.impact import kept_energy
@@ -12,11 +15,13 @@ from damperlab.worker.solver.observe.meter import (
     VISCOUS_LOSS,
     WORK_IN,
 )
+from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.solver.sliding import fall_of
+from damperlab.worker.solver.state import Dwell, State
 
 
 @kernel
-def _contact_energy(dwell, particle):
+def _contact_energy(dwell: Dwell | None, particle: Particle) -> float:
     """Energy that the particle gets back when it leaves its wall; 0 where no contact takes time."""
     if dwell is not None:
         if dwell.left > 0.0:
@@ -25,7 +30,7 @@ def _contact_energy(dwell, particle):
 
 
 @kernel
-def _wall_energy(gap, wall):
+def _wall_energy(gap: float, wall: Wall | None) -> float:
     """Energy in the spring of a compliant wall."""
     if wall is not None:
         return spring_energy(wall.stiffness, -gap)
@@ -33,7 +38,7 @@ def _wall_energy(gap, wall):
 
 
 @kernel
-def stored_energy(state, base_rate, particle):
+def stored_energy(state: State, base_rate: float, particle: Particle | None) -> float:
     """Kinetic plus elastic energy over k Z²: ½u'² + ½v² + ½βp'², and what a contact under way will give back."""
     u_rate = state.w + base_rate
     energy = 0.5 * (u_rate * u_rate + state.v * state.v)
@@ -46,7 +51,7 @@ def stored_energy(state, base_rate, particle):
 
 
 @kernel
-def _height_energy(state, particle):
+def _height_energy(state: State, particle: Particle) -> float:
     """Energy of a particle that gravity acts on, against the spring that bears it: −βG (u − p)."""
     if particle.gravity is not None:
         apart = state.wall * (particle.clearance_ratio - state.gap)
@@ -55,7 +60,7 @@ def _height_energy(state, particle):
 
 
 @kernel
-def energy_residual(sums, stored_before, stored_after):
+def energy_residual(sums: NDArray[np.float64], stored_before: float, stored_after: float) -> float:
     """What does not balance (see `unbalanced`), of what a meter added up."""
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS] + sums[PARTICLE_LOSS]
     peak = max(sums[PEAK], sums[RELATIVE_PEAK])
@@ -63,7 +68,7 @@ def energy_residual(sums, stored_before, stored_after):
 
 
 @kernel
-def unbalanced(work, losses, stored_before, stored_after, peak):
+def unbalanced(work: float, losses: float, stored_before: float, stored_after: float, peak: float) -> float:
     """|work in − losses − change of stored energy| over the largest energy there is.
 
     That is the largest of work in, losses, energy stored at either end, and ½ of the square of the peak: where next to no work

@@ -3,11 +3,21 @@
 from math import nan, pi, sqrt
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from damperlab.studies.variables import ResponseClass
 from damperlab.worker.jit import kernel
 from damperlab.worker.steady.response.energy import unbalanced
 from damperlab.worker.steady.response.standard_errors import mean_and_error
-from damperlab.worker.steady.response.trace import HALF_PEAK, HALF_SPEED, IMPACTS_SO_FAR, LOSSES, largest_in
+from damperlab.worker.steady.response.trace import (
+    HALF_PEAK,
+    HALF_SPEED,
+    IMPACTS_SO_FAR,
+    LOSSES,
+    Stretch,
+    largest_in,
+)
 
 _UNKNOWN = int(ResponseClass.UNKNOWN)
 _LOCKED = int(ResponseClass.LOCKED)
@@ -107,7 +117,7 @@ class MeanPeaks(NamedTuple):
 
 
 @kernel
-def failed(status, cycles):
+def failed(status: int, cycles: int) -> Response:
     """Response of a point whose run ended early."""
     return Response(
         nan,
@@ -137,14 +147,14 @@ def failed(status, cycles):
 
 
 @kernel
-def share_stuck(stretch, frequency_ratio):
+def share_stuck(stretch: Stretch, frequency_ratio: float) -> float:
     """Share of a stretch in which friction holds the mass."""
     cycles = 0.5 * (stretch.last - stretch.first)
     return stretch.stuck / (cycles * 2.0 * pi / frequency_ratio)
 
 
 @kernel
-def periodic_class(period_halves, stuck, impacts, carried):
+def periodic_class(period_halves: int, stuck: float, impacts: float, carried: bool) -> tuple[int, int]:
     """Class and period [excitation cycles] of a response that repeats after `period_halves` mirrored half cycles.
 
     `carried` says whether the particle's friction carries it along all the time.
@@ -164,7 +174,7 @@ def periodic_class(period_halves, stuck, impacts, carried):
 
 
 @kernel
-def mean_of_period(trace, period_halves, error):
+def mean_of_period(trace: NDArray[np.float64], period_halves: int, error: float) -> MeanPeaks:
     """Means over one period of `period_halves` half cycles, of which the trace holds the rows 1 … period_halves.
 
     Every half cycle begins one window of a whole cycle, so that a motion and its mirror image have the same mean.
@@ -181,9 +191,22 @@ def mean_of_period(trace, period_halves, error):
 
 
 @kernel
-def mean_of_run(notes, first, last):
-    """Means over the metered cycles first … last − 1 of a run that does not repeat, with their standard errors."""
-    trace, peaks, series = notes.trace, notes.cycles, notes.series
+def mean_of_run(
+    trace: NDArray[np.float64], peaks: NDArray[np.float64], series: NDArray[np.float64], first: int, last: int
+) -> MeanPeaks:
+    """Means over the metered cycles first … last − 1 of a run that does not repeat, with their standard errors.
+
+    Parameters
+    ----------
+    trace : array
+        Of the run.
+    peaks : array, shape (2, ≥ last)
+        Of |u| and of |v| in each cycle.
+    series : array, shape (≥ last,)
+        Overwritten.
+    first, last : int
+        Cycles.
+    """
     amplitude = 0.0
     relative = 0.0
     for i in range(first, last):
@@ -198,7 +221,7 @@ def mean_of_run(notes, first, last):
 
 
 @kernel
-def largest_of_run(trace, stretch, mean):
+def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks) -> Largest:
     """What is largest in the last three quarters of the metered cycles of a run that does not repeat.
 
     What is left of the way there falls below the error of a mean before it falls below a largest peak: the particle, and the
@@ -212,7 +235,7 @@ def largest_of_run(trace, stretch, mean):
 
 
 @kernel
-def _error_of_shares(trace, series, first, last):
+def _error_of_shares(trace: NDArray[np.float64], series: NDArray[np.float64], first: int, last: int) -> float:
     """Largest standard error of the shares of dissipation: that of a ratio of means, linearised."""
     total = 0.0
     for loss in LOSSES:
@@ -235,7 +258,15 @@ def _error_of_shares(trace, series, first, last):
 
 
 @kernel
-def measured_response(stretch, energies, frequency_ratio, mean, largest, acceleration, kind):
+def measured_response(
+    stretch: Stretch,
+    energies: bool | None,
+    frequency_ratio: float,
+    mean: MeanPeaks,
+    largest: Largest,
+    acceleration: tuple[float, float] | None,
+    kind: Kind,
+) -> Response:
     """Response from what was metered.
 
     Parameters

@@ -4,6 +4,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.worker.jit import kernel
 
@@ -51,7 +52,7 @@ class Estimate(NamedTuple):
 
 
 @kernel
-def mean_and_error(samples, first, last):
+def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple[float, float]:
     """Mean of samples[first:last] and its standard error.
 
     Parameters
@@ -91,7 +92,7 @@ def mean_and_error(samples, first, last):
 
 
 @kernel
-def _error_by_batches(samples, first, last, mean, length):
+def _error_by_batches(samples: NDArray[np.float64], first: int, last: int, mean: float, length: int) -> float:
     """Standard error of the mean of a range by the means of its batches of a length, one beginning at every sample."""
     total = 0.0
     for i in range(first, first + length):
@@ -105,7 +106,7 @@ def _error_by_batches(samples, first, last, mean, length):
 
 
 @kernel
-def estimate(samples, first, last):
+def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
     """What samples[first:last] say of their mean once a transient at the beginning, if the data show one, is left out.
 
     Parameters
@@ -147,7 +148,7 @@ def estimate(samples, first, last):
 
 
 @kernel
-def _mean(samples, first, last):
+def _mean(samples: NDArray[np.float64], first: int, last: int) -> float:
     total = 0.0
     for i in range(first, last):
         total += samples[i]
@@ -155,7 +156,7 @@ def _mean(samples, first, last):
 
 
 @kernel
-def _rises(samples, first, last):
+def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
     """Pairs of batches of which the later is higher, less those of which it is lower."""
     length = (last - first) // _TREND_BATCHES
     means = np.empty(_TREND_BATCHES)
@@ -169,7 +170,7 @@ def _rises(samples, first, last):
 
 
 @kernel
-def _to_come(samples, first, last, mean):
+def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -> float:
     """Distance from the mean of a series with a trend to where it may lead."""
     third = (last - first) // 3
     one = _mean(samples, first, first + third)
@@ -185,7 +186,7 @@ def _to_come(samples, first, last, mean):
 
 
 @kernel
-def grows(samples, first, last):
+def grows(samples: NDArray[np.float64], first: int, last: int) -> bool:
     """Whether samples[first:last] grow to their end and show no bound: every batch is higher than all before it, and a third's
     step hardly less than the one before. Fewer than 80 samples say nothing."""
     if last - first < FEWEST or _rises(samples, first, last) < _ALL_RISE:
@@ -198,7 +199,7 @@ def grows(samples, first, last):
 
 
 @kernel
-def _transient(samples, first, last):
+def _transient(samples: NDArray[np.float64], first: int, last: int) -> int:
     """End of the transient at the beginning of a series; `first` where the data show none."""
     groups = (last - first) // _GROUP
     if last - first < 2 * FEWEST:

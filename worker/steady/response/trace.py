@@ -100,7 +100,7 @@ def clear_peaks(meter: Meter) -> None:
 
 
 @inlined
-def note_half(line, meter, impacts, stored):
+def note_half(line: NDArray[np.float64], meter: Meter, impacts: float, stored: float) -> None:
     """Write one row of a trace."""
     sums = meter.sums
     line[HALF_PEAK] = sums[PEAK]
@@ -116,7 +116,7 @@ def note_half(line, meter, impacts, stored):
 
 
 @kernel
-def stretch_of(trace, first, last):
+def stretch_of(trace: NDArray[np.float64], first: int, last: int) -> Stretch:
     """Totals over the half cycles of the rows first + 1 … last."""
     before = trace[first]
     after = trace[last]
@@ -141,16 +141,16 @@ def stretch_of(trace, first, last):
 
 
 @kernel
-def largest_in(trace, first, last, column):
+def largest_in(trace: NDArray[np.float64], first: int, last: int, column: int) -> float:
     """The largest of a column over the half cycles of the rows first + 1 … last."""
-    found = trace[first + 1, column]
+    found: float = trace[first + 1, column]
     for row in range(first + 2, last + 1):
         found = max(found, trace[row, column])
     return found
 
 
 @kernel
-def cycle_peaks(trace, rows, peaks):
+def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64]) -> None:
     """Peaks per cycle that a motion and its mirror image share, which is the same motion half a cycle later.
 
     Parameters
@@ -169,18 +169,18 @@ def cycle_peaks(trace, rows, peaks):
 
 
 @inlined
-def _peak_of_cycle(trace, rows, column, i):
+def _peak_of_cycle(trace: NDArray[np.float64], rows: int, column: int, i: int) -> float:
     """Mean of the peaks in a column over the two windows of a cycle that begin in cycle i, or over the one that is metered."""
     first = trace[2 * i + 1, column]
     second = trace[2 * i + 2, column]
-    peak = max(first, second)
+    peak: float = max(first, second)
     if 2 * i + 3 <= rows:
         peak = 0.5 * (peak + max(second, trace[2 * i + 3, column]))
     return peak
 
 
 @kernel
-def acceleration_of_run(trace, first, last):
+def acceleration_of_run(trace: NDArray[np.float64], first: int, last: int) -> tuple[float, float]:
     """Mean peak of |u''| over the metered cycles first … last − 1, by the windows of `cycle_peaks`, and ∫u''² dτ over them."""
     total = 0.0
     for i in range(first, last):
@@ -190,7 +190,9 @@ def acceleration_of_run(trace, first, last):
 
 
 @kernel
-def acceleration_of_period(trace, period_halves, halves):
+def acceleration_of_period(
+    trace: NDArray[np.float64], period_halves: int, halves: int
+) -> tuple[float, float]:
     """Mean peak of |u''| over one period of `period_halves` half cycles, and ∫u''² dτ over `halves` of them, from row 1 on."""
     total = 0.0
     for i in range(period_halves):

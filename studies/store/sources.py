@@ -1,0 +1,49 @@
+"""Python sources as far as they compute: without comments, docstrings and blank lines, so that prose outdates no result."""
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+_QUOTES = '"' * 3
+
+
+def hash_of(root: Path, names: Iterable[str]) -> str:
+    """Hash what sources compute.
+
+    Parameters
+    ----------
+    root : Path
+        Folder of the package.
+    names : iterable of str
+        Files, and folders with all sources in them, relative to it.
+
+    Returns
+    -------
+    str
+        64 hex digits; the same wherever the same sources lie, whatever their line endings.
+    """
+    digest = hashlib.sha256()
+    for name in names:
+        place = root / name
+        for source in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
+            text = "\n".join(computing_lines(source.read_text(encoding="utf-8")))
+            digest.update(f"{source.relative_to(root).as_posix()}\n{len(text)}\n{text}".encode())
+    return digest.hexdigest()
+
+
+def computing_lines(text: str) -> Iterator[str]:
+    """Give the lines of a source without its comments, its blank lines and its docstrings, also those of values.
+
+    A docstring is what begins a line with three quotes, as the formatter writes it. A comment behind code goes where the line
+    holds no quote, in which a # could be text.
+    """
+    prose = string = False
+    for line in text.splitlines():
+        bare = line.strip()
+        if prose:
+            prose = _QUOTES not in bare
+        elif not string and bare.startswith((_QUOTES, "r" + _QUOTES)):
+            prose = bare.count(_QUOTES) == 1
+        elif string or (bare and not bare.startswith("#")):
+            string ^= bare.count(_QUOTES) % 2 == 1
+            yield line if string or '"' in line else line.partition("  #")[0].rstrip()

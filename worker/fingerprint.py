@@ -1,0 +1,118 @@
+"""What a compiled function depends on: its code, and the values that the code takes from its module."""
+
+import enum
+import hashlib
+import importlib
+from collections.abc import Callable, Iterator
+from functools import cache
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+
+_PACKAGE = "damperlab."
+UNKNOWN = "unknown"
+"""Fingerprint of a function that holds what cannot be told apart: equal to no other, not even to itself."""
+
+
+class _UnknownValue(Exception):
+    """A value whose change would go unnoticed."""
+
+
+def name_of(function: Callable[..., Any]) -> str:
+    """Where a function is found again: its module and its name."""
+    return f"{function.__module__}:{function.__qualname__}"
+
+
+def fingerprint(name: str) -> str:
+    """Hash the function of a kernel, found by `name_of`.
+
+    Kernels that it calls count by their names alone: each is a part with a fingerprint of its own.
+
+    Returns
+    -------
+    str
+        16 hex digits, equal for equal code and values in one version of Python; `UNKNOWN` where there is no such function.
+    """
+    module, _, qualified = name.partition(":")
+    try:
+        found: Any = importlib.import_module(module)
+        for part in qualified.split("."):
+            found = getattr(found, part)
+    except (ImportError, AttributeError):
+        return UNKNOWN
+    return of_function(getattr(found, "py_func", found))
+
+
+@cache
+def of_function(function: FunctionType) -> str:
+    """Hash a plain function, 16 hex digits or `UNKNOWN`."""
+    digest = hashlib.sha256()
+    try:
+        for part in _described(function, set()):
+            digest.update(part.encode())
+    except _UnknownValue:
+        return UNKNOWN
+    return digest.hexdigest()[:16]
+
+
+def _described(function: FunctionType, seen: set[int]) -> Iterator[str]:
+    if id(function) in seen:
+        return
+    seen.add(id(function))
+    yield from _code(function.__code__)
+    held = [cell.cell_contents for cell in function.__closure__ or ()]
+    for value in (*held, *(function.__defaults__ or ()), *(function.__kwdefaults__ or {}).values()):
+        yield from _value(value, seen)
+    for name in sorted(_names(function.__code__)):
+        if name in function.__globals__:
+            yield name
+            yield from _value(function.__globals__[name], seen)
+
+
+def _code(code: CodeType) -> Iterator[str]:
+    """Say what a function does, without its lines and its docstring."""
+    yield f"{code.co_code.hex()} {code.co_names} {code.co_varnames} {code.co_freevars} {code.co_argcount} {code.co_flags}"
+    for number, constant in enumerate(code.co_consts):
+        if isinstance(constant, CodeType):
+            yield from _code(constant)
+        elif number or not isinstance(constant, str):  # a docstring is the first
+            yield f"{type(constant).__name__} {constant!r}"
+
+
+def _names(code: CodeType) -> set[str]:
+    inner = (constant for constant in code.co_consts if isinstance(constant, CodeType))
+    return set(code.co_names).union(*map(_names, inner))
+
+
+def _value(value: Any, seen: set[int]) -> Iterator[str]:
+    kind = type(value)
+    if hasattr(value, "py_func"):  # a kernel
+        yield name_of(value.py_func)
+    elif isinstance(value, FunctionType) and value.__module__.startswith(_PACKAGE):
+        yield from _described(value, seen)
+    elif isinstance(value, tuple):
+        yield f"{kind.__qualname__} {len(value)}"
+        for each in value:
+            yield from _value(each, seen)
+    elif isinstance(value, (bool, int, float, complex, str, bytes, type(None), enum.Enum)):
+        yield f"{kind.__name__} {value!r}"
+    elif isinstance(value, np.ndarray):
+        yield f"{value.dtype} {value.shape} {value.tobytes().hex()}"
+    elif isinstance(value, type) and issubclass(value, enum.Enum):
+        yield repr({member.name: member.value for member in value})
+    elif isinstance(value, type) and hasattr(value, "_field_defaults"):  # of named tuples
+        yield f"{value.__qualname__} {value._fields} {value._field_defaults}"  # type: ignore[attr-defined]
+    elif hasattr(value, "_defn"):  # of numba: a function that writes LLVM IR
+        yield from _described(value._defn, seen)
+    else:
+        yield _foreign(value)
+
+
+def _foreign(value: Any) -> str:
+    """Name what another package holds, whose version is part of every kernel's identity."""
+    module = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
+    name = getattr(value, "__qualname__", getattr(value, "__name__", ""))
+    if not module or f"{module}.".startswith(_PACKAGE) or not name:
+        raise _UnknownValue
+    return f"{module} {name}"
