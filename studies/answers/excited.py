@@ -10,12 +10,12 @@ from damperlab.studies.vocabulary import Excitation
 
 def name_of(cube: xr.Dataset) -> str:
     """Give the name of a study; empty where it has none."""
-    return str(_definition(cube).get("name") or "")
+    return str(definition_of(cube).get("name") or "")
 
 
 def excitation_of(cube: xr.Dataset) -> Excitation:
     """Give what excites the structure in a study."""
-    found: Excitation = _definition(cube).get("excitation") or "base"
+    found: Excitation = definition_of(cube).get("excitation") or "base"
     return found
 
 
@@ -24,6 +24,7 @@ def amplitude_called(cube: xr.Dataset) -> str:
     return "static displacement" if excitation_of(cube) == "force" else "base amplitude"
 
 
-def _definition(cube: xr.Dataset) -> dict[str, Any]:
+def definition_of(cube: xr.Dataset) -> dict[str, Any]:
+    """Give the definition of a study; empty where its cube has none."""
     found: dict[str, Any] = json.loads(cube.attrs.get("study", "{}"))
     return found

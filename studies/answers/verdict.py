@@ -13,6 +13,7 @@ from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQ
 from damperlab.studies.answers.ends import end_of, say_beyond
 from damperlab.studies.answers.excited import excitation_of, name_of
 from damperlab.studies.answers.flatness import flatness
+from damperlab.studies.answers.largest_acceleration import acceleration_g
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import Phrases, said
@@ -21,7 +22,7 @@ from damperlab.studies.brief import PLACES, Brief, Damper, Note, command, damper
 from damperlab.studies.faults import counted
 from damperlab.studies.tmd.transfer import highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
-from damperlab.studies.variables import ResponseClass, Status, dimensions_of
+from damperlab.studies.variables import BEFORE, ResponseClass, Status, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 UNRESOLVED = 0.03
@@ -109,6 +110,8 @@ def verdict(
     if question.frequencies.size == 1:
         found["next_frequencies"] = dict(NEXT_BAND)
     known = _Known.of(cube, question, ranked, active, flat, homes)
+    if math.isfinite(known.acceleration_g):
+        found["acceleration_g"] = known.acceleration_g
 
     def words(phrases: Phrases) -> dict[str, Any]:
         brief = known.brief(phrases)
@@ -137,6 +140,8 @@ class _Known:
         Of the best design, which the doubts are about.
     tuned, bare : float
         The peaks with a tuned mass damper of the same mass, and without any; NaN where they are not judged.
+    acceleration_g : float
+        The largest of the structure with the recommended design, in g; NaN where it is not known.
     notes : list of Note
         The same as data, in ratios.
     """
@@ -151,6 +156,7 @@ class _Known:
     lead_flat: list[dict[str, Any]]
     tuned: float
     bare: float
+    acceleration_g: float
     complete: float
     notes: list[Note]
 
@@ -178,8 +184,9 @@ class _Known:
         tuned_peak, bare = _beside(cube, question, lead)
         peaks = hidden_peaks(cube, question, ranked, active, homes)
         complete = float(ranked.attrs.get("complete", 1.0))
+        most = _acceleration_g(homes[str(lead["study"])] if homes else cube, question, lead)
         known = cls(
-            cube, question, peaks, best, lead, beside, flat, lead_flat, tuned_peak, bare, complete, []
+            cube, question, peaks, best, lead, beside, flat, lead_flat, tuned_peak, bare, most, complete, []
         )
         known.notes.extend(known._notes(0 if homes else _cut_off(cube, question, best)))
         return known
@@ -302,7 +309,15 @@ class _Known:
             rows.append(("tuned mass damper", phrases.value(METRIC, self.tuned, ".3g"), mass))
         if not math.isnan(self.bare):
             rows.append(("without damper", phrases.value(METRIC, self.bare, ".3g"), ""))
+        if math.isfinite(self.acceleration_g) and damper != "tuned_mass_damper":
+            rows.append(("acceleration", f"{self.acceleration_g:.2g} g", self._slides()))
         return rows
+
+    def _slides(self) -> str:
+        """Say what the particle's own friction must stay below, where the study knows of none."""
+        if self.lead["impact_share"] == 0 or any(name in self.cube.coords for name in BEFORE):
+            return "largest of the structure"
+        return f"a lying particle slides only where μ_i is below {self.acceleration_g:.2g}"
 
     def _idle_row(self, phrases: Phrases) -> list[tuple[str, str, str]]:
         if self.lead is self.best:
@@ -398,6 +413,13 @@ def _beside(cube: xr.Dataset, question: DesignQuestion, lead: Row) -> tuple[floa
     return highest(
         tuned("minimax", mass, zeta, excitation), zeta, excitation, (float(r[0]), float(r[-1]))
     ).value, bare
+
+
+def _acceleration_g(cube: xr.Dataset, question: DesignQuestion, lead: Row) -> float:
+    place = {name: nearest_place(cube[name].values, float(lead[name])) for name in question.design}
+    own = cube[FREQUENCY].values
+    counted_ones = np.flatnonzero((own >= question.frequencies[0]) & (own <= question.frequencies[-1]))
+    return acceleration_g(cube, {**place, FREQUENCY: counted_ones}, float(lead["friction_ratio"]))
 
 
 def _cut_off(cube: xr.Dataset, question: DesignQuestion, best: Row) -> int:

@@ -13,7 +13,7 @@ from damperlab.studies.design.found import Found
 from damperlab.studies.design.front import OfMass, undominated
 from damperlab.studies.design.responses import NO_DAMPER, closed_form_document, response_document
 from damperlab.studies.design.score import Score, binding
-from damperlab.studies.design.verdict import verdict_of
+from damperlab.studies.design.verdict import acceleration_g, verdict_of
 from damperlab.studies.design.words import details_of, material_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS
 from damperlab.studies.specification.records import Case, Under
@@ -42,6 +42,7 @@ def answer_document(found: Found) -> dict[str, Any]:
         "excitations": [worst_document(asked, each) for each in _under_each(found)],
         "feasible": stated.violation == 0.0,
         "limits": limits_of(found),
+        "acceleration_g": acceleration_g(found),
         "probability": probability,
         "probability_interval": None if builds is None else [builds.low, builds.high],
         "builds": 0 if builds is None else builds.drawn,

@@ -6,6 +6,7 @@ from math import isinf, pi
 import numpy as np
 
 from damperlab.studies.answers.comparing import clearly_less
+from damperlab.studies.answers.largest_acceleration import at_turns
 from damperlab.studies.brief import Brief, Damper, Note, damper_of
 from damperlab.studies.design.absorber import DETUNED, Beside
 from damperlab.studies.design.absorber_structure import hardest, judged_of
@@ -25,7 +26,7 @@ from damperlab.studies.design.spelling import (
     response,
     rounded_up,
 )
-from damperlab.studies.physical import PARTICLE_FRICTION, TILT
+from damperlab.studies.physical import PARTICLE_FRICTION, STANDARD_GRAVITY, TILT
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.spelling import spelled, unit_of
@@ -39,7 +40,7 @@ GROWS = 1.5
 """How much faster than its excitation a response grows that depends on the amplitude."""
 CALLED: dict[Damper, str] = {
     "hybrid": "particle with friction",
-    "particle_alone": "particle without friction",
+    "particle_alone": "particle alone",
     "friction_alone": "friction alone",
     "tuned_mass_damper": "tuned mass damper",
     "no_damper": "without damper",
@@ -298,6 +299,30 @@ def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
             "lying, frictionless",
             _with_friction(found) if damper == kind_of(found.build) else "",
         )
+    g = acceleration_g(found)
+    if g is not None and damper == kind_of(found.build):
+        yield "acceleration", f"{g:.2g} g", "largest of the structure"
+
+
+def acceleration_g(found: Found) -> float | None:
+    """Give the largest acceleration of the structure with the damper over the bands, in g.
+
+    None where no closed form tells it: under a force, under records, or where a contact takes time; and of a specification in
+    ratios.
+    """
+    asked, build = found.asked, found.build
+    takes_time = bool(asked.choices["restitution"].contact_times_s)
+    if (
+        takes_time
+        or not asked.in_units
+        or asked.records
+        or any(each.motion.force for each in asked.excitations)
+    ):
+        return None
+    curves = (found.book.curve(build, each.largest) for each in asked.excitations)
+    turns = [each.rate**2 * each.base_m * each["relative_amplitude_ratio"] for each in curves]
+    most = max(float(each.max()) for each in turns if each.size)
+    return at_turns(most, build.friction_force_n / asked.structure.mass_kg) / STANDARD_GRAVITY
 
 
 def _with_friction(found: Found) -> str:

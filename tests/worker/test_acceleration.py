@@ -10,10 +10,11 @@ from tests.oracles import compliant_wall, dwelling
 from tests.reference.simulator import simulate as reference
 from tests.reference.state import State as Place
 
+from damperlab.studies.answers.largest_acceleration import at_turns
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.plan import Block
-from damperlab.studies.variables import Status
+from damperlab.studies.variables import ResponseClass, Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.kernel_arguments import excitation_of
 from damperlab.worker.point import Design, simulate_ready
@@ -293,3 +294,19 @@ def test_the_acceleration_in_a_wall_is_measured_without_energies_too() -> None:
     assert asked["impacts_per_cycle"] > 0
     for name in ("acceleration_ratio", "acceleration_ratio_rms"):
         assert alone[name] == asked[name]
+
+
+def test_the_largest_acceleration_is_that_where_the_structure_turns() -> None:
+    rng = np.random.default_rng(7)
+    shares = []
+    for _ in range(60):
+        zeta, r, gamma = 10 ** rng.uniform(-3, -1), rng.uniform(0.6, 1.6), rng.uniform(0.0, 0.8)
+        particle = Particle(10 ** rng.uniform(0, 1.3), rng.uniform(0.2, 0.8), rng.uniform(0.02, 0.15))
+        settings = Settings(4000, 0.5, 1e-2, True, True)
+        found, _ = settle(zeta, r, gamma, particle, settings, at_rest(r, gamma, particle))
+        if found.response_class != ResponseClass.LOCKED:
+            shares.append(found.acceleration_ratio / at_turns(found.relative_amplitude_ratio, gamma))
+    off = np.abs(np.array(shares) - 1.0)
+    assert len(off) >= 40
+    assert off.max() <= 0.06
+    assert np.quantile(off, 0.9) <= 0.015

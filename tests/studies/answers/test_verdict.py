@@ -259,3 +259,31 @@ def test_a_design_in_two_studies_has_the_value_of_the_longer_run():
     merged = merged_designs({"a": lucky, "b": long})
     assert merged.attrs["complete"] == 0.75
     assert any(note["kind"] == "incomplete" for note in merged.attrs["notes"])
+
+
+@pytest.mark.parametrize(
+    ("definition", "expected"),
+    [
+        ({}, True),
+        ({"excitation": "force"}, False),
+        ({"contact": {"model": "dwell"}}, False),
+        ({"physical": {"mass_kg": 40}}, False),
+    ],
+)
+def test_the_largest_acceleration_is_told_in_g_where_a_closed_form_tells_it(definition, expected) -> None:
+    cube = made([[1.3, 1.2, 1.4], [1.2, 1.1, 1.0]], errors=1e-9)
+    cube["relative_amplitude_ratio"] = cube["amplitude_ratio"] + 0.5
+    physical = {"mass_kg": 40, "natural_frequency_hz": 5, "base_amplitude_m": 0.002}
+    cube.attrs["study"] = json.dumps({"physical": physical} | definition)
+    answer = optimal_designs(cube)
+    assert ("acceleration" in {row[0] for row in answer.attrs["brief"]["rows"]}) is expected
+    if expected:
+        # the best has γ_F = 0.1, and |v| of 1.7 at its largest
+        assert answer.attrs["acceleration_g"] == pytest.approx(1.8 * (10 * np.pi) ** 2 * 0.002 / 9.80665)
+        of_part = optimal_designs(cube, Judging(band=(1.0, 1.1)))
+        assert of_part.attrs["acceleration_g"] < answer.attrs["acceleration_g"]
+        cube["acceleration_ratio"] = 3.0 * xr.ones_like(cube["amplitude_ratio"])
+        measured = optimal_designs(cube).attrs["acceleration_g"]
+        assert measured == pytest.approx(3.0 * (10 * np.pi) ** 2 * 0.002 / 9.80665)
+    else:
+        assert "acceleration_g" not in answer.attrs
