@@ -48,6 +48,11 @@ def cos(x: ArrayLike) -> Floats:
     return _each(math.cos, x)
 
 
+def acos(x: ArrayLike) -> Floats:
+    """Arc cosine of each element [rad]; a ValueError where one is beyond ±1."""
+    return _each(math.acos, x)
+
+
 def power(base: ArrayLike, exponent: ArrayLike) -> Floats:
     """Powers, element by element; an OverflowError above the largest number, a ValueError where there is none."""
     return np.asarray(_POWER(base, exponent), np.float64)

@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF, base_amplitudes
+from damperlab.studies.conventions import of_variable_in_units
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.physical import DERIVATIONS, STANDARD_GRAVITY, Physical, lying
@@ -102,7 +103,9 @@ def with_units(cube: xr.Dataset, results: bool = True) -> xr.Dataset:
     if not results:
         return found
     along = {
-        each.name: _result(cube[each.source] * base_of(cube) ** each.power, each)
+        each.name: _result(
+            (cube[each.source] * base_of(cube) ** each.power).assign_attrs(cube[each.source].attrs), each
+        )
         for each in results_along(cube)
     }
     found = found.assign({name: array.transpose(*cube["status"].dims) for name, array in along.items()})
@@ -211,7 +214,7 @@ def in_ratios(cube: xr.Dataset, names: Iterable[str]) -> tuple[str, ...]:
 
 def _result(variable: xr.DataArray, quantity: InUnits) -> xr.DataArray:
     found: xr.DataArray = variable * quantity.factor
-    found.attrs = quantity.attributes
+    found.attrs = {**quantity.attributes, **of_variable_in_units(variable.attrs)}
     return found
 
 

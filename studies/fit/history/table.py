@@ -7,6 +7,7 @@ from damperlab.studies.faults import Fault, StudyFaults, counted, printable
 from damperlab.studies.fit.columns import SHARES, Column, read_headings, says_time
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
+from damperlab.studies.portable import acos, cos
 from damperlab.studies.written_units import ACCELERATIONS, LENGTHS, TIMES
 
 LEAST_ROWS, MOST_ROWS = 24, 20_000
@@ -155,8 +156,8 @@ def _released(moved: np.ndarray) -> int | None:
     found = []
     for row in range(max(begin, 2 * away - end - 1), away):
         held = share[begin : row + 1].mean()
-        rate = float(np.mean(np.arccos(np.minimum(share[fall] / held, 1.0)) / (fall - row)))
-        after = share[row + 1 : end] - held * np.cos(rate * np.arange(1, end - row))
+        rate = float(np.mean(acos(np.minimum(share[fall] / held, 1.0)) / (fall - row)))
+        after = share[row + 1 : end] - held * cos(rate * np.arange(1, end - row))
         found.append((float(np.sum((share[begin : row + 1] - held) ** 2) + np.sum(after**2)), row, rate))
     _, row, rate = min(found)
     if first == 0:

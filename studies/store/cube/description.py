@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from damperlab.studies.conventions import of_file, of_variable
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.store.cube.coding import (
@@ -103,16 +104,20 @@ def first_pieces(
     coordinates = study.coordinates
     members = {name: _coordinate(name, values, study) for name, values in coordinates.items()}
     shape, dimensions = study.shape, tuple(coordinates)
-    members |= {v.name: _variable(v, shape, chunk, dimensions) for v in stored_variables(study)}
+    stored = tuple(each.name for each in stored_variables(study))
+    members |= {v.name: _variable(v, shape, chunk, dimensions, stored) for v in stored_variables(study)}
+    version = provenance.get("solver_version", "unknown")
+    time = datetime.fromtimestamp(created, UTC).isoformat(timespec="microseconds")
     document = {
         "zarr_format": 3,
         "node_type": "group",
         "attributes": {
+            **of_file(version, time),
             "title": study.name,
             "study": json.dumps(study.document()),
             "digest": study.digest,
-            "solver_version": provenance.get("solver_version", "unknown"),
-            "created": datetime.fromtimestamp(created, UTC).isoformat(timespec="microseconds"),
+            "solver_version": version,
+            "created": time,
             "provenance": json.dumps(dict(provenance)),
             "complete": "no",
             _OWN: {"crc32c": PLACEHOLDER, "layout": 2, "reuse": reuse},
@@ -229,7 +234,11 @@ def _array(name: str, node: Mapping[str, Any]) -> StoredArray:
 
 @lru_cache(maxsize=1024)
 def _variable(
-    variable: Variable, shape: tuple[int, ...], chunk: tuple[int, ...], dimensions: tuple[str, ...]
+    variable: Variable,
+    shape: tuple[int, ...],
+    chunk: tuple[int, ...],
+    dimensions: tuple[str, ...],
+    stored: tuple[str, ...],
 ) -> dict[str, Any]:
     dtype = np.dtype(variable.dtype)
     blosc = {"cname": "zstd", "clevel": 1, "shuffle": "shuffle", "blocksize": 0, "typesize": dtype.itemsize}
@@ -249,7 +258,7 @@ def _variable(
         "fill_value": fill,
         "codecs": [{"name": CODEC, "configuration": {"variable": variable.name, "codecs": codecs}}],
         "dimension_names": list(dimensions),
-        "attributes": _attributes(variable),
+        "attributes": _attributes(variable) | of_variable(variable.name, stored),
     }
 
 

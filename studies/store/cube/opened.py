@@ -14,6 +14,7 @@ from xarray.core.indexing import (
     explicit_indexing_adapter,
 )
 
+from damperlab.studies.conventions import of_variable_in_units
 from damperlab.studies.store.cube.chunks import Marks, damaged
 from damperlab.studies.store.cube.coding import StoredArray, StoredCoordinate
 from damperlab.studies.store.cube.cube import block_grid, read_chunk
@@ -93,7 +94,8 @@ def _along_amplitudes(
         factors = each.factor * base.values.reshape(shape) ** each.power
         lazy = LazilyIndexedArray(_Along(_CheckedArray(shelf, described, array, marks, kept), factors))
         encoding = {"chunks": array.chunks}
-        found[each.name] = xr.Variable(described.dimensions, lazy, each.attributes, encoding)
+        attributes = {**each.attributes, **of_variable_in_units(array.attributes)}
+        found[each.name] = xr.Variable(described.dimensions, lazy, attributes, encoding)
     return found
 
 

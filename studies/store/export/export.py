@@ -11,6 +11,7 @@ import h5py  # type: ignore[import-untyped]
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.conventions import of_variable_in_units
 from damperlab.studies.store.export.slabs import BUDGET, rows, slabs
 from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.units import coordinates_in_units, results_in_units
@@ -91,7 +92,7 @@ def _fill(file: Any, cube: xr.Dataset) -> None:
         target = _array(file, str(key), dimensions, variable.dtype, chunks, {**variable.attrs, **also})
         beside: Any = None
         if result is not None:
-            attributes = {**result.attributes, **also}
+            attributes = {**result.attributes, **of_variable_in_units(variable.attrs), **also}
             beside = _array(file, result.name, dimensions, np.dtype("f8"), chunks, attributes)
         for slab in slabs(variable.shape, chunks, BUDGET):
             values = variable[slab].values

@@ -7,12 +7,15 @@ import json
 import tracemalloc
 from math import prod
 
+import cf_xarray  # noqa: F401 - the accessor .cf
 import h5netcdf
 import numpy as np
+import pint_xarray  # noqa: F401 - the accessor .pint
 import pyarrow.parquet
 import pytest
 import xarray as xr
 import zarr
+from cf_xarray.units import units as cf_units
 from tests.filling import enter, entered, make_plan_of, make_study, outcome_of, values_of
 from zarr.core.buffer import default_buffer_prototype
 from zarr.storage import MemoryStore
@@ -276,3 +279,35 @@ def test_zarr_reads_the_groups_as_the_cube_is(store, monkeypatch):
 def test_other_keys_are_no_groups(store, key):
     record = enter(store, make_study())
     assert group_of(key, describe_cube(store.snapshot(record.id)[0].get("zarr.json"))) is None
+
+
+@pytest.mark.parametrize(
+    "physical", [None, {"mass_kg": 20, "natural_frequency_hz": 4, "base_amplitude_m": 0.001}]
+)
+def test_exports_and_zarr_follow_the_conventions_that_other_programs_read(store, tmp_path, physical):
+    study = make_study(physical=physical) if physical else make_study()
+    plan = make_plan_of(study)
+    record = enter(store, study).id
+    block = plan.block(0)
+    write_region(store.cube_path(record), block, values_of(study, block))
+    store.mark(record, outcome_of(block))
+    write_netcdf(store.cube(record), tmp_path / "cube.nc")
+    with xr.open_dataset(tmp_path / "cube.nc") as found:
+        assert found.attrs["Conventions"] == "CF-1.11"
+        assert {"title", "source", "history", "references"} <= found.attrs.keys()
+        # cf-xarray finds what stands beside a result, pint-xarray its unit
+        assert set(found.cf[["amplitude_ratio"]].variables) >= {
+            "amplitude_ratio",
+            "amplitude_error",
+            "status",
+        }
+        quantified = found.drop_vars(["provenance"], errors="ignore").pint.quantify(unit_registry=cf_units)
+        assert quantified["amplitude_ratio"].pint.units == cf_units.dimensionless
+        if physical:
+            assert quantified["amplitude_m"].pint.units == cf_units.metre
+            assert "amplitude_error_m" in found["amplitude_m"].attrs["ancillary_variables"].split()
+        for variable in found.data_vars.values():
+            for name in variable.attrs.get("ancillary_variables", "").split():
+                assert name in found, (variable.name, name)
+        zarr_attributes = store.cube(record)["amplitude_ratio"].attrs
+        assert found["amplitude_ratio"].attrs["cell_methods"] == zarr_attributes["cell_methods"]

@@ -1,0 +1,70 @@
+"""What the conventions CF-1.11 want said of a cube beside names and units, so that programs that know them read it.
+
+https://cfconventions.org: ancillary variables (3.4), cell methods (7.3), attributes of a file (2.6.2).
+"""
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from damperlab.studies.unit_names import AMPLITUDES
+
+CONVENTIONS = "CF-1.11"
+REFERENCES = "https://doi.org/10.3390/machines11050545"
+"""Of the damper: Akbar, Wong, Rustighi, Machines 2023, 11, 545."""
+
+_SHARES = tuple(f"dissipation_{name}" for name in ("viscous", "friction", "impact", "particle"))
+_ERROR = {
+    "amplitude_ratio": "amplitude_error",
+    "impacts_per_cycle": "impacts_error",
+    **dict.fromkeys(_SHARES, "dissipation_error"),
+}
+_METHODS = {
+    **dict.fromkeys(
+        ("amplitude_ratio", "relative_amplitude_ratio", "acceleration_ratio"),
+        "time: mean (comment: of the largest value in each excitation cycle)",
+    ),
+    **dict.fromkeys(("amplitude_ratio_max", "impact_speed_max"), "time: maximum"),
+    **dict.fromkeys(
+        ("amplitude_ratio_rms", "acceleration_ratio_rms"), "time: root_mean_square (comment: times √2)"
+    ),
+    **dict.fromkeys(("impacts_per_cycle", "dissipation_per_cycle", "stick_fraction", *_SHARES), "time: mean"),
+}
+_PREFIXES = {"peak_": "time: maximum", "impact_speed_max_": "time: maximum", "rms_": "time: root_mean_square"}
+
+
+def of_file(version: str, created: str) -> dict[str, str]:
+    """Give the attributes of a whole cube: what it follows, where it comes from, what the model is taken from.
+
+    Parameters
+    ----------
+    version : str
+        Of damperlab.
+    created : str
+        When the study was submitted, as ISO 8601.
+    """
+    return {
+        "Conventions": CONVENTIONS,
+        "source": f"damperlab {version}",
+        "history": f"{created} study submitted to damperlab {version}",
+        "references": REFERENCES,
+    }
+
+
+def of_variable(name: str, stored: Collection[str]) -> dict[str, str]:
+    """Give the attributes of one result of a cube that holds the variables `stored`."""
+    beside = [each for each in (_ERROR.get(name), "status") if each in stored and each != name]
+    by_prefix = (method for prefix, method in _PREFIXES.items() if name.startswith(prefix))
+    method = _METHODS.get(name) or next(by_prefix, "")
+    found = {"ancillary_variables": " ".join(map(str, beside)), "cell_methods": method}
+    return {attribute: text for attribute, text in found.items() if text}
+
+
+def of_variable_in_units(attributes: Mapping[str, Any]) -> dict[str, str]:
+    """Give those of `of_variable` for the same result in units, of the attributes of the result in ratios."""
+    kept = {
+        name: str(attributes[name]) for name in ("ancillary_variables", "cell_methods") if name in attributes
+    }
+    if "ancillary_variables" in kept:
+        beside = (AMPLITUDES.get(name, name) for name in kept["ancillary_variables"].split())
+        kept["ancillary_variables"] = " ".join(beside)
+    return kept
