@@ -6,10 +6,12 @@ from typing import Annotated
 
 import typer
 
+from damperlab.service.cli.failures import UsageFault
 from damperlab.service.cli.options import DataDir, StudyId
 from damperlab.service.cli.output import make_parent, note, working
 from damperlab.service.cli.places import file_option
 from damperlab.service.cli.store import label, open_store
+from damperlab.studies.faults import Fault
 from damperlab.studies.vocabulary import EXPORT_FORMATS, EXPORT_SUFFIXES, ExportFormat
 
 
@@ -35,10 +37,21 @@ def export(
             "--names", help="Keep the names of user, host and owner of the key in the file's provenance."
         ),
     ] = False,
+    licence: Annotated[
+        str | None,
+        typer.Option(
+            help="Licence of the results, such as CC-BY-4.0, written into the file.", show_default=False
+        ),
+    ] = None,
+    crate: Annotated[
+        bool,
+        typer.Option("--crate", help="Describe the file in an RO-Crate: ro-crate-metadata.json beside it."),
+    ] = False,
     data_dir: DataDir = None,
 ) -> None:
     """Write a study's results to a file."""
     file_format = file_format or _format_of(output)
+    from damperlab.studies.store.export import crate as crates
     from damperlab.studies.store.export.export import csv_lines, without_names, write_netcdf
     from damperlab.studies.store.export.parquet import parquet_pieces
 
@@ -46,6 +59,10 @@ def export(
     record = store.find(study)
     cube = store.cube(record.id)
     cube = cube if names else without_names(cube)
+    cube = cube if licence is None else cube.assign_attrs(license=licence)
+    if crate and (output.parent / crates.FILE).exists():
+        found, advice = str(output.parent / crates.FILE), "write the file into a folder of its own"
+        raise UsageFault(Fault("--crate", found, f"no {crates.FILE} beside the file", advice))
     make_parent(output)
     with working(f"Writing {output}"):
         if file_format == "netcdf":
@@ -62,6 +79,8 @@ def export(
                 partial.replace(output)
             finally:
                 partial.unlink(missing_ok=True)
+    if crate:
+        crates.write_crate(cube, output)
     missing = record.points_total - record.points_done
     unfinished = f"; {missing} of them are not computed yet (status -1)" if missing else ""
     note(f"Wrote {record.points_total} points of {label(record)} to {output}{unfinished}.")

@@ -1,5 +1,6 @@
 """Studies that a command has stored: shown, printed in units, deleted, verified, saved and restored."""
 
+import hashlib
 import json
 import shutil
 from collections.abc import Iterator
@@ -132,6 +133,30 @@ def test_a_file_names_user_and_host_where_that_is_asked_for(
     told = json.loads(xr.open_dataset(file, engine="h5netcdf").attrs["provenance"])
     assert {"host", "user"} & told.keys() == ({"host", "user"} if names else set())
     assert told["solver_version"] == record["provenance"]["solver_version"]
+
+
+def test_an_export_is_described_as_a_crate_on_request(
+    stored: tuple[Path, dict[str, Any]], tmp_path: Path
+) -> None:
+    data_dir, record = stored
+    options = ("-o", tmp_path / "cube.nc", "--data-dir", data_dir, "--licence", "CC-BY-4.0", "--crate")
+    run("export", record["id"], *options)
+    assert xr.open_dataset(tmp_path / "cube.nc", engine="h5netcdf").attrs["license"] == "CC-BY-4.0"
+    graph = json.loads((tmp_path / "ro-crate-metadata.json").read_text())["@graph"]
+    entities = {each["@id"]: each for each in graph}
+    whole, file = entities["./"], entities["cube.nc"]
+    assert whole["license"] == "CC-BY-4.0"
+    assert file["sha256"] == hashlib.sha256((tmp_path / "cube.nc").read_bytes()).hexdigest()
+    assert json.loads(entities["#study"]["value"]) == record["definition"]
+    # whatever an entity refers to is described, and nobody is named
+    for each in graph:
+        for value in each.values():
+            for one in value if isinstance(value, list) else [value]:
+                if isinstance(one, dict) and not one["@id"].startswith("https://w3id.org/"):
+                    assert one["@id"] in entities
+    assert record["provenance"]["user"] not in json.dumps(graph).replace(record["definition"]["name"], "")
+    again = run("export", record["id"], *options, status=2)
+    assert "ro-crate-metadata.json" in again.stderr
 
 
 @pytest.fixture

@@ -1,0 +1,102 @@
+"""An export described for other programs: the metadata of an RO-Crate 1.1 (https://w3id.org/ro/crate/1.1), beside the file."""
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+FILE = "ro-crate-metadata.json"
+_MEDIA_TYPES = {
+    ".nc": "application/x-netcdf",
+    ".csv": "text/csv",
+    ".parquet": "application/vnd.apache.parquet",
+}
+_STUDY, _SOFTWARE = "#study", "#damperlab"
+
+
+def write_crate(cube: xr.Dataset, export: Path) -> Path:
+    """Write the metadata beside an export.
+
+    Parameters
+    ----------
+    cube : Dataset
+        What was exported; names that shall not be handed on are left out of it.
+    export : Path
+        The file.
+
+    Returns
+    -------
+    Path
+        Of the metadata.
+    """
+    path = export.parent / FILE
+    path.write_text(
+        json.dumps(_document(cube, export), indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+    )
+    return path
+
+
+def _document(cube: xr.Dataset, export: Path) -> dict[str, Any]:
+    attributes = cube.attrs
+    licence = {"license": attributes["license"]} if "license" in attributes else {}
+    with export.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    file_entity = {
+        "@id": export.name,
+        "@type": "File",
+        "name": attributes["title"],
+        "encodingFormat": _MEDIA_TYPES.get(export.suffix.lower(), "application/octet-stream"),
+        "contentSize": str(export.stat().st_size),
+        "sha256": digest,
+        "conformsTo": attributes["Conventions"],
+    }
+    return {
+        "@context": "https://w3id.org/ro/crate/1.1/context",
+        "@graph": [
+            {
+                "@id": FILE,
+                "@type": "CreativeWork",
+                "conformsTo": {"@id": "https://w3id.org/ro/crate/1.1"},
+                "about": {"@id": "./"},
+            },
+            {
+                "@id": "./",
+                "@type": "Dataset",
+                "name": attributes["title"],
+                "description": f"Results of study {attributes['digest'][:12]} of a hybrid vibration damper.",
+                "datePublished": attributes["created"],
+                "citation": {"@id": attributes["references"]},
+                "hasPart": [{"@id": export.name}],
+                **licence,
+            },
+            file_entity,
+            {
+                "@id": "#computation",
+                "@type": "CreateAction",
+                "instrument": {"@id": _SOFTWARE},
+                "object": {"@id": _STUDY},
+                "result": {"@id": export.name},
+                "startTime": attributes["created"],
+            },
+            {
+                "@id": _STUDY,
+                "@type": "PropertyValue",
+                "name": "definition of the study",
+                "value": attributes["study"],
+            },
+            {
+                "@id": _SOFTWARE,
+                "@type": "SoftwareApplication",
+                "name": "damperlab",
+                "version": attributes["solver_version"],
+                "softwareRequirements": attributes["provenance"],
+            },
+            {
+                "@id": attributes["references"],
+                "@type": "ScholarlyArticle",
+                "name": "A Hybrid Damper with Tunable Particle Impact Damping and Coulomb Friction",
+            },
+        ],
+    }
