@@ -64,6 +64,7 @@ from damperlab.studies.static_displacement import (
     with_static_displacement,
     without_force,
 )
+from damperlab.studies.text import refuse_the_other
 from damperlab.studies.variables import (
     BEFORE,
     DIMENSION_LONG_NAMES,
@@ -363,6 +364,7 @@ def parse_study(document: object, shelf: Shelf | None = None) -> Study | Suite:
     """
     if isinstance(document, Suite):
         return document
+    refuse_the_other(document, "study")
     if isinstance(document, dict) and "records" in document:
         return read_suite(document, shelf)
     return parse_harmonic(document)

@@ -244,7 +244,7 @@ class Computer(ExitStack):
         """Give the command that goes on with a study."""
         means = self._means
         given = {"workers": means.workers, "scheduler": means.scheduler, "cluster": means.cluster}
-        words = ["damperlab", "resume", study_id, "--data-dir", str(self.store.data_dir)]
+        words = ["damperlab", "run", study_id, "--data-dir", str(self.store.data_dir)]
         for name, value in given.items():
             words += [] if value is None else [f"--{name}", str(value)]
         return shlex.join(words)

@@ -64,16 +64,17 @@ OPTIONS = {name: option_of(name) for name in (*MEANINGS, "deviation", "confidenc
 """Fields of a fit as options."""
 
 
-@names_a_design(MEANINGS)
+@names_a_design(
+    MEANINGS, f"Known values, as --at restitution=0.5 or --restitution 0.5: {', '.join(MEANINGS)}."
+)
 def fit(
     design: Values,
     measured: Annotated[
         Path,
         typer.Argument(
             metavar="MEASURED.csv",
-            help="A table with headings: frequency (Hz) or frequency ratio; amplitude (mm) or X/Z; where known "
-            "deviation (mm) or deviation (%); columns for what differs from row to row, as base amplitude (mm). Or a time "
-            "history: time (s); displacement (mm) or relative displacement (mm); base acceleration (m/s2) where it moves.",
+            help="Columns: frequency (Hz); amplitude (mm) or X/Z; what else is known of a row. Or a time history: time (s); "
+            "displacement (mm); base acceleration (m/s2).",
             show_default=False,
         ),
     ],
@@ -81,26 +82,27 @@ def fit(
         list[str] | None,
         typer.Option(
             "--fit",
-            metavar="NAME[=LOW,HIGH]",
-            help="Estimate this parameter, within this range or a usual one. May be repeated.",
+            metavar="NAME",
+            help="Estimate it, or NAME=LOW,HIGH in a range. May be repeated.",
         ),
     ] = None,
     structure: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="What is known, written as a study (.yaml, .json); an axis there is a range to estimate within.",
+            help="What is known, as a study; an axis is a range.",
         ),
     ] = None,
     no_particle: Annotated[
-        bool, typer.Option("--no-particle", help="Identify a structure that has no particle.")
+        bool, typer.Option("--no-particle", help="The structure has no particle.")
     ] = False,
     contact: Contact = "instant",
     contact_time: ContactTime = None,
     start: Annotated[
         Direction | None,
         typer.Option(
-            help="How it was measured: each frequency from rest (the default), or by continuation up or down in frequency.",
+            metavar="WAY",
+            help="Measured from rest, or swept up or down.",
             show_default=False,
         ),
     ] = None,
@@ -108,32 +110,28 @@ def fit(
         str | None,
         typer.Option(
             metavar="SHARE",
-            help="Standard deviation of the amplitudes as a share of each, or of a time history as a share of its largest "
-            "displacement, as in 5%, where the table has none. Without either it is estimated from the scatter.",
+            help="Standard deviation of the measurement, as 5%; by default from its table, or its scatter.",
         ),
     ] = None,
-    confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 0,
+    confidence: Annotated[float, typer.Option(metavar="SHARE", help="Confidence of the intervals.")] = 0.95,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the draws.")] = 0,
     study: Annotated[
         Path | None,
         file_option(
-            help="Write the fitted prototype as a study that `damperlab run` computes: over the measured frequencies, or of "
-            "a time history from 0.8 to 1.25 times the natural frequency.",
+            help="Write what was found as a study, for `run`.",
         ),
     ] = None,
     specification: Annotated[
         Path | None,
         file_option(
-            help="Write a specification of a corrected design for `damperlab design`: what was measured, with the intervals "
-            "as tolerances, and ranges around what was built to choose from (.yaml, .json).",
+            help="Write it as a specification, for `design`.",
         ),
     ] = None,
     correct: Annotated[
         str | None,
         typer.Option(
             metavar="SPEC",
-            help="Make it from this specification, a file or a named one: its structure, given values and tolerances become "
-            "what was measured, all else is kept.",
+            help="Correct this specification with what was found.",
         ),
     ] = None,
     output: Annotated[
@@ -141,13 +139,13 @@ def fit(
         file_option(
             "--output",
             "-o",
-            help="Write the measured and the fitted response as a .png or .svg figure, or a report as .html or .pdf.",
+            help="Write a .png or .svg figure, or a .html or .pdf report.",
         ),
     ] = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Estimate parameters of a prototype from its measured frequency response or time history, with intervals.
+    """Estimate parameters of a prototype from a measurement.
 
     Whatever is neither given nor a column of the table has to be estimated; nothing is assumed.
     """

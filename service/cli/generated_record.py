@@ -5,23 +5,31 @@ from typing import Annotated, Any
 
 import typer
 
+PANEL = "A generated record, in place of RECORD"
+
 Generate = Annotated[
     int | None,
     typer.Option(
         "--kanai-tajimi",
         metavar="SEED",
-        help="Generate an artificial (Kanai–Tajimi) record from this seed in place of a file.",
+        rich_help_panel=PANEL,
+        help="An artificial (Kanai–Tajimi) record from this seed.",
     ),
 ]
-Duration = Annotated[float | None, typer.Option(help="Duration of the artificial record, in seconds.")]
-PeakG = Annotated[float | None, typer.Option(help="Peak acceleration of the artificial record, in g.")]
+Duration = Annotated[
+    float | None, typer.Option(metavar="SECONDS", rich_help_panel=PANEL, help="How long it lasts.")
+]
+PeakG = Annotated[
+    float | None, typer.Option(metavar="G", rich_help_panel=PANEL, help="Its peak acceleration.")
+]
 Written = Annotated[
     str | None,
     typer.Option(
         "--generate",
         metavar="YAML",
-        help="Generate a record in place of a file: a sweep, random_vibration or a shock as a study has it, or the name of a "
-        "file with one, as in '{shock: {shape: half_sine, peak_g: 15, duration_ms: 11}}'.",
+        rich_help_panel=PANEL,
+        help="A sweep, random_vibration or shock as a study has it, or a file with one, as in '{shock: {shape: half_sine, "
+        "peak_g: 15, duration_ms: 11}}'.",
     ),
 ]
 

@@ -22,7 +22,10 @@ def backup(
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Copy every study, even while studies run; an earlier backup is updated. The copy is a usable data folder."""
+    """Copy every study, even while studies run.
+
+    An earlier backup is updated. The copy is a usable data folder.
+    """
     from damperlab.studies.store.store import Store
 
     source = open_store(data_dir)
@@ -34,21 +37,29 @@ def backup(
 
 
 def restore(
-    folder: Annotated[Path, typer.Argument(help="Folder that `damperlab backup` created.")],
+    folder: Annotated[Path, typer.Argument(help="Folder that `damperlab store backup` created.")],
     data_dir: DataDir = None,
     place: StoreAddress = None,
     as_json: AsJson = False,
 ) -> None:
-    """Copy a backup into a data folder without studies, and into the configured catalogue."""
+    """Copy a backup into a folder without studies.
+
+    And into the configured catalogue.
+    """
     from damperlab.studies.store.store import Store
 
     if not (folder / "catalogue.sqlite").is_file():
-        raise typer.BadParameter(f"found {str(folder)!r}, allowed: a folder that `damperlab backup` made")
+        raise typer.BadParameter(
+            f"found {str(folder)!r}, allowed: a folder that `damperlab store backup` made"
+        )
     _copy(Store.open(folder), open_store(data_dir, store=place), as_json, f"Restored {folder}", for_good=True)
 
 
 def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJson = False) -> None:
-    """Rebuild the catalogue from the cubes, or add missing studies to it; it is safe to interrupt and to repeat."""
+    """Make the catalogue again from the cubes.
+
+    Or add missing studies to it. It is safe to interrupt and to repeat.
+    """
     from damperlab.studies.store.care.rebuild import rebuild as from_cubes
 
     settings = settings_of(data_dir, store=place)
@@ -61,7 +72,7 @@ def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJso
     known = f"{found.known} studies were known, {found.restored} of them restored"
     note(f"Added {found.studies} studies and {found.blocks} blocks; {known}.")
     if found.deleted:
-        note(f"{found.deleted} deleted studies stay deleted; `damperlab gc` removes their files.")
+        note(f"{found.deleted} deleted studies stay deleted; `damperlab store gc` removes their files.")
     if as_json:
         print_json(vars(found))
     if found.trouble:
@@ -82,7 +93,10 @@ def gc(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Remove superseded files; cubes of deleted studies go to a trash first. Unknown files stay, and are listed."""
+    """Remove superseded files.
+
+    Cubes of deleted studies go to a trash first. Unknown files stay, and are listed.
+    """
     from damperlab.studies.store.care.sweep import collect_garbage
 
     seconds = lasting(older_than, "--older-than")
@@ -93,7 +107,7 @@ def gc(
     for line in swept.what:
         note(f"{'Would ' if dry_run else ''}{line}")
     for line in swept.unknown:
-        note(f"Not touched: {line}. `damperlab rebuild` adds it to the catalogue if it is a cube.")
+        note(f"Not touched: {line}. `damperlab store rebuild` adds it to the catalogue if it is a cube.")
     verb = "Would remove or move" if dry_run else "Removed or moved"
     note(f"{verb} {swept.paths} files and folders, {swept.bytes} bytes.")
     if as_json:

@@ -65,7 +65,10 @@ def simulate(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Simulate one design point from rest: its response, its final state and its time history."""
+    """Compute one design point from rest.
+
+    Shows its response, its final state and its time history.
+    """
     check_file(output)
     at = {**DESIGN_POINT, **design}
     document: dict[str, object] = {**given(asked), "particle": not no_particle, "samples": SAMPLES_LIMIT}

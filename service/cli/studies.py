@@ -29,7 +29,7 @@ def studies(
     ] = None,
     name: Annotated[str | None, typer.Option(help="Only studies whose name contains this text.")] = None,
     tag: Annotated[
-        str | None, typer.Option(help="Only studies with this tag; see `damperlab remark`.")
+        str | None, typer.Option(help="Only studies with this tag; see `damperlab show --tags`.")
     ] = None,
     within: Annotated[
         str | None,
@@ -122,35 +122,6 @@ def _list_named(as_json: bool) -> None:
         say(f"{name}: {points:,} points. {description}\n")
 
 
-def remark(
-    study: StudyId,
-    data_dir: DataDir = None,
-    tags: Annotated[
-        str | None,
-        typer.Option(help="All its tags from now on, with commas between them; an empty text for none."),
-    ] = None,
-    text: Annotated[
-        str | None, typer.Option("--note", help="Its note from now on; an empty text for none.")
-    ] = None,
-    as_json: AsJson = False,
-) -> None:
-    """Tag a study, to find it by with `studies --tag`, or write a note to it."""
-    from damperlab.studies.remarks import read_remarks
-
-    given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
-    said = {name: value for name, value in (("tags", given), ("note", text)) if value is not None}
-    if not said:
-        raise typer.BadParameter("found neither of them; allowed: one or both", param_hint="--tags, --note")
-    with in_options({"tags": "--tags", "note": "--note"}):
-        remarks = read_remarks(said)
-    store = open_store(data_dir)
-    record = store.remark(store.find(study).id, remarks)
-    if as_json:
-        print_json(record.document())
-    else:
-        say(summary(record))
-
-
 def _read_range(within: str | None) -> "tuple[str | None, float | None, float | None]":
     """Read NAME=LO,HI; either end may be left out."""
     if within is None:
@@ -180,15 +151,36 @@ def show(
     accuracy: Annotated[
         bool, typer.Option("--accuracy", help="Show the error of its points against their run time instead.")
     ] = False,
+    tags: Annotated[
+        str | None,
+        typer.Option(
+            help="Change its tags, with commas between them, to find it by; an empty text for none."
+        ),
+    ] = None,
+    text: Annotated[
+        str | None, typer.Option("--note", help="Change its note; an empty text for none.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show one study: its state, progress and definition."""
+    """Show a study: its state, progress and definition. Tag it."""
     if accuracy:
         from damperlab.service.cli.precision import precision
 
+        check_alone({"--tags": tags is not None, "--note": text is not None}, "a study that is shown")
         precision(study, data_dir, as_json)
         return
-    record = open_store(data_dir).find(study)
+    given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
+    said = {name: value for name, value in (("tags", given), ("note", text)) if value is not None}
+    remarks = None
+    if said:
+        from damperlab.studies.remarks import read_remarks
+
+        with in_options({"tags": "--tags", "note": "--note"}):
+            remarks = read_remarks(said)
+    store = open_store(data_dir)
+    record = store.find(study)
+    if remarks is not None:
+        record = store.remark(record.id, remarks)
     if as_json:
         print_json(record.document())
     else:
@@ -196,7 +188,10 @@ def show(
 
 
 def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
-    """Stop a study wherever it runs; computed points are kept, and `resume` continues it."""
+    """Stop a study wherever it runs.
+
+    Computed points are kept, and `damperlab run ID` goes on with them.
+    """
     store = open_store(data_dir)
     record = store.find(study)
     if record.state == "cancelled":
@@ -209,7 +204,7 @@ def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) ->
         record = store.set_state(record.id, "cancelled", only_from=("queued", "running"))
         note(
             f"Study {label(record)} is {record.state} at {record.points_done} of {record.points_total} points; "
-            f"a process that runs it stops within seconds. Continue with: damperlab resume {record.id}"
+            f"a process that runs it stops within seconds. Continue with: damperlab run {record.id}"
         )
     if as_json:
         print_json(record.document())

@@ -128,7 +128,9 @@ def test_files_are_read_by_their_suffix(tmp_path: Path) -> None:
     for name in ("large.yaml", "folder.json", "none.yaml", "none.txt", "a\0.json", "x" * 5000 + ".json"):
         with pytest.raises(StudyFaults):
             read_study(str(tmp_path / name))
-    with pytest.raises(StudyFaults, match=r'"frame" is neither a file nor a named study.*`damperlab resume`'):
+    with pytest.raises(
+        StudyFaults, match=r'"frame" is neither a file nor a named study.*`damperlab studies`'
+    ):
         read_study("frame")
     with pytest.raises(StudyFaults, match="figure-11"):
         read_study("figure-12")

@@ -149,8 +149,10 @@ def test_damage_is_found_and_repaired(store: Store) -> None:
     file.write_bytes(file.read_bytes()[:40])
     # never a curve of fill values
     assert "verify --repair" in run("response", record.id, "--data-dir", store.data_dir, status=1).stderr
-    assert "lock 0" in run("verify", "--data-dir", store.data_dir, status=1).stderr
-    answer = run("verify", record.id, "--repair", "--workers", "1", "--data-dir", store.data_dir, "--json")
+    assert "lock 0" in run("store", "verify", "--data-dir", store.data_dir, status=1).stderr
+    answer = run(
+        "store", "verify", record.id, "--repair", "--workers", "1", "--data-dir", store.data_dir, "--json"
+    )
     (mended,) = json.loads(answer.stdout)["studies"]
     assert (mended["repaired"], [damage["block"] for damage in mended["damaged"]]) == (True, [0])
     after = store.cube(record.id).load()
@@ -185,13 +187,13 @@ def test_results_of_another_solver_are_repaired_as_far_as_nothing_is_computed(tm
         "map", record.id, "--x", "clearance_ratio", "--y", "friction_ratio", "--data-dir", data, status=1
     )
     assert "verify" in said.stderr
-    run("verify", record.id, "--repair", "--data-dir", data)
+    run("store", "verify", record.id, "--repair", "--data-dir", data)
     assert list(verify(store, record)) == []
     assert store.cube(record.id).load().identical(before)
     next(Path(store.cube_path(record.id), "blocks").iterdir()).unlink()
-    refused = run("verify", record.id, "--repair", "--data-dir", data, status=1).stderr
+    refused = run("store", "verify", record.id, "--repair", "--data-dir", data, status=1).stderr
     assert "damperlab recompute" in refused
-    refused = run("resume", record.id, "--data-dir", data, status=1).stderr
+    refused = run("run", record.id, "--data-dir", data, status=1).stderr
     assert "damperlab recompute" in refused
     assert store.find(record.id).blocks_done == 12  # nothing is given up that this solver may not compute
     store.close()
@@ -199,23 +201,23 @@ def test_results_of_another_solver_are_repaired_as_far_as_nothing_is_computed(tm
 
 def test_a_study_that_another_solver_began_is_left_as_it_is_with_one_advice(tmp_path: Path) -> None:
     make_store(tmp_path)
-    said = run("resume", "half", "--data-dir", tmp_path, status=1).stderr
+    said = run("run", "half", "--data-dir", tmp_path, status=1).stderr
     assert "damperlab recompute" in said
-    assert "damperlab resume" not in said
+    assert "damperlab run" not in said
     store = Store.open(tmp_path)
     assert (store.find("half").state, store.find("half").message) == ("cancelled", None)
     store.close()
 
 
 def test_backup_and_restore(store: Store, tmp_path: Path) -> None:
-    run("backup", tmp_path / "safe", "--data-dir", store.data_dir)
-    again = run("backup", tmp_path / "safe", "--data-dir", store.data_dir, "--json")
+    run("store", "backup", tmp_path / "safe", "--data-dir", store.data_dir)
+    again = run("store", "backup", tmp_path / "safe", "--data-dir", store.data_dir, "--json")
     assert json.loads(again.stdout)["bytes"] == 0
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "notes").write_text("mine")
-    refused = run("backup", tmp_path / "other", "--data-dir", store.data_dir, status=2).stderr
+    refused = run("store", "backup", tmp_path / "other", "--data-dir", store.data_dir, status=2).stderr
     assert "holds other files" in refused
-    restored = run("restore", tmp_path / "safe", "--data-dir", tmp_path / "new", "--json")
+    restored = run("store", "restore", tmp_path / "safe", "--data-dir", tmp_path / "new", "--json")
     assert json.loads(restored.stdout)["studies"] == 1
     new = Store.open(tmp_path / "new")
     (record,) = new.page().records
@@ -226,9 +228,9 @@ def test_backup_and_restore(store: Store, tmp_path: Path) -> None:
 def test_gc_removes_what_is_old_enough(store: Store) -> None:
     orphan = store.data_dir / "cubes" / "000000000000-1.zarr"  # study 1 is another one
     orphan.mkdir()
-    young = run("gc", "--json", "--data-dir", store.data_dir)
+    young = run("store", "gc", "--json", "--data-dir", store.data_dir)
     assert (json.loads(young.stdout)["paths"], orphan.exists()) == (0, True)
-    swept = run("gc", "--older-than", "0s", "--json", "--data-dir", store.data_dir)
+    swept = run("store", "gc", "--older-than", "0s", "--json", "--data-dir", store.data_dir)
     assert (json.loads(swept.stdout)["paths"], orphan.exists()) == (1, False)
 
 

@@ -14,7 +14,7 @@ import pytest
 from tests.service.cli.commands import END_SECONDS, LINEAR, command, environment, run
 from typer.main import get_command
 
-from damperlab.service.cli.main import GONE, app
+from damperlab.service.cli.main import GONE, RENAMED, app
 from damperlab.service.cli.store import warn_of_unknown_variables
 
 HEAVY = (
@@ -71,6 +71,16 @@ def test_a_command_that_is_gone_says_what_to_do_instead(line: str) -> None:
         assert instead in get_command(app).commands  # type: ignore[attr-defined]
 
 
+@pytest.mark.parametrize("old", RENAMED)
+def test_a_command_by_its_old_name_works_and_says_the_new_one(old: str) -> None:
+    said = run(old, "--help")
+    assert f"damperlab {RENAMED[old].partition(' --')[0]}" in said.stdout
+    assert (
+        said.stderr == f"damperlab: `{old}` is now `{RENAMED[old]}`; the old name works until version 0.3.\n"
+    )
+    assert old not in get_command(app).commands  # type: ignore[attr-defined]
+
+
 COMPUTING = ("numba", "dask.array", "distributed", "fastapi", "matplotlib", "xarray")
 
 
@@ -84,7 +94,7 @@ COMPUTING = ("numba", "dask.array", "distributed", "fastapi", "matplotlib", "xar
                 "response 'bare structure' --at friction_ratio=0",
                 "optimum 'bare structure'",
                 "tmd 'bare structure' --mass-ratio 0.1",
-                "precision 'bare structure'",
+                "show 'bare structure' --accuracy",
             ],
             {"xarray", "dask.array"},
         ),
