@@ -1,5 +1,6 @@
 """Commands on the studies that are stored: studies, show, cancel, delete."""
 
+import json
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,7 +11,6 @@ from damperlab.service.cli.output import duration, note, print_json, print_table
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.store import label, open_store
 from damperlab.studies.store.provenance import COARSE_OF
-from damperlab.studies.variables import BEFORE, MADE_BY
 from damperlab.studies.vocabulary import EXCITATIONS, STATES
 
 if TYPE_CHECKING:
@@ -20,6 +20,11 @@ LISTED_BY = dict.fromkeys(("axis", "from", "to"), "--within") | {
     name: f"--{name}" for name in ("state", "tag", "cursor")
 }
 """What studies are listed by, as options."""
+
+
+UNSAID = ("name", "metrics", "steady")
+PLAIN = {"particle": True, "contact": {"model": "instant"}, "solver": {"method": "event"}, "start": "rest"}
+"""What is not shown of a definition: settings, and what every study has unless it says otherwise."""
 
 
 def studies(
@@ -272,26 +277,26 @@ def summary(record: "Record") -> str:
         lines.append(("version", str(record.version)))
     if record.outdated:
         lines.append(("outdated", f"computed by an earlier solver; damperlab recompute {record.id}"))
-    if record.definition.get("excitation"):
-        lines.append(("excitation", EXCITATIONS[record.definition["excitation"]]))
-    records = [one["id"] for one in record.definition.get("records", [])]
-    if records:
-        lines.append(("records", ", ".join(records)))
-    definition = record.definition
-    given = {name: definition[name] for name in BEFORE if definition.get(name) is not None}
-    physical = definition.get("physical") or {}
-    given |= {name: value for name, value in physical.items() if name in MADE_BY.values()}
-    for axis, value in (given | definition.get("axes", {})).items():
-        lines.append((str(axis), _spell_axis(value)))
+    for key, value in record.definition.items():
+        if key in ("axes", "physical"):
+            lines += [(name, _spell(one)) for name, one in value.items()]
+        elif key == "excitation":
+            lines.append((key, EXCITATIONS[value]))
+        elif key == "records":
+            lines.append((key, ", ".join(one["id"] for one in value)))
+        elif key not in UNSAID and value != PLAIN.get(key):
+            lines.append((key, _spell(value)))
     width = max(len(label) for label, _ in lines)
     return "\n".join(f"{label:<{width}}  {text}" for label, text in lines)
 
 
-def _spell_axis(value: object) -> str:
-    if isinstance(value, dict):
+def _spell(value: object) -> str:
+    """Write a value of a definition on one line."""
+    if isinstance(value, dict) and "num" in value:
         text = f"{value['start']:g} to {value['stop']:g}, {value['num']} values"
         return text + (", logarithmic" if value.get("spacing") == "log" else "")
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_spell(one)}" for name, one in value.items())
     if isinstance(value, list):
-        shown = ", ".join(f"{item:g}" for item in value[:6])
-        return shown + (f", … ({len(value)} values)" if len(value) > 6 else "")
-    return f"{value:g}" if isinstance(value, int | float) else str(value)
+        return ", ".join(map(_spell, value[:6])) + (f", … ({len(value)} values)" if len(value) > 6 else "")
+    return f"{value:g}" if isinstance(value, float) else json.dumps(value).strip('"')

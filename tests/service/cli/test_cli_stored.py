@@ -209,6 +209,46 @@ def test_a_study_that_another_solver_began_is_left_as_it_is_with_one_advice(tmp_
     store.close()
 
 
+def test_run_goes_on_with_a_stored_study_by_its_name_or_id(store: Store) -> None:
+    (record,) = store.page().records
+    for name in (record.id[:4], record.name):
+        assert "is complete" in run("run", name, "--data-dir", store.data_dir).stderr
+    refused = run("run", record.id, "--retry", "--data-dir", store.data_dir, status=1).stderr
+    assert "has no block that failed" in refused or "recompute" in refused
+
+
+def test_a_study_is_shown_as_it_was_given_and_tagged(tmp_path: Path) -> None:
+    study = {
+        "name": "press",
+        "damping_ratio": 0.02,
+        "physical": {
+            "mass_kg": 250,
+            "natural_frequency_hz": 6,
+            "base_amplitude_m": 0.0003,
+            "clearance_m": [0.001, 0.002],
+            "friction_force_n": 0,
+            "particle_mass_kg": 20,
+            "excitation_frequency_hz": {"start": 5, "stop": 7, "num": 2},
+        },
+        "start": {"kind": "ensemble", "n": 2, "seed": 1},
+        "steady": {"max_cycles": 50},
+    }
+    (tmp_path / "press.json").write_text(json.dumps(study))
+    run("run", tmp_path / "press.json", "--data-dir", tmp_path)
+    shown = run(
+        "show", "press", "--tags", "shop floor", "--note", "by hand", "--data-dir", tmp_path, status=2
+    )
+    assert "--tags" in shown.stderr
+    shown = run("show", "press", "--tags", "shop", "--note", "by hand", "--data-dir", tmp_path)
+    lines = dict(line.split("  ", 1) for line in shown.stdout.splitlines())
+    found = {name: text.strip() for name, text in lines.items()}
+    assert (found["tags"], found["note"]) == ("shop", "by hand")
+    assert (found["damping_ratio"], found["mass_kg"], found["clearance_m"]) == ("0.02", "250", "0.001, 0.002")
+    assert found["excitation_frequency_hz"] == "5 to 7, 2 values"
+    assert found["start"] == "kind ensemble, n 2, seed 1"
+    assert "solver" not in found
+
+
 def test_backup_and_restore(store: Store, tmp_path: Path) -> None:
     run("store", "backup", tmp_path / "safe", "--data-dir", store.data_dir)
     again = run("store", "backup", tmp_path / "safe", "--data-dir", store.data_dir, "--json")

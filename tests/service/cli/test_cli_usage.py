@@ -129,7 +129,7 @@ def test_a_command_ends_without_looking_through_what_it_loaded() -> None:
     program = (
         "import atexit, gc, sys\nfrom damperlab.__main__ import main\n"
         "atexit.register(lambda: print(gc.get_freeze_count(), len(gc.get_objects())))\n"
-        "sys.argv[1:] = ['--version']\nmain()"
+        "sys.argv[1:] = ['--help']\nmain()"
     )
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     kept, left = map(int, ended.stdout.splitlines()[-1].split())
