@@ -172,6 +172,10 @@ MEANT: dict[str, tuple[str, ...]] = {
 """Names of other documents, and what means the same here: the nearest spelling means something else."""
 
 
+UNITS = {"m": "m", "n": "N", "kg": "kg", "hz": "Hz", "s": "s", "deg": "degrees"}
+"""How the names of quantities end, and the unit that it says."""
+
+
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known name that was probably meant, or None."""
     names = list(known)
@@ -214,6 +218,9 @@ def unknown_key(field: str, key: object, known: tuple[str, ...], beside: Contain
     left = [name for name in known if name not in beside]
     near = nearest(key, left) if isinstance(key, str) else None
     advice = f"did you mean `{near}`? Otherwise remove it" if near else "remove it"
+    what, _, unit = (near or "").rpartition("_")
+    if what and unit in UNITS and str(key).rpartition("_")[0] == what:
+        advice = f"write `{near}`, with its value in {UNITS[unit]}"
     found = f"the unknown key {printable(key)}" if isinstance(key, str) else f"{describe(key)} as a key"
     allowed = f"the keys {', '.join(known)}"
     return Fault(

@@ -5,10 +5,9 @@ from importlib.resources import files
 from itertools import takewhile
 
 from damperlab.studies.definition import Study, parse_harmonic, parse_study
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, printable
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.suite import Suite
-from damperlab.studies.text import FORMATS, Format, is_file, load_text, read_file
+from damperlab.studies.text import Format, is_file, load_text, read_file, unknown_name
 
 
 def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = None) -> Study | Suite:
@@ -44,7 +43,9 @@ def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:
     if path_or_name in _named_files():
         return named_study(path_or_name)
     if not is_file(path_or_name):
-        raise StudyFaults([_unknown(path_or_name)])
+        from damperlab.studies.specification.reading import named_specifications
+
+        raise unknown_name(path_or_name, "study", _named_files(), named_specifications())
     text, written_in = read_file(path_or_name, "study")
     return parse_study_text(text, written_in, shelf)
 
@@ -54,20 +55,6 @@ def is_known(path_or_name: str) -> bool:
     from damperlab.studies.specification.reading import named_specifications
 
     return path_or_name in _named_files() or is_file(path_or_name) or path_or_name in named_specifications()
-
-
-def _unknown(name: str) -> Fault:
-    """Word that there is no such study; a name of the other kind is told the command that takes it."""
-    from damperlab.studies.specification.reading import named_specifications
-
-    allowed = f"a {', '.join(FORMATS)} file, or one of the named studies {listing(_named_files())}"
-    told = f"{printable(name)} is neither a file nor a named study: name {allowed}."
-    if name in named_specifications():
-        told = f"{name} is a named specification, not a study."
-        return Fault("study", describe(name), allowed, f"run `damperlab design {name}`", told)
-    near = nearest(name, _named_files())
-    otherwise = "name the file with its ending; `damperlab studies` lists what is stored, and with --named what comes along"
-    return Fault("study", describe(name), allowed, f"did you mean {near}?" if near else otherwise, told)
 
 
 def named_study(name: str) -> Study:

@@ -1,6 +1,6 @@
 """The command fit: parameters of a prototype from its measured frequency response or time history."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
@@ -35,9 +35,8 @@ from damperlab.studies.variables import DIMENSION_LONG_NAMES
 if TYPE_CHECKING:
     from damperlab.studies.fit.fitted import Fitted
     from damperlab.studies.fit.history.fitted import FittedHistory
-    from damperlab.studies.fit.history.history import History
     from damperlab.studies.fit.made import Made
-    from damperlab.studies.fit.measured import Measurement
+    from damperlab.worker.scenes import Scene
 
 STUDIES = (".yaml", ".yml", ".json")
 
@@ -170,86 +169,59 @@ def fit(
             known["start"] = "rest" if start == "rest" else swept
         table = read_table(measured)
         correction = None if correct is None else read_correction(correct, data_dir)
-    asked = Asked(known, ranges, design, _share(deviation), confidence, seed)
     wanted = Wanted(output, study, specification, correction, as_json)
+    way = _of_history() if isinstance(table, History) else _of_response()
     with in_options(OPTIONS):
-        if isinstance(table, History):
-            _fit_history(table, asked, wanted)
+        share = _share(deviation)
+        question = way.ask(table, known, ranges, known=design, share=share, confidence=confidence, seed=seed)
+        wanted.check(question)
+        have_ready(way.scenes(question))
+        computed = [0]
+        with working(lambda: f"Fitting, {computed[0]} {way.computed} computed"):
+            fitted = way.fit(question, lambda number: computed.__setitem__(0, number))
+        shown = _Shown(fitted, way.computed, way.verdict(fitted))
+        made = _made(wanted, shown)
+        if output is not None:
+            way.write(fitted, made, output)
+        if as_json:
+            print_json(way.document(fitted, made))
         else:
-            _fit_response(table, asked, wanted)
+            _print(shown, made if specification else None)
 
 
-class Asked(NamedTuple):
-    """What the options say: what is known, what is sought, and how sure."""
+class _Way(NamedTuple):
+    """How a table of one kind is fitted, and the answer written."""
 
-    known: dict[str, Any]
-    ranges: dict[str, tuple[float, float] | None]
-    design: Values
-    share: float | None
-    confidence: float
-    seed: int
+    ask: Callable[..., Any]
+    scenes: Callable[[Any], "list[Scene]"]
+    fit: Callable[..., Any]
+    verdict: Callable[[Any], list[str]]
+    document: Callable[..., dict[str, Any]]
+    write: Callable[..., None]
+    computed: str
 
 
-def _fit_response(table: "Measurement", asked: Asked, wanted: Wanted) -> None:
+def _of_response() -> _Way:
     from damperlab.service.fit_report import fit_document
     from damperlab.studies.fit.asking import make_question
     from damperlab.studies.fit.verdict import verdict
     from damperlab.worker.fit.estimate import fit_response
     from damperlab.worker.fit.model import scenes_of
 
-    question = make_question(
-        table,
-        asked.known,
-        asked.ranges,
-        known=asked.design,
-        share=asked.share,
-        confidence=asked.confidence,
-        seed=asked.seed,
+    return _Way(
+        make_question, scenes_of, fit_response, verdict, fit_document, write_fit, "sets of parameters"
     )
-    wanted.check(question)
-    have_ready(scenes_of(question))
-    computed = [0]
-    with working(lambda: f"Fitting, {computed[0]} sets of parameters computed"):
-        fitted = fit_response(question, lambda number: computed.__setitem__(0, number))
-    shown = _Shown(fitted, "sets of parameters", verdict(fitted))
-    made = _made(wanted, shown)
-    if wanted.output is not None:
-        write_fit(fitted, made, wanted.output)
-    if wanted.as_json:
-        print_json(fit_document(fitted, made))
-    else:
-        _print(shown, made if wanted.specification else None)
 
 
-def _fit_history(table: "History", asked: Asked, wanted: Wanted) -> None:
+def _of_history() -> _Way:
     from damperlab.service.history_report import history_document
     from damperlab.studies.fit.history.asking import make_history_question
     from damperlab.studies.fit.history.verdict import verdict_of_history
     from damperlab.worker.fit.history.estimate import fit_history
     from damperlab.worker.fit.history.march import scenes_of
 
-    question = make_history_question(
-        table,
-        asked.known,
-        asked.ranges,
-        known=asked.design,
-        share=asked.share,
-        confidence=asked.confidence,
-        seed=asked.seed,
-    )
-    wanted.check(question)
-    have_ready(scenes_of(question))
-    computed = [0]
-    with working(lambda: f"Fitting, {computed[0]} histories computed"):
-        fitted = fit_history(question, lambda number: computed.__setitem__(0, number))
-    shown = _Shown(fitted, "histories", verdict_of_history(fitted))
-    made = _made(wanted, shown)
-    if wanted.output is not None:
-        write_history_fit(fitted, made, wanted.output)
-    if wanted.as_json:
-        print_json(history_document(fitted, made))
-    else:
-        _print(shown, made if wanted.specification else None)
+    says, document = verdict_of_history, history_document
+    return _Way(make_history_question, scenes_of, fit_history, says, document, write_history_fit, "histories")
 
 
 def _ranges(free: list[str] | None) -> dict[str, tuple[float, float] | None]:

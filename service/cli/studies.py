@@ -14,6 +14,8 @@ from damperlab.studies.store.provenance import COARSE_OF
 from damperlab.studies.vocabulary import EXCITATIONS, STATES
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from damperlab.studies.store.record import Record
 
 LISTED_BY = dict.fromkeys(("axis", "from", "to"), "--within") | {
@@ -189,7 +191,7 @@ def show(
     if as_json:
         print_json(record.document())
     else:
-        say(summary(record))
+        say(summary(record, _defined(record)))
 
 
 def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
@@ -232,13 +234,15 @@ def delete(
         store.bury()
 
 
-def summary(record: "Record") -> str:
+def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
     """Describe a study in a few aligned lines.
 
     Parameters
     ----------
     record : Record
         As the store knows it.
+    more : iterable of (str, str)
+        What else is told, with its title.
     """
     share = 100 * record.points_done / record.points_total
     lines = [
@@ -277,17 +281,22 @@ def summary(record: "Record") -> str:
         lines.append(("version", str(record.version)))
     if record.outdated:
         lines.append(("outdated", f"computed by an earlier solver; damperlab recompute {record.id}"))
-    for key, value in record.definition.items():
-        if key in ("axes", "physical"):
-            lines += [(name, _spell(one)) for name, one in value.items()]
-        elif key == "excitation":
-            lines.append((key, EXCITATIONS[value]))
-        elif key == "records":
-            lines.append((key, ", ".join(one["id"] for one in value)))
-        elif key not in UNSAID and value != PLAIN.get(key):
-            lines.append((key, _spell(value)))
+    lines += more
     width = max(len(label) for label, _ in lines)
     return "\n".join(f"{label:<{width}}  {text}" for label, text in lines)
+
+
+def _defined(record: "Record") -> "Iterator[tuple[str, str]]":
+    """Give what a study was defined as, line by line."""
+    for key, value in record.definition.items():
+        if key in ("axes", "physical"):
+            yield from ((name, _spell(one)) for name, one in value.items())
+        elif key == "excitation":
+            yield (key, EXCITATIONS[value])
+        elif key == "records":
+            yield (key, ", ".join(one["id"] for one in value))
+        elif key not in UNSAID and value != PLAIN.get(key):
+            yield (key, _spell(value))
 
 
 def _spell(value: object) -> str:

@@ -403,7 +403,7 @@ def _brief(cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any],
         sentences.append(scatter)
     following = "damperlab optimum to rank the dampers."
     if found["complete"] < 1:
-        following = "damperlab run the suite to its end."
+        following = "damperlab run ID, which computes the rest."
     elif scales.size == 1:
         enough = enough_records(found["quantile_share"])
         if found["records"] < enough:

@@ -8,7 +8,7 @@ from typing import Any
 
 from damperlab.studies.consistency import rubbing_faults
 from damperlab.studies.definition import MAX_NAME
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, printable
+from damperlab.studies.faults import Fault, StudyFaults, describe, listing
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard
 from damperlab.studies.physical import PARTICLE_FRICTION, TILT
@@ -34,7 +34,7 @@ from damperlab.studies.specification.specification import (
     Structure,
     beside_rubbing,
 )
-from damperlab.studies.text import FORMATS, Format, is_file, load_text, read_file, refuse_the_other
+from damperlab.studies.text import Format, is_file, load_text, read_file, refuse_the_other, unknown_name
 
 KEYS = (
     "name",
@@ -87,23 +87,10 @@ def specification_document(path_or_name: str) -> dict[str, Any]:
     if path_or_name in named:
         return _mapping(load_specification(named[path_or_name], "yaml"))
     if not is_file(path_or_name):
-        raise StudyFaults([_unknown(path_or_name)])
+        from damperlab.studies.reading import named_texts
+
+        raise unknown_name(path_or_name, "specification", named, named_texts())
     return _mapping(load_specification(*read_file(path_or_name, "specification")))
-
-
-def _unknown(name: str) -> Fault:
-    """Word that there is no such specification; a name of the other kind is told the command that takes it."""
-    from damperlab.studies.reading import is_known
-
-    named = named_specifications()
-    allowed = f"a {', '.join(FORMATS)} file, or one of the named specifications {listing(named)}"
-    told = f"There is no specification {printable(name)}: name {allowed}."
-    if is_known(name):
-        told = f"{name} is a named study, not a specification."
-        return Fault("specification", describe(name), allowed, f"run `damperlab run {name}`", told)
-    near = nearest(name, named)
-    advice = f"did you mean {near}?" if near else "name one of them"
-    return Fault("specification", describe(name), allowed, advice, told)
 
 
 @cache
