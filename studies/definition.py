@@ -52,7 +52,7 @@ from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.suite_reading import read_suite
-from damperlab.studies.guard import guard
+from damperlab.studies.guard import guard, refuse_the_other
 from damperlab.studies.html import card
 from damperlab.studies.metrics import read_metrics
 from damperlab.studies.physical import Physical, derivations, derived_faults
@@ -64,7 +64,6 @@ from damperlab.studies.static_displacement import (
     with_static_displacement,
     without_force,
 )
-from damperlab.studies.text import refuse_the_other
 from damperlab.studies.variables import (
     BEFORE,
     DIMENSION_LONG_NAMES,

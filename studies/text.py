@@ -10,7 +10,7 @@ from typing import Any, Literal
 import yaml
 
 from damperlab.studies.faults import WHOLE, Fault, StudyFaults, describe, listing, nearest, printable
-from damperlab.studies.guard import MAX_CONTAINERS, MAX_DEPTH, MAX_VALUES, mapping, repeated_keys
+from damperlab.studies.guard import MAX_CONTAINERS, MAX_DEPTH, MAX_VALUES, OTHER, Kind, mapping, repeated_keys
 
 Format = Literal["json", "yaml"]
 
@@ -106,11 +106,6 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
     return document
 
 
-Kind = Literal["study", "specification"]
-COMMANDS: dict[Kind, str] = {"study": "run", "specification": "design"}
-"""The command that takes each kind of document."""
-
-
 def unknown_name(name: str, wanted: Kind, named: Iterable[str], others: Container[str]) -> StudyFaults:
     """Word that a text names neither a file nor what comes along; one of the other kind is told the command for it."""
     allowed = f"a .json, .yaml or .yml file, or one of {listing(named)}"
@@ -119,34 +114,10 @@ def unknown_name(name: str, wanted: Kind, named: Iterable[str], others: Containe
     stored = "; `damperlab studies` lists what is stored" if wanted == "study" else ""
     advice = f"did you mean {near}?" if near else f"name the file with its ending{stored}"
     if name in others:
-        other = _other(wanted)
+        other, command = OTHER[wanted]
         told = f"{name} is a named {other}, not a {wanted}."
-        advice = f"run `damperlab {COMMANDS[other]} {name}`"
+        advice = f"run `{command} {name}`"
     return StudyFaults([Fault(wanted, describe(name), allowed, advice, told)])
-
-
-def refuse_the_other(document: object, wanted: Kind) -> None:
-    """Refuse a specification in place of a study, or the other way round, in one fault that names the command for it.
-
-    Raises
-    ------
-    StudyFaults
-        Where its keys belong to the other kind alone.
-    """
-    keys = document.keys() if isinstance(document, dict) else ()
-    is_study, is_specification = (
-        ("axes" in keys or "physical" in keys),
-        ("structure" in keys or "choose" in keys),
-    )
-    if is_study == is_specification or is_study == (wanted == "study"):
-        return
-    found = _other(wanted)
-    told, advice = f"This is a {found}, not a {wanted}.", f"compute it with `damperlab {COMMANDS[found]}`"
-    raise _refused(f"a {found}", f"a {wanted}", advice, told)
-
-
-def _other(wanted: Kind) -> Kind:
-    return "specification" if wanted == "study" else "study"
 
 
 def _load(text: bytes | str, written_in: Format) -> Any:

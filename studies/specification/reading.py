@@ -10,7 +10,7 @@ from damperlab.studies.consistency import rubbing_faults
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.guard import guard
+from damperlab.studies.guard import guard, refuse_the_other
 from damperlab.studies.physical import PARTICLE_FRICTION, TILT
 from damperlab.studies.quantity import Quantity
 from damperlab.studies.specification.cavity import LEVEL, Cavity
@@ -34,7 +34,7 @@ from damperlab.studies.specification.specification import (
     Structure,
     beside_rubbing,
 )
-from damperlab.studies.text import Format, is_file, load_text, read_file, refuse_the_other, unknown_name
+from damperlab.studies.text import Format, is_file, load_text, read_file, unknown_name
 
 KEYS = (
     "name",
