@@ -1,6 +1,5 @@
 """Options that generate a ground-motion record, and the document that they make."""
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -33,8 +32,6 @@ Written = Annotated[
     ),
 ]
 
-FILES = (".yaml", ".yml", ".json")
-"""What the name of a file that says what to generate ends in; JSON is YAML."""
 RECIPE_OPTIONS = {
     "kanai_tajimi.seed": "--kanai-tajimi",
     "kanai_tajimi.duration_s": "--duration-s",
@@ -71,16 +68,9 @@ def recipe_of(
 
 def _read(written: str) -> dict[str, Any]:
     from damperlab.studies.ground.generated import WRITTEN, recipe_in
-    from damperlab.studies.text import load_text
+    from damperlab.studies.text import is_file, load_text, read_file
 
-    text: str | bytes = written
-    if Path(written).suffix.lower() in FILES:
-        try:
-            text = Path(written).read_bytes()
-        except OSError as error:
-            message = f"found {written}, which cannot be read ({error.strerror})"
-            raise typer.BadParameter(message, param_hint="--generate") from None
-    document = load_text(text, "yaml")
+    document = load_text(*read_file(written, "record")) if is_file(written) else load_text(written, "yaml")
     if not isinstance(document, dict) or len(document) != 1 or not recipe_in(document):
         raise typer.BadParameter(f"found {written!r}, allowed: {WRITTEN}", param_hint="--generate")
     return document

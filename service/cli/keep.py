@@ -22,10 +22,7 @@ def backup(
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Copy every study, even while studies run.
-
-    An earlier backup is updated. The copy is a usable data folder.
-    """
+    """Copy every study, even while studies run; an earlier backup is updated. The copy is a usable data folder."""
     from damperlab.studies.store.store import Store
 
     source = open_store(data_dir)
@@ -42,10 +39,7 @@ def restore(
     place: StoreAddress = None,
     as_json: AsJson = False,
 ) -> None:
-    """Copy a backup into a folder without studies.
-
-    And into the configured catalogue.
-    """
+    """Copy a backup into a data folder without studies, and into the configured catalogue."""
     from damperlab.studies.store.store import Store
 
     if not (folder / "catalogue.sqlite").is_file():
@@ -56,10 +50,7 @@ def restore(
 
 
 def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJson = False) -> None:
-    """Make the catalogue again from the cubes.
-
-    Or add missing studies to it. It is safe to interrupt and to repeat.
-    """
+    """Rebuild the catalogue from the cubes, or add missing studies to it; it is safe to interrupt and to repeat."""
     from damperlab.studies.store.care.rebuild import rebuild as from_cubes
 
     settings = settings_of(data_dir, store=place)
@@ -93,10 +84,7 @@ def gc(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Remove superseded files.
-
-    Cubes of deleted studies go to a trash first. Unknown files stay, and are listed.
-    """
+    """Remove superseded files; cubes of deleted studies go to a trash first. Unknown files stay, and are listed."""
     from damperlab.studies.store.care.sweep import collect_garbage
 
     seconds = lasting(older_than, "--older-than")

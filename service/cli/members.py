@@ -85,10 +85,7 @@ def worker(
         str | None, typer.Option(help="Name of the worker in messages and logs.", show_default=False)
     ] = None,
 ) -> None:
-    """Compute blocks for a scheduler, one at a time.
-
-    When told to leave, finish or give back the block that is running.
-    """
+    """Compute blocks for a scheduler, one at a time. When told to leave, finish or give back the block that is running."""
     from damperlab.worker.cluster.certificates import security
     from damperlab.worker.worker_process.member import Terms, serve_worker
     from damperlab.worker.worker_process.termination_notice import faulty
@@ -110,10 +107,7 @@ def certificates(
     ],
     days: Annotated[int, typer.Option(min=1, help="Days until the certificates expire.")] = 3650,
 ) -> None:
-    """Create the certificates of one cluster.
-
-    A private certificate authority, and the certificate that its members share.
-    """
+    """Create a private certificate authority for one cluster, and the certificate that its members share."""
     from damperlab.worker.cluster.certificates import make_certificates
 
     try:

@@ -31,10 +31,7 @@ def verify(
     means: Means,
     as_json: AsJson = False,
 ) -> None:
-    """Compare every stored file with its checksum.
-
-    The exit status is 1 if anything is damaged.
-    """
+    """Compare every stored file with its checksum; exit status 1 if anything is damaged."""
     store = open_store(data_dir)
     records = _every(store) if study is None else iter([store.find(study)])
     from damperlab.studies.store.care.verify import check_catalogue
