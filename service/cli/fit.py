@@ -63,8 +63,12 @@ OPTIONS = {name: option_of(name) for name in (*MEANINGS, "deviation", "confidenc
 """Fields of a fit as options."""
 
 
+LISTED = ", ".join(name for name in MEANINGS if not name.endswith("_ratio"))
+
+
 @names_a_design(
-    MEANINGS, f"Known values, as --at restitution=0.5 or --restitution 0.5: {', '.join(MEANINGS)}."
+    MEANINGS,
+    f"Known values, as --at restitution=0.5 or --restitution 0.5: {LISTED}, and the ratios of a study.",
 )
 def fit(
     design: Values,
@@ -82,7 +86,7 @@ def fit(
         typer.Option(
             "--fit",
             metavar="NAME",
-            help="Estimate it, or NAME=LOW,HIGH in a range. May be repeated.",
+            help="Estimate this, or NAME=LOW,HIGH in a range. May be repeated.",
         ),
     ] = None,
     structure: Annotated[
