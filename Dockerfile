@@ -42,5 +42,5 @@ EXPOSE 8000
 HEALTHCHECK --interval=10s --timeout=5s --start-period=30s \
     CMD ["python", "-c", "import urllib.request as r; r.urlopen('http://127.0.0.1:8000/health/ready', timeout=4)"]
 
-# Refuses to start until there is a key (`damperlab keys create`) or DAMPERLAB_ACCESS=open says that none is wanted.
+# Refuses to start until there is a key (`damperlab admin keys create`) or DAMPERLAB_ACCESS=open says that none is wanted.
 CMD ["damperlab", "serve", "--host", "0.0.0.0"]

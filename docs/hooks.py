@@ -140,6 +140,9 @@ def command_reference() -> str:
 
 
 def _command(name: str, command: Any) -> list[str]:
+    if group := getattr(command, "commands", None):
+        lines = [f"## damperlab {name}", "", str(command.help), ""]
+        return lines + [line for each in group for line in _command(f"{name} {each}", group[each])]
     shown = [each for each in command.params if not getattr(each, "hidden", False) and each.name != "help"]
     arguments = [each for each in shown if each.param_type_name == "argument"]
     usage = " ".join(["damperlab", name, *(_argument(each) for each in arguments), "[OPTIONS]"])

@@ -1,4 +1,4 @@
-"""The report on the paper as a page: `python -m docs.reproduced`, or of what `damperlab reproduce -o DIR` wrote, with DIR."""
+"""The report on the paper as a page: `python -m docs.reproduced`, or of what `damperlab check paper -o DIR` wrote, with DIR."""
 
 import json
 import sys
@@ -16,7 +16,7 @@ KEY = "docs/reproduction.md"
 RECOMPUTED = ("figures 10 and 9", "table 4", "the paper beside itself")
 """Sections that take seconds: a test computes them anew and compares every number."""
 INTRODUCTION = (
-    "This is the report that `damperlab reproduce -o DIR` writes, which draws the figures beside it. Every number stands "
+    "This is the report that `damperlab check paper -o DIR` writes, which draws the figures beside it. Every number stands "
     "beside the paper's, with every reading tried of what the paper leaves open, and where the paper disagrees with itself."
 )
 
@@ -35,7 +35,7 @@ def page_of(report: dict[str, Any]) -> str:
         If it is the short form.
     """
     if report["quick"]:
-        raise ValueError("This report is the short form; run damperlab reproduce without --quick.")
+        raise ValueError("This report is the short form; run damperlab check paper without --quick.")
     bare = [{**section, "figures": []} for section in report["sections"]]
     title, _, rest = in_markdown({**report, "sections": bare}).partition("\n\n")
     return f"{title}\n\n{INTRODUCTION}\n\n{rest}"
@@ -52,7 +52,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as own:
         folder = Path(sys.argv[1]) if sys.argv[1:] else Path(own)
         if not sys.argv[1:]:
-            run(f"damperlab reproduce -o {folder}", folder)
+            run(f"damperlab check paper -o {folder}", folder)
         PAGE.write_text(page_of(json.loads((folder / "reproduction.json").read_text())))
     record([KEY])
     print(KEY)

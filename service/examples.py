@@ -269,7 +269,7 @@ def complete(document: dict[str, Any]) -> None:
         "key": {
             "type": "http",
             "scheme": "bearer",
-            "description": "A key that `damperlab keys create` made.",
+            "description": "A key that `damperlab admin keys create` made.",
         },
         "session": {"type": "apiKey", "in": "cookie", "name": COOKIE},
     }

@@ -87,7 +87,11 @@ class Scrub:
     def _tell(self, study_id: str, told: list[str]) -> None:
         if told and told != self.found.get(study_id):
             more = f", and {len(told) - 1} more" if len(told) > 1 else ""
-            mend = "damperlab verify" if study_id == "catalogue" else f"damperlab verify {study_id} --repair"
+            mend = (
+                "damperlab store verify"
+                if study_id == "catalogue"
+                else f"damperlab store verify {study_id} --repair"
+            )
             _log.error("%s is damaged: %s%s; see, and repair, with `%s`", study_id, told[0], more, mend)
         self.found[study_id] = told
 

@@ -52,7 +52,7 @@ from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.suite_reading import read_suite
-from damperlab.studies.guard import guard
+from damperlab.studies.guard import guard, refuse_the_other
 from damperlab.studies.html import card
 from damperlab.studies.metrics import read_metrics
 from damperlab.studies.physical import Physical, derivations, derived_faults
@@ -363,6 +363,7 @@ def parse_study(document: object, shelf: Shelf | None = None) -> Study | Suite:
     """
     if isinstance(document, Suite):
         return document
+    refuse_the_other(document, "study")
     if isinstance(document, dict) and "records" in document:
         return read_suite(document, shelf)
     return parse_harmonic(document)

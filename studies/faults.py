@@ -163,18 +163,24 @@ def counted(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
-MEANT: dict[str, str] = {
-    "frequency_hz": "excitation_frequency_hz",
-    "excitation_frequency_hz": "frequency_hz",
+MEANT: dict[str, tuple[str, ...]] = {
+    "frequency_hz": ("excitation_frequency_hz", "frequency_ratio"),
+    "excitation_frequency_hz": ("frequency_hz", "frequency_ratio"),
+    "particle_friction_ratio": ("particle_friction_coefficient",),
+    "gravity_ratio": ("tilt_deg",),
 }
-"""Names of other documents, and what means the same where the nearest spelling means something else."""
+"""Names of other documents, and what means the same here: the nearest spelling means something else."""
+
+
+UNITS = {"m": "m", "n": "N", "kg": "kg", "hz": "Hz", "s": "s", "deg": "degrees"}
+"""How the names of quantities end, and the unit that it says."""
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known name that was probably meant, or None."""
     names = list(known)
-    if MEANT.get(word) in names:
-        return MEANT[word]
+    if word in MEANT:
+        return next((name for name in MEANT[word] if name in names), None)
     matches = difflib.get_close_matches(word[:_TEXT_SHOWN].lower(), names, n=1, cutoff=0.6)
     return matches[0] if matches else None
 
@@ -212,6 +218,9 @@ def unknown_key(field: str, key: object, known: tuple[str, ...], beside: Contain
     left = [name for name in known if name not in beside]
     near = nearest(key, left) if isinstance(key, str) else None
     advice = f"did you mean `{near}`? Otherwise remove it" if near else "remove it"
+    what, _, unit = (near or "").rpartition("_")
+    if what and unit in UNITS and str(key).rpartition("_")[0] == what:
+        advice = f"write `{near}`, with its value in {UNITS[unit]}"
     found = f"the unknown key {printable(key)}" if isinstance(key, str) else f"{describe(key)} as a key"
     allowed = f"the keys {', '.join(known)}"
     return Fault(

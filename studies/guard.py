@@ -1,6 +1,6 @@
 """A guard before the study's model: no document of any size, depth or shape may cost more than a moment."""
 
-from typing import Any
+from typing import Any, Literal
 
 from damperlab.studies.faults import WHOLE, Fault, StudyFaults, counted, describe, path
 
@@ -15,6 +15,14 @@ MAX_VALUES = 20_000
 
 MAX_KEYS = 100
 """Keys of one mapping."""
+
+
+Kind = Literal["study", "specification"]
+OTHER: dict[Kind, tuple[Kind, str]] = {
+    "study": ("specification", "damperlab design"),
+    "specification": ("study", "damperlab run"),
+}
+"""What may be given in place of each kind of document, and the command that takes it."""
 
 
 class Repeated(dict[str, Any]):
@@ -54,6 +62,26 @@ def repeated_keys(document: object) -> list[Fault]:
         elif isinstance(held, list):
             pending.extend(((*where, i), v) for i, v in enumerate(held) if isinstance(v, dict | list))
     return faults
+
+
+def refuse_the_other(document: object, wanted: Kind) -> None:
+    """Refuse a specification in place of a study, or the other way round, in one fault that names the command for it.
+
+    Raises
+    ------
+    StudyFaults
+        Where its keys belong to the other kind alone.
+    """
+    keys = document.keys() if isinstance(document, dict) else ()
+    is_study, is_specification = (
+        ("axes" in keys or "physical" in keys),
+        ("structure" in keys or "choose" in keys),
+    )
+    if is_study == is_specification or is_study == (wanted == "study"):
+        return
+    found, command = OTHER[wanted]
+    told = f"This is a {found}, not a {wanted}."
+    raise StudyFaults([Fault(WHOLE, f"a {found}", f"a {wanted}", f"compute it with `{command}`", told)])
 
 
 def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:

@@ -3,15 +3,11 @@
 from functools import cache
 from importlib.resources import files
 from itertools import takewhile
-from pathlib import Path
 
 from damperlab.studies.definition import Study, parse_harmonic, parse_study
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, printable
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.suite import Suite
-from damperlab.studies.text import MAX_BYTES, Format, load_text
-
-_FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
+from damperlab.studies.text import Format, is_file, load_text, read_file, unknown_name
 
 
 def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = None) -> Study | Suite:
@@ -44,34 +40,21 @@ def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:
     StudyFaults
         Where there is neither such a file nor such a name, or the study has faults.
     """
-    path = Path(path_or_name)
-    known = path.suffix.lower() in _FORMATS
-    if not known and path_or_name in _named_files():
+    if path_or_name in _named_files():
         return named_study(path_or_name)
-    if not known:
-        near = nearest(path_or_name, _named_files())
-        advice = (
-            f"did you mean {near}?"
-            if near
-            else (
-                "name the file with its ending; a study that is stored already is shown by `damperlab show` and continued by "
-                "`damperlab resume`, and `damperlab studies --named` describes the named ones"
-            )
-        )
-        allowed = f"a {', '.join(_FORMATS)} file, or one of the named studies {listing(_named_files())}"
-        told = f"{printable(path_or_name)} is neither a file nor a named study: name {allowed}."
-        raise StudyFaults([Fault("study", describe(path_or_name), allowed, advice, told)])
-    written_in = _FORMATS[path.suffix.lower()]
-    try:
-        with path.open("rb") as file:
-            # One byte more than allowed is enough to be refused, however large the file is.
-            text = file.read(MAX_BYTES[written_in] + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a path"
-        found = f"{describe(path_or_name)} ({reason})"
-        told = f"The file {printable(path_or_name)} cannot be read: {reason}."
-        raise StudyFaults([Fault("study", found, "a readable file", "check the path", told)]) from None
+    if not is_file(path_or_name):
+        from damperlab.studies.specification.reading import named_specifications
+
+        raise unknown_name(path_or_name, "study", _named_files(), named_specifications())
+    text, written_in = read_file(path_or_name, "study")
     return parse_study_text(text, written_in, shelf)
+
+
+def is_known(path_or_name: str) -> bool:
+    """Whether a text names a file, or a study or specification of the package."""
+    from damperlab.studies.specification.reading import named_specifications
+
+    return path_or_name in _named_files() or is_file(path_or_name) or path_or_name in named_specifications()
 
 
 def named_study(name: str) -> Study:

@@ -3,14 +3,19 @@
 import json
 import math
 import re
+from collections.abc import Container, Iterable
+from pathlib import Path
 from typing import Any, Literal
 
 import yaml
 
-from damperlab.studies.faults import WHOLE, Fault, StudyFaults, printable
-from damperlab.studies.guard import MAX_CONTAINERS, MAX_DEPTH, MAX_VALUES, mapping, repeated_keys
+from damperlab.studies.faults import WHOLE, Fault, StudyFaults, describe, listing, nearest, printable
+from damperlab.studies.guard import MAX_CONTAINERS, MAX_DEPTH, MAX_VALUES, OTHER, Kind, mapping, repeated_keys
 
 Format = Literal["json", "yaml"]
+
+FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
+"""How a file is written, by its suffix."""
 
 MAX_BYTES: dict[Format, int] = {"json": 4 * 1024 * 1024, "yaml": 32 * 1024}
 """Size of a document. YAML takes about a hundred times longer to read than JSON."""
@@ -32,6 +37,47 @@ _PLAIN_DIGITS = 400
 """No float has more digits before its point, and reading an integer takes time as the square of its digits."""
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+def is_file(path_or_name: str) -> bool:
+    """Whether a text names a file, by its ending or because there is one."""
+    return Path(path_or_name).suffix.lower() in FORMATS or Path(path_or_name).is_file()
+
+
+def read_file(path: Path | str, what: str) -> tuple[bytes, Format]:
+    """Read the text of a file, at most one byte more than `load_text` takes.
+
+    Parameters
+    ----------
+    path : Path or str
+        A ``.json``, ``.yaml`` or ``.yml`` file.
+    what : str
+        What it is to hold, in a word: the field of what is refused.
+
+    Raises
+    ------
+    StudyFaults
+        Where the file has another ending, cannot be read, is empty, or holds no text.
+    """
+    shown = printable(str(path))
+    written_in = FORMATS.get(Path(path).suffix.lower())
+    allowed = "a .json, .yaml or .yml file"
+    if written_in is None:
+        found, advice = describe(str(path)), f"name the file of a {what}"
+        told = f"The file {shown} is no {what}: a {what} is {allowed}."
+        raise StudyFaults([Fault(what, found, allowed, advice, told)])
+    try:
+        with Path(path).open("rb") as file:
+            text = file.read(MAX_BYTES[written_in] + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a path"
+        found, told = f"{describe(str(path))} ({reason})", f"The file {shown} cannot be read: {reason}."
+        raise StudyFaults([Fault(what, found, "a readable file", "check the path", told)]) from None
+    wrong = "empty" if not text.strip() else "binary, not text" if b"\0" in text else ""
+    if wrong:
+        told, advice = f"The file {shown} is {wrong}.", f"name the file of a {what}"
+        raise StudyFaults([Fault(what, f"a file that is {wrong}", allowed, advice, told)])
+    return text, written_in
 
 
 def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -> Any:
@@ -58,6 +104,20 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
     if not guarded and (faults := repeated_keys(document)):
         raise StudyFaults(faults)
     return document
+
+
+def unknown_name(name: str, wanted: Kind, named: Iterable[str], others: Container[str]) -> StudyFaults:
+    """Word that a text names neither a file nor what comes along; one of the other kind is told the command for it."""
+    allowed = f"a .json, .yaml or .yml file, or one of {listing(named)}"
+    told = f"{printable(name)} is neither a file nor a named {wanted}: name {allowed}."
+    near = nearest(name, named)
+    stored = "; `damperlab studies` lists what is stored" if wanted == "study" else ""
+    advice = f"did you mean {near}?" if near else f"name the file with its ending{stored}"
+    if name in others:
+        other, command = OTHER[wanted]
+        told = f"{name} is a named {other}, not a {wanted}."
+        advice = f"run `{command} {name}`"
+    return StudyFaults([Fault(wanted, describe(name), allowed, advice, told)])
 
 
 def _load(text: bytes | str, written_in: Format) -> Any:

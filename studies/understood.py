@@ -18,6 +18,8 @@ from damperlab.studies.vocabulary import ACCELERATION_UNITS, DEFAULTS
 FEW, MANY = 0.1, 100.0
 """Clearance over base amplitude below which the particle has no room, and friction over kZ above which nothing slides: far
 from every damper that is built, as after a slip of a unit."""
+ROUGH = 2.0
+"""Coefficient of sliding friction above which no dry pair of materials lies."""
 VIOLENT = 20.0 * ACCELERATION_UNITS["g"]
 """Least acceleration of a base [m/s²] above which a unit has slipped: 0.3 m in place of 0.3 mm at 8 Hz is 77 g."""
 
@@ -42,15 +44,15 @@ def understood(study: AnyStudy) -> list[str]:
         return []
     found = []
     if study.assumed:
-        names = ", ".join(
-            f"{DIMENSION_NAMES[name]} {_spelled(name, (DEFAULTS[name],) * 2)}" for name in study.assumed
-        )
-        found.append(f"Not given, and assumed: {names}.")
+        found.append(assumed({name: DEFAULTS[name] for name in study.assumed}))
     made = ratios(study)
     if made:
         found.append(f"In ratios: {', '.join(_spelled(name, ends) for name, ends in made.items())}.")
     found += _unusual(made, float(study.coordinates["damping_ratio"][0]), study.forced, "the physical block")
     found += _violent(_base_acceleration(study), "`base_amplitude_m`")
+    if study.physical is not None:
+        given = study.physical.values().get("particle_friction_coefficient")
+        found += _rough(0.0 if given is None else float(given.min()))
     found += _two_frequencies(study)
     return found
 
@@ -85,6 +87,7 @@ def unusual_specification(asked: Specification) -> list[str]:
         for each in asked.excitations
         if not each.motion.force
     ]
+    found += _rough(asked.cavity.particle_friction_coefficient)
     return found + _violent(min(shakes, default=0.0), key)
 
 
@@ -117,6 +120,21 @@ def _violent(acceleration: float, key: str) -> list[str]:
         return []
     shown = f"{acceleration / ACCELERATION_UNITS['g']:.3g} g"
     return [f"The base shakes with at least {shown}: check the units of {key} and of the frequencies."]
+
+
+def _rough(coefficient: float) -> list[str]:
+    """Say that no pair of materials rubs so much."""
+    if coefficient <= ROUGH:
+        return []
+    return [f"The particle rubs with μ_i = {coefficient:g} or more: check `particle_friction_coefficient`."]
+
+
+def assumed(values: Mapping[str, float]) -> str:
+    """Say which numbers were not given, by name, and what was taken for each."""
+    names = ", ".join(
+        f"{DIMENSION_NAMES[name]} {_spelled(name, (value,) * 2)}" for name, value in values.items()
+    )
+    return f"Not given, and assumed: {names}."
 
 
 def _spelled(name: str, ends: Ends) -> str:

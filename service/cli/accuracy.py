@@ -29,7 +29,7 @@ def accuracy(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Measure the solver: error against run time, and a table of extreme cases."""
+    """Measure the solver: error against run time, extreme cases."""
     from damperlab.service.documents import plain
     from damperlab.service.figures.accuracy import draw_work_precision
     from damperlab.service.figures.style import save

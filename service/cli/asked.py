@@ -8,7 +8,7 @@ import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import is_dataclass
 from functools import wraps
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import typer
 
@@ -24,6 +24,11 @@ from damperlab.studies.variables import VARIABLES
 Command = Callable[..., None]
 Values = dict[str, float]
 """Numbers by name."""
+
+WIDE = 14
+"""Characters of the kind of a value in the help: a wider column would leave too little for its meaning."""
+LARGE = 1_000_000
+"""A limit above it says nothing to who reads the help."""
 
 RANGED: tuple[str, ...] = (
     *EVERY_AXIS,
@@ -75,13 +80,15 @@ def asks(command: Command) -> Command:
     return with_parameters(asking, parameters)
 
 
-def names_a_design(meanings: Mapping[str, str]) -> Callable[[Command], Command]:
+def names_a_design(meanings: Mapping[str, str], listed: str = "") -> Callable[[Command], Command]:
     """Give a command an option for each number of a design, and ``--at`` for all of them.
 
     Parameters
     ----------
     meanings : mapping of str
         What each is, with its default.
+    listed : str, optional
+        What the help says of all of them at ``--at``, in place of a line for each.
 
     Returns
     -------
@@ -97,7 +104,11 @@ def names_a_design(meanings: Mapping[str, str]) -> Callable[[Command], Command]:
                 Annotated[
                     str | None,
                     typer.Option(
-                        option_of(name), metavar="NUMBER", help=sentence(meaning), show_default=False
+                        option_of(name),
+                        metavar="NUMBER",
+                        help=sentence(meaning),
+                        show_default=False,
+                        hidden=bool(listed),
                     ),
                 ],
                 None,
@@ -108,7 +119,8 @@ def names_a_design(meanings: Mapping[str, str]) -> Callable[[Command], Command]:
             list[str] | None,
             typer.Option(
                 metavar="NAME=VALUE",
-                help="Another spelling of these numbers, as in --at restitution=0.5. May be repeated.",
+                help=listed
+                or "Another spelling of these numbers, as in --at restitution=0.5. May be repeated.",
             ),
         ]
 
@@ -165,6 +177,9 @@ def _option(field: Field) -> Any:
     """Make the option of a field."""
     about: dict[str, Any] = {"help": field.help, "metavar": field.form or None}
     kind: Any = field.core
+    words = [str(word) for word in get_args(kind)] if get_origin(kind) is Literal else []
+    if len("|".join(words)) > WIDE:
+        about = {"help": f"{field.help} One of {', '.join(words)}.", "metavar": "NAME"}
     if field.is_repeated or field.is_named:
         kind = list[str]
         spelled = (
@@ -174,7 +189,7 @@ def _option(field: Field) -> Any:
     elif field.is_range or field.is_list:
         kind = str
     elif kind is int:
-        about |= {"min": _whole(field.least), "max": _whole(field.most)}
+        about |= {"min": _whole(field.least), "max": _whole(field.most), "metavar": field.form or "N"}
     optional = _default(field) is None
     return Annotated[kind | None if optional else kind, typer.Option(*field.options, **about)]
 
@@ -190,7 +205,8 @@ def _default(field: Field) -> Any:
 
 
 def _whole(limit: float | None) -> int | None:
-    return None if limit is None else int(limit)
+    """Give a limit that the help states; `_within_limits` holds the others."""
+    return None if limit is None or limit > LARGE else int(limit)
 
 
 def _value(question: type, given: dict[str, Any], short: dict[str, str]) -> Any:
@@ -214,8 +230,8 @@ def _value(question: type, given: dict[str, Any], short: dict[str, str]) -> Any:
 
 
 def _within_limits(field: Field, value: Any) -> Any:
-    """Refuse a number that is outside of its field's limits; typer knows those of whole numbers alone."""
-    limited = words_of(field) if isinstance(value, float) else ""
+    """Refuse a number that is outside of its field's limits; typer knows most of those of whole numbers."""
+    limited = words_of(field) if isinstance(value, int | float) else ""
     if limited and not admits(field, value):
         advice = "correct the value" + (", or leave it out" if field.default is None else "")
         raise UsageFault(Fault(field.options[0], describe(value), limited, advice))

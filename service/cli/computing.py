@@ -244,7 +244,7 @@ class Computer(ExitStack):
         """Give the command that goes on with a study."""
         means = self._means
         given = {"workers": means.workers, "scheduler": means.scheduler, "cluster": means.cluster}
-        words = ["damperlab", "resume", study_id, "--data-dir", str(self.store.data_dir)]
+        words = ["damperlab", "run", study_id, "--data-dir", str(self.store.data_dir)]
         for name, value in given.items():
             words += [] if value is None else [f"--{name}", str(value)]
         return shlex.join(words)
@@ -369,6 +369,6 @@ def _told_of_the_time(store: "Store", record: "Record", ends: datetime | None) -
     left = record.blocks_total - record.blocks_done
     message = (
         f"it was to run until {ends:%Y-%m-%d %H:%M:%S}; {record.blocks_done} of {record.blocks_total} blocks are kept, "
-        f"resume computes the other {left}"
+        f"continued, it computes the other {left}"
     )
     return store.set_state(record.id, "cancelled", message, only_from=("cancelled",))

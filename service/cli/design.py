@@ -50,7 +50,10 @@ def design(
     details: Details = False,
     as_json: AsJson = False,
 ) -> None:
-    """Find a damper for a specification: what to build, how far it may be off, and what the alternatives are."""
+    """Find a damper for a specification.
+
+    Says what to build, how far it may be off, and what the alternatives are.
+    """
     check_document(output)
     from damperlab.service.design_budget import HERE_SECONDS, budget_of
     from damperlab.studies.design.design import designing

@@ -87,7 +87,7 @@ def records(
     ] = None,
     units: Annotated[
         str | None,
-        typer.Option(help="Units of the acceleration where the file does not state them: g, m/s2 or cm/s2."),
+        typer.Option(metavar="UNIT", help="Of a file that states none: g, m/s2 or cm/s2."),
     ] = None,
     name: Annotated[str, typer.Option(help="Name of the stored record.")] = "",
     seed: Generate = None,
@@ -97,7 +97,7 @@ def records(
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the ground-motion records, or store a new one."""
+    """List the ground-motion records, or store one."""
     from damperlab.studies.ground.shelf import Shelf
 
     recipe = recipe_of(seed, duration_s, peak_g, generate)
@@ -144,7 +144,14 @@ def records(
     )
 
 
-@names_a_design({name: _meaning(name) for name in QUANTITIES})
+@names_a_design(
+    {name: _meaning(name) for name in QUANTITIES},
+    "Other values than the prototype's, as --at mass_kg=2 or --mass-kg 2: "
+    + ", ".join(
+        name if isnan(default) else f"{name} {default:g}" for name, (_, default) in QUANTITIES.items()
+    )
+    + ".",
+)
 @asks
 def earthquake(
     design: Values,
@@ -156,7 +163,7 @@ def earthquake(
     contact_time: ContactTime = None,
     units: Annotated[
         str | None,
-        typer.Option(help="Units of the acceleration where the file does not state them: g, m/s2 or cm/s2."),
+        typer.Option(metavar="UNIT", help="Of a file that states none: g, m/s2 or cm/s2."),
     ] = None,
     kanai_tajimi: Generate = None,
     duration_s: Duration = None,
@@ -167,16 +174,16 @@ def earthquake(
         file_option(
             "--output",
             "-o",
-            help="Write the time histories as a .png, .svg or .pdf figure, or the table as .csv.",
+            help="Write the histories as .png, .svg or .pdf, or the table as .csv.",
         ),
     ] = None,
     data_dir: DataDir = None,
     details: Details = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compare dampers under a ground-motion record as in the paper's Table A1: none, tuned mass, particle, friction, hybrid.
+    """Compare dampers under a ground-motion record.
 
-    Parameters that are not given are those of the paper's prototype.
+    Without a damper, with a tuned mass, a particle, friction, or both, as in the paper's Table A1.
     """
     check_file(output)
     recipe = recipe_of(kanai_tajimi, duration_s, peak_g, generate)

@@ -18,7 +18,11 @@ from damperlab.studies.questions import (
     Selection,
     Tuning,
 )
+from damperlab.studies.unit_names import ALIASES, COORDINATE_SOURCES
+from damperlab.studies.variables import DIMENSION_LONG_NAMES, MADE_BY
 
+RATIOS = COORDINATE_SOURCES | {of: ratio for ratio, of in MADE_BY.items()}
+"""The ratio that stands for each quantity in units."""
 DONE = 0
 FAILED = 1
 BAD_USAGE = 2
@@ -124,6 +128,7 @@ def _report_usage(error: typer.TyperException, as_json: bool) -> int:
     faults = _faults_of_value(error)
     # the library that reads the options puts the name of its own exception before the message
     text = " ".join(map(str, faults)) or _with_nearest(error.format_message().replace("Value error, ", ""))
+    text = _ratio_for(error) or text
     if as_json:
         _print_problem("usage", error.exit_code, text, faults)
     else:
@@ -131,6 +136,18 @@ def _report_usage(error: typer.TyperException, as_json: bool) -> int:
         if not _asks_for_help(error):
             note("`damperlab --help` lists the commands, `damperlab COMMAND --help` their options.")
     return error.exit_code
+
+
+def _ratio_for(error: typer.TyperException) -> str:
+    """Name the ratio that a command takes in place of a quantity in units; nothing where it takes none."""
+    option, context = getattr(error, "option_name", None), getattr(error, "ctx", None)
+    if option is None or context is None:
+        return ""
+    name = option.lstrip("-").replace("-", "_")
+    ratio = RATIOS.get(ALIASES.get(name, name), "")
+    if not any(option_of(ratio) in each.opts for each in context.command.params):
+        return ""
+    return f"There is no {option} here, where all is in ratios: give {option_of(ratio)}, the {DIMENSION_LONG_NAMES[ratio]}."
 
 
 def _faults_of_value(error: typer.TyperException) -> tuple[Fault, ...]:

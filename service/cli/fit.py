@@ -1,6 +1,6 @@
 """The command fit: parameters of a prototype from its measured frequency response or time history."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
@@ -35,9 +35,8 @@ from damperlab.studies.variables import DIMENSION_LONG_NAMES
 if TYPE_CHECKING:
     from damperlab.studies.fit.fitted import Fitted
     from damperlab.studies.fit.history.fitted import FittedHistory
-    from damperlab.studies.fit.history.history import History
     from damperlab.studies.fit.made import Made
-    from damperlab.studies.fit.measured import Measurement
+    from damperlab.worker.scenes import Scene
 
 STUDIES = (".yaml", ".yml", ".json")
 
@@ -64,16 +63,21 @@ OPTIONS = {name: option_of(name) for name in (*MEANINGS, "deviation", "confidenc
 """Fields of a fit as options."""
 
 
-@names_a_design(MEANINGS)
+LISTED = ", ".join(name for name in MEANINGS if not name.endswith("_ratio"))
+
+
+@names_a_design(
+    MEANINGS,
+    f"Known values, as --at restitution=0.5 or --restitution 0.5: {LISTED}, and the ratios of a study.",
+)
 def fit(
     design: Values,
     measured: Annotated[
         Path,
         typer.Argument(
             metavar="MEASURED.csv",
-            help="A table with headings: frequency (Hz) or frequency ratio; amplitude (mm) or X/Z; where known "
-            "deviation (mm) or deviation (%); columns for what differs from row to row, as base amplitude (mm). Or a time "
-            "history: time (s); displacement (mm) or relative displacement (mm); base acceleration (m/s2) where it moves.",
+            help="Columns: frequency (Hz); amplitude (mm) or X/Z; what else is known of a row. Or a time history: time (s); "
+            "displacement (mm); base acceleration (m/s2).",
             show_default=False,
         ),
     ],
@@ -81,26 +85,27 @@ def fit(
         list[str] | None,
         typer.Option(
             "--fit",
-            metavar="NAME[=LOW,HIGH]",
-            help="Estimate this parameter, within this range or a usual one. May be repeated.",
+            metavar="NAME",
+            help="Estimate this, or NAME=LOW,HIGH in a range. May be repeated.",
         ),
     ] = None,
     structure: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="What is known, written as a study (.yaml, .json); an axis there is a range to estimate within.",
+            help="What is known, as a study; an axis is a range.",
         ),
     ] = None,
     no_particle: Annotated[
-        bool, typer.Option("--no-particle", help="Identify a structure that has no particle.")
+        bool, typer.Option("--no-particle", help="The structure has no particle.")
     ] = False,
     contact: Contact = "instant",
     contact_time: ContactTime = None,
     start: Annotated[
         Direction | None,
         typer.Option(
-            help="How it was measured: each frequency from rest (the default), or by continuation up or down in frequency.",
+            metavar="WAY",
+            help="Measured from rest, or swept up or down.",
             show_default=False,
         ),
     ] = None,
@@ -108,32 +113,28 @@ def fit(
         str | None,
         typer.Option(
             metavar="SHARE",
-            help="Standard deviation of the amplitudes as a share of each, or of a time history as a share of its largest "
-            "displacement, as in 5%, where the table has none. Without either it is estimated from the scatter.",
+            help="Standard deviation of the measurement, as 5%; by default from its table, or its scatter.",
         ),
     ] = None,
-    confidence: Annotated[float, typer.Option(help="Confidence of the intervals.")] = 0.95,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 0,
+    confidence: Annotated[float, typer.Option(metavar="SHARE", help="Confidence of the intervals.")] = 0.95,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the draws.")] = 0,
     study: Annotated[
         Path | None,
         file_option(
-            help="Write the fitted prototype as a study that `damperlab run` computes: over the measured frequencies, or of "
-            "a time history from 0.8 to 1.25 times the natural frequency.",
+            help="Write what was found as a study, for `run`.",
         ),
     ] = None,
     specification: Annotated[
         Path | None,
         file_option(
-            help="Write a specification of a corrected design for `damperlab design`: what was measured, with the intervals "
-            "as tolerances, and ranges around what was built to choose from (.yaml, .json).",
+            help="Write it as a specification, for `design`.",
         ),
     ] = None,
     correct: Annotated[
         str | None,
         typer.Option(
             metavar="SPEC",
-            help="Make it from this specification, a file or a named one: its structure, given values and tolerances become "
-            "what was measured, all else is kept.",
+            help="Correct this specification with what was found.",
         ),
     ] = None,
     output: Annotated[
@@ -141,13 +142,13 @@ def fit(
         file_option(
             "--output",
             "-o",
-            help="Write the measured and the fitted response as a .png or .svg figure, or a report as .html or .pdf.",
+            help="Write a .png or .svg figure, or a .html or .pdf report.",
         ),
     ] = None,
     data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
-    """Estimate parameters of a prototype from its measured frequency response or time history, with intervals.
+    """Estimate parameters of a prototype from a measurement.
 
     Whatever is neither given nor a column of the table has to be estimated; nothing is assumed.
     """
@@ -172,86 +173,59 @@ def fit(
             known["start"] = "rest" if start == "rest" else swept
         table = read_table(measured)
         correction = None if correct is None else read_correction(correct, data_dir)
-    asked = Asked(known, ranges, design, _share(deviation), confidence, seed)
     wanted = Wanted(output, study, specification, correction, as_json)
+    way = _of_history() if isinstance(table, History) else _of_response()
     with in_options(OPTIONS):
-        if isinstance(table, History):
-            _fit_history(table, asked, wanted)
+        share = _share(deviation)
+        question = way.ask(table, known, ranges, known=design, share=share, confidence=confidence, seed=seed)
+        wanted.check(question)
+        have_ready(way.scenes(question))
+        computed = [0]
+        with working(lambda: f"Fitting, {computed[0]} {way.computed} computed"):
+            fitted = way.fit(question, lambda number: computed.__setitem__(0, number))
+        shown = _Shown(fitted, way.computed, way.verdict(fitted))
+        made = _made(wanted, shown)
+        if output is not None:
+            way.write(fitted, made, output)
+        if as_json:
+            print_json(way.document(fitted, made))
         else:
-            _fit_response(table, asked, wanted)
+            _print(shown, made if specification else None)
 
 
-class Asked(NamedTuple):
-    """What the options say: what is known, what is sought, and how sure."""
+class _Way(NamedTuple):
+    """How a table of one kind is fitted, and the answer written."""
 
-    known: dict[str, Any]
-    ranges: dict[str, tuple[float, float] | None]
-    design: Values
-    share: float | None
-    confidence: float
-    seed: int
+    ask: Callable[..., Any]
+    scenes: Callable[[Any], "list[Scene]"]
+    fit: Callable[..., Any]
+    verdict: Callable[[Any], list[str]]
+    document: Callable[..., dict[str, Any]]
+    write: Callable[..., None]
+    computed: str
 
 
-def _fit_response(table: "Measurement", asked: Asked, wanted: Wanted) -> None:
+def _of_response() -> _Way:
     from damperlab.service.fit_report import fit_document
     from damperlab.studies.fit.asking import make_question
     from damperlab.studies.fit.verdict import verdict
     from damperlab.worker.fit.estimate import fit_response
     from damperlab.worker.fit.model import scenes_of
 
-    question = make_question(
-        table,
-        asked.known,
-        asked.ranges,
-        known=asked.design,
-        share=asked.share,
-        confidence=asked.confidence,
-        seed=asked.seed,
+    return _Way(
+        make_question, scenes_of, fit_response, verdict, fit_document, write_fit, "sets of parameters"
     )
-    wanted.check(question)
-    have_ready(scenes_of(question))
-    computed = [0]
-    with working(lambda: f"Fitting, {computed[0]} sets of parameters computed"):
-        fitted = fit_response(question, lambda number: computed.__setitem__(0, number))
-    shown = _Shown(fitted, "sets of parameters", verdict(fitted))
-    made = _made(wanted, shown)
-    if wanted.output is not None:
-        write_fit(fitted, made, wanted.output)
-    if wanted.as_json:
-        print_json(fit_document(fitted, made))
-    else:
-        _print(shown, made if wanted.specification else None)
 
 
-def _fit_history(table: "History", asked: Asked, wanted: Wanted) -> None:
+def _of_history() -> _Way:
     from damperlab.service.history_report import history_document
     from damperlab.studies.fit.history.asking import make_history_question
     from damperlab.studies.fit.history.verdict import verdict_of_history
     from damperlab.worker.fit.history.estimate import fit_history
     from damperlab.worker.fit.history.march import scenes_of
 
-    question = make_history_question(
-        table,
-        asked.known,
-        asked.ranges,
-        known=asked.design,
-        share=asked.share,
-        confidence=asked.confidence,
-        seed=asked.seed,
-    )
-    wanted.check(question)
-    have_ready(scenes_of(question))
-    computed = [0]
-    with working(lambda: f"Fitting, {computed[0]} histories computed"):
-        fitted = fit_history(question, lambda number: computed.__setitem__(0, number))
-    shown = _Shown(fitted, "histories", verdict_of_history(fitted))
-    made = _made(wanted, shown)
-    if wanted.output is not None:
-        write_history_fit(fitted, made, wanted.output)
-    if wanted.as_json:
-        print_json(history_document(fitted, made))
-    else:
-        _print(shown, made if wanted.specification else None)
+    says, document = verdict_of_history, history_document
+    return _Way(make_history_question, scenes_of, fit_history, says, document, write_history_fit, "histories")
 
 
 def _ranges(free: list[str] | None) -> dict[str, tuple[float, float] | None]:

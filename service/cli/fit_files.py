@@ -1,6 +1,7 @@
 """Files that the command fit writes: a figure or a report, a study, a specification."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -9,6 +10,8 @@ from damperlab.service.cli.options import check_file
 from damperlab.service.cli.output import make_parent, note, working
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from damperlab.studies.fit.fitted import Fitted
     from damperlab.studies.fit.history.fitted import FittedHistory
     from damperlab.studies.fit.history.question import HistoryQuestion
@@ -62,30 +65,29 @@ def check_output(output: Path | None) -> None:
 def write_fit(fitted: "Fitted", made: "Made", output: Path) -> None:
     """Write the measured and the fitted response as a figure, or all of the fit as a report."""
     from damperlab.service.figures.fit import draw_fit
-    from damperlab.service.figures.style import save
     from damperlab.service.fit_report import fit_report
     from damperlab.worker.fit.fitted_curve import curves_of
 
-    with working("Drawing"):
-        curves = curves_of(fitted)
-        if output.suffix in DOCUMENTS:
-            write_document(fit_report(fitted, curves, made), output)
-        else:
-            save(draw_fit(fitted, curves), make_parent(output))
-    note(f"Wrote {output}.")
+    curves = curves_of(fitted)
+    _write(output, lambda: draw_fit(fitted, curves), lambda: fit_report(fitted, curves, made))
 
 
 def write_history_fit(fitted: "FittedHistory", made: "Made", output: Path) -> None:
     """Write the measured and the fitted time history as a figure, or all of the fit as a report."""
     from damperlab.service.figures.history_fit import draw_history_fit
-    from damperlab.service.figures.style import save
     from damperlab.service.history_report import history_report
+
+    _write(output, lambda: draw_history_fit(fitted), lambda: history_report(fitted, made))
+
+
+def _write(output: Path, draw: "Callable[[], Figure]", report: Callable[[], str]) -> None:
+    from damperlab.service.figures.style import save
 
     with working("Drawing"):
         if output.suffix in DOCUMENTS:
-            write_document(history_report(fitted, made), output)
+            write_document(report(), output)
         else:
-            save(draw_history_fit(fitted), make_parent(output))
+            save(draw(), make_parent(output))
     note(f"Wrote {output}.")
 
 

@@ -1,32 +1,37 @@
 """Options that generate a ground-motion record, and the document that they make."""
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+PANEL = "A generated record, in place of RECORD"
 
 Generate = Annotated[
     int | None,
     typer.Option(
         "--kanai-tajimi",
         metavar="SEED",
-        help="Generate an artificial (Kanai–Tajimi) record from this seed in place of a file.",
+        rich_help_panel=PANEL,
+        help="An artificial (Kanai–Tajimi) record from this seed.",
     ),
 ]
-Duration = Annotated[float | None, typer.Option(help="Duration of the artificial record, in seconds.")]
-PeakG = Annotated[float | None, typer.Option(help="Peak acceleration of the artificial record, in g.")]
+Duration = Annotated[
+    float | None, typer.Option(metavar="SECONDS", rich_help_panel=PANEL, help="How long it lasts.")
+]
+PeakG = Annotated[
+    float | None, typer.Option(metavar="G", rich_help_panel=PANEL, help="Its peak acceleration.")
+]
 Written = Annotated[
     str | None,
     typer.Option(
         "--generate",
         metavar="YAML",
-        help="Generate a record in place of a file: a sweep, random_vibration or a shock as a study has it, or the name of a "
-        "file with one, as in '{shock: {shape: half_sine, peak_g: 15, duration_ms: 11}}'.",
+        rich_help_panel=PANEL,
+        help="A sweep, random_vibration or shock as a study has it, or a file with one, as in '{shock: {shape: half_sine, "
+        "peak_g: 15, duration_ms: 11}}'.",
     ),
 ]
 
-FILES = (".yaml", ".yml", ".json")
-"""What the name of a file that says what to generate ends in; JSON is YAML."""
 RECIPE_OPTIONS = {
     "kanai_tajimi.seed": "--kanai-tajimi",
     "kanai_tajimi.duration_s": "--duration-s",
@@ -63,16 +68,9 @@ def recipe_of(
 
 def _read(written: str) -> dict[str, Any]:
     from damperlab.studies.ground.generated import WRITTEN, recipe_in
-    from damperlab.studies.text import load_text
+    from damperlab.studies.text import is_file, load_text, read_file
 
-    text: str | bytes = written
-    if Path(written).suffix.lower() in FILES:
-        try:
-            text = Path(written).read_bytes()
-        except OSError as error:
-            message = f"found {written}, which cannot be read ({error.strerror})"
-            raise typer.BadParameter(message, param_hint="--generate") from None
-    document = load_text(text, "yaml")
+    document = load_text(*read_file(written, "record")) if is_file(written) else load_text(written, "yaml")
     if not isinstance(document, dict) or len(document) != 1 or not recipe_in(document):
         raise typer.BadParameter(f"found {written!r}, allowed: {WRITTEN}", param_hint="--generate")
     return document

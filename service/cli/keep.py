@@ -34,7 +34,7 @@ def backup(
 
 
 def restore(
-    folder: Annotated[Path, typer.Argument(help="Folder that `damperlab backup` created.")],
+    folder: Annotated[Path, typer.Argument(help="Folder that `damperlab store backup` created.")],
     data_dir: DataDir = None,
     place: StoreAddress = None,
     as_json: AsJson = False,
@@ -43,7 +43,9 @@ def restore(
     from damperlab.studies.store.store import Store
 
     if not (folder / "catalogue.sqlite").is_file():
-        raise typer.BadParameter(f"found {str(folder)!r}, allowed: a folder that `damperlab backup` made")
+        raise typer.BadParameter(
+            f"found {str(folder)!r}, allowed: a folder that `damperlab store backup` made"
+        )
     _copy(Store.open(folder), open_store(data_dir, store=place), as_json, f"Restored {folder}", for_good=True)
 
 
@@ -61,7 +63,7 @@ def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJso
     known = f"{found.known} studies were known, {found.restored} of them restored"
     note(f"Added {found.studies} studies and {found.blocks} blocks; {known}.")
     if found.deleted:
-        note(f"{found.deleted} deleted studies stay deleted; `damperlab gc` removes their files.")
+        note(f"{found.deleted} deleted studies stay deleted; `damperlab store gc` removes their files.")
     if as_json:
         print_json(vars(found))
     if found.trouble:
@@ -93,7 +95,7 @@ def gc(
     for line in swept.what:
         note(f"{'Would ' if dry_run else ''}{line}")
     for line in swept.unknown:
-        note(f"Not touched: {line}. `damperlab rebuild` adds it to the catalogue if it is a cube.")
+        note(f"Not touched: {line}. `damperlab store rebuild` adds it to the catalogue if it is a cube.")
     verb = "Would remove or move" if dry_run else "Removed or moved"
     note(f"{verb} {swept.paths} files and folders, {swept.bytes} bytes.")
     if as_json:

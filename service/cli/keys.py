@@ -15,9 +15,7 @@ from damperlab.studies.vocabulary import Scope
 if TYPE_CHECKING:
     from damperlab.studies.store.catalogue.access_keys import AccessKey
 
-keys = typer.Typer(
-    help="Create, list and revoke the keys that give access to a service.", no_args_is_help=True, name="keys"
-)
+keys = typer.Typer(help="Keys that give access to a service.", no_args_is_help=True, name="keys")
 
 
 @keys.command("create")
@@ -88,7 +86,7 @@ def list_(data_dir: DataDir = None, as_json: AsJson = False) -> None:
 @keys.command("revoke")
 def revoke(
     key_id: Annotated[
-        str, typer.Argument(metavar="ID", help="Id of the key, as `damperlab keys list` shows it.")
+        str, typer.Argument(metavar="ID", help="Id of the key, as `damperlab admin keys list` shows it.")
     ],
     data_dir: DataDir = None,
     as_json: AsJson = False,

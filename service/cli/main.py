@@ -19,25 +19,35 @@ from damperlab.service.cli.keys import keys
 from damperlab.service.cli.maps import map_
 from damperlab.service.cli.members import certificates, worker
 from damperlab.service.cli.output import note, say
-from damperlab.service.cli.precision import precision
 from damperlab.service.cli.queries import fragility, importance, optimum, response
 from damperlab.service.cli.report import report as write_report
 from damperlab.service.cli.reproduce import reproduce
-from damperlab.service.cli.run import resume, run
+from damperlab.service.cli.run import run
 from damperlab.service.cli.searches import refine
 from damperlab.service.cli.serve import serve
 from damperlab.service.cli.simulate import simulate
 from damperlab.service.cli.store import warn_of_unknown_variables
-from damperlab.service.cli.studies import cancel, delete, remark, show, studies
+from damperlab.service.cli.studies import cancel, delete, show, studies
 from damperlab.service.cli.tmd import tmd
 from damperlab.service.cli.verify import verify
-from damperlab.service.cli.versions import recompute, retry
+from damperlab.service.cli.versions import recompute
 from damperlab.service.cli.warm import warm
 
 INTERRUPTED = 130
 """What typer returns for Ctrl-C in a command that does not handle it itself."""
 
 
+RENAMED = {
+    "resume": "run",
+    "retry": "run --retry",
+    "precision": "show --accuracy",
+    "remark": "show",
+    **{name: f"store {name}" for name in ("verify", "backup", "restore", "rebuild", "gc")},
+    **{name: f"admin {name}" for name in ("keys", "worker", "certificates")},
+    "accuracy": "check accuracy",
+    "reproduce": "check paper",
+}
+"""Commands by the names of version 0.1, which work until 0.3."""
 GONE = {
     "race": "Submit the designs again with a smaller `steady.tolerance`.",
     "robust": "Give a study several values of base_amplitude_m and ask `damperlab optimum`, or let `damperlab design` choose.",
@@ -72,48 +82,26 @@ def _before(
     warn_of_unknown_variables()
 
 
-for name, command, panel in (
-    ("run", run, "Compute"),
-    ("resume", resume, "Compute"),
-    ("retry", retry, "Compute"),
-    ("recompute", recompute, "Compute"),
-    ("refine", refine, "Compute"),
-    ("design", design, "Compute"),
-    ("simulate", simulate, "Compute"),
-    ("fit", fit, "Compute"),
-    ("reproduce", reproduce, "Compute"),
-    ("earthquake", earthquake, "Compute"),
-    ("records", records, "Compute"),
-    ("map", map_, "Ask"),
-    ("response", response, "Ask"),
-    ("optimum", optimum, "Ask"),
-    ("tmd", tmd, "Ask"),
-    ("importance", importance, "Ask"),
-    ("fragility", fragility, "Ask"),
-    ("precision", precision, "Ask"),
-    ("report", write_report, "Ask"),
-    ("export", export, "Ask"),
-    ("studies", studies, "Keep"),
-    ("show", show, "Keep"),
-    ("remark", remark, "Keep"),
-    ("cancel", cancel, "Keep"),
-    ("delete", delete, "Keep"),
-    ("verify", verify, "Keep"),
-    ("backup", backup, "Keep"),
-    ("restore", restore, "Keep"),
-    ("rebuild", rebuild, "Keep"),
-    ("gc", gc, "Keep"),
-    ("serve", serve, "Serve"),
-    ("worker", worker, "Serve"),
-    ("certificates", certificates, "Serve"),
-    ("accuracy", accuracy, "Serve"),
-    ("doctor", doctor, "Serve"),
-    ("warm", warm, "Serve"),
+store = typer.Typer(help="Verify, back up, restore, rebuild and clear the store.", no_args_is_help=True)
+admin = typer.Typer(help="Keys of a service; workers and certificates of a cluster.", no_args_is_help=True)
+check = typer.Typer(help="Measure the solver, or compute the paper again.", no_args_is_help=True)
+
+for group, panel, commands in (
+    (app, "Compute", (design, run, simulate, fit, earthquake)),
+    (app, "Ask a study", (optimum, map_, response, tmd, write_report, export)),
+    (app, "Look around", (studies, show, serve)),
+    (app, "More", (refine, recompute, importance, fragility, records, cancel, delete)),
+    (app, "Operate", (doctor, warm)),
+    (store, None, (verify, backup, restore, rebuild, gc)),
+    (admin, None, (worker, certificates)),
+    (check, None, (accuracy,)),
 ):
-    app.command(name, rich_help_panel=panel)(command)
-
-
-app.add_typer(keys, name="keys", rich_help_panel="Serve")
+    for command in commands:
+        group.command(command.__name__.rstrip("_"), rich_help_panel=panel)(command)
+check.command("paper")(reproduce)
+admin.add_typer(keys, name="keys")
+for name, group in (("store", store), ("admin", admin), ("check", check)):
+    app.add_typer(group, name=name, rich_help_panel="Operate")
 
 
 def main() -> None:
@@ -127,6 +115,10 @@ def _run(arguments: list[str]) -> int:
     if arguments and arguments[0] in GONE:
         note(f"damperlab: there is no `{arguments[0]}` any more. {GONE[arguments[0]]}")
         return BAD_USAGE
+    if arguments and arguments[0] in RENAMED:
+        name = RENAMED[arguments[0]]
+        note(f"damperlab: `{arguments[0]}` is now `{name}`; the old name works until version 0.3.")
+        arguments = [*name.split(), *arguments[1:]]
     try:
         # A command ends early with typer.Exit(status), which is returned here; one that is done returns None.
         status = app(args=arguments, prog_name="damperlab", standalone_mode=False) or DONE

@@ -31,9 +31,9 @@ def map_(
     details: Details = False,
     as_json: AsJson = False,
 ) -> None:
-    """Show a result over two dimensions, such as the amplitude at resonance over clearance and friction.
+    """Show a result over two dimensions of a study.
 
-    With --minus the maps of two studies and their difference.
+    As the amplitude at resonance over clearance and friction. With --minus the maps of two studies and their difference.
     """
     check_file(output)
     record, cube = ask(study, data_dir)

@@ -14,7 +14,7 @@ Tls = Annotated[
     typer.Option(
         "--tls",
         metavar="DIR",
-        help="Folder made by `damperlab certificates`; DAMPERLAB_CLUSTER_TLS by default.",
+        help="Folder made by `damperlab admin certificates`; DAMPERLAB_CLUSTER_TLS by default.",
         show_default=False,
     ),
 ]

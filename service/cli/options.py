@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from datetime import datetime, time, timedelta
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 import typer
 
@@ -21,11 +21,16 @@ from damperlab.studies.vocabulary import (
     ContactModel,
 )
 
+PLACE = "Where it is computed"
+"""The panel of the options of a cluster in the help."""
+
 DataDir = Annotated[
     Path | None,
     typer.Option(
         "--data-dir",
-        help="Folder of the catalogue and the cubes; DAMPERLAB_DATA_DIR or ~/.local/share/damperlab by default.",
+        metavar="DIR",
+        help="Folder of studies; DAMPERLAB_DATA_DIR or ~/.local/share/damperlab by default.",
+        show_default=False,
     ),
 ]
 
@@ -33,9 +38,8 @@ StoreAddress = Annotated[
     str | None,
     typer.Option(
         "--store",
-        metavar="s3://BUCKET/PREFIX",
-        help="Keep the cubes in an object store; its server and keys come from AWS_ENDPOINT_URL, AWS_ACCESS_KEY_ID, … "
-        "The catalogue remembers the place. DAMPERLAB_STORE, or the data folder, by default.",
+        metavar="URL",
+        help="Keep the cubes at s3://BUCKET/PREFIX; DAMPERLAB_STORE, or the data folder, by default.",
         show_default=False,
     ),
 ]
@@ -45,8 +49,7 @@ QuotaBytes = Annotated[
     typer.Option(
         "--quota",
         metavar="SIZE",
-        help="Largest total size of all studies before compression, as in 50GB; DAMPERLAB_QUOTA_BYTES, or no limit, "
-        "by default.",
+        help="Largest total size of all studies, as in 50GB; DAMPERLAB_QUOTA_BYTES, or no limit, by default.",
         show_default=False,
     ),
 ]
@@ -55,29 +58,28 @@ StudyId = Annotated[
     str,
     typer.Argument(
         metavar="ID",
-        help="Id of a study, its name, or at least the first four digits of its id.",
+        help="Id of a study, its first four digits, or its name.",
         show_default=False,
     ),
 ]
-AsJson = Annotated[
-    bool, typer.Option("--json", help="Print one JSON document on standard output, and nothing else there.")
-]
-Details = Annotated[
-    bool, typer.Option("--details", help="Print everything that is known beside the short answer.")
-]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document, and nothing else.")]
+Details = Annotated[bool, typer.Option("--details", help="Print everything, not the short answer alone.")]
 Workers = Annotated[
     int | None,
     typer.Option(
         min=1,
-        help="Worker processes of the embedded Dask cluster; one per core by default.",
+        metavar="N",
+        rich_help_panel=PLACE,
+        help="Processes of this machine; one per core by default.",
     ),
 ]
 Cluster = Annotated[
     BatchSystem | None,
     typer.Option(
         "--cluster",
-        help="Compute in jobs of this batch system: as many as there is work for, at most --workers (16 by default). "
-        "Their wall time and other options are DAMPERLAB_JOB_SECONDS, DAMPERLAB_JOB_OPTIONS, ….",
+        metavar="SYSTEM",
+        rich_help_panel=PLACE,
+        help=f"Jobs of {', '.join(get_args(BatchSystem))} in their place, at most --workers (16 by default).",
         show_default=False,
     ),
 ]
@@ -98,7 +100,8 @@ Scheduler = Annotated[
     typer.Option(
         metavar="ADDRESS",
         callback=check_address,
-        help="Compute on this Dask scheduler (tcp://HOST:8786) in place of an embedded cluster.",
+        rich_help_panel=PLACE,
+        help="A Dask scheduler in their place, tcp://HOST:8786.",
     ),
 ]
 WAIT_SECONDS = 60.0
@@ -110,8 +113,8 @@ Wait = Annotated[
         "--wait",
         metavar="SECONDS",
         min=0.0,
-        help="Seconds to wait while no worker can compute, or a scheduler that was lost is away; "
-        f"{WAIT_SECONDS:g} by default, {QUEUE_SECONDS:g} with --cluster.",
+        rich_help_panel=PLACE,
+        help=f"Wait so long for a worker; {WAIT_SECONDS:g} by default, {QUEUE_SECONDS:g} with --cluster.",
         show_default=False,
     ),
 ]
@@ -119,10 +122,9 @@ Budget = Annotated[
     float | None,
     typer.Option(
         "--budget",
-        metavar="CORE_HOURS",
+        metavar="HOURS",
         min=0.0,
-        help="Stop once blocks of this run have taken so many core hours; those that are running may still end. "
-        "`damperlab resume` goes on.",
+        help="Stop once so many core hours are spent; `run ID` goes on.",
         show_default=False,
     ),
 ]
@@ -132,8 +134,8 @@ Priority = Annotated[
         "--priority",
         min=PRIORITIES[0],
         max=PRIORITIES[1],
-        help="Of studies that wait, or share a scheduler, the one with the highest comes first. A study that exists keeps "
-        "its own.",
+        metavar="N",
+        help="Of studies that wait, the one with the highest comes first.",
     ),
 ]
 Until = Annotated[
@@ -141,8 +143,7 @@ Until = Annotated[
     typer.Option(
         "--until",
         metavar="TIME",
-        help="Begin no block after this time of this machine, as in 06:30 or 2026-11-23T06:30; those that are running may "
-        "still end. `damperlab resume` goes on.",
+        help="Begin nothing after this time, as in 06:30 or 2026-11-23T06:30; `run ID` goes on.",
         show_default=False,
     ),
 ]
@@ -152,15 +153,17 @@ Output = Annotated[
 ]
 
 
-_NAMED_TIMES = f"in units of 1/ω_n, or one of the paper's: {', '.join(CONTACT_TIMES)}."
-
 Contact = Annotated[
     ContactModel,
-    typer.Option(help=f"Model of an impact: {', '.join(CONTACT_MODELS.values())}."),
+    typer.Option(
+        metavar="MODEL",
+        help=f"Model of an impact, {', '.join(CONTACT_MODELS)}; the first by default.",
+        show_default=False,
+    ),
 ]
 ContactTime = Annotated[
     str | None,
-    typer.Option(metavar="TIME", help=f"Duration of a contact (dwell or compliant), {_NAMED_TIMES}"),
+    typer.Option(metavar="TIME", help="How long a contact lasts, in units of 1/ω_n."),
 ]
 
 CONTACT_OPTIONS = {

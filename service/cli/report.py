@@ -18,7 +18,10 @@ def report(
     ],
     data_dir: DataDir = None,
 ) -> None:
-    """Write a study as one document: its maps and designs, a tuned mass damper beside them, accuracy, cost, versions."""
+    """Write a study as one document.
+
+    Its maps and designs, a tuned mass damper beside them, accuracy, cost, versions.
+    """
     check_document(output)
     store = open_store(data_dir)
     record = store.find(study)

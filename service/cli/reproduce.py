@@ -43,8 +43,9 @@ def reproduce(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Recompute the paper's figures and tables, and compare every number with the published one.
+    """Compute the paper's figures and tables again.
 
+    Every number is compared with the published one.
     The studies are stored like any others, so a second run computes only missing points.
     """
     output.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Commands that compute a study here, on an embedded Dask cluster or a scheduler elsewhere: run, resume."""
+"""The command run: a study computed here, on an embedded Dask cluster, or by a scheduler elsewhere."""
 
 from collections.abc import Mapping
 from contextlib import ExitStack, closing, suppress
@@ -16,12 +16,11 @@ from damperlab.service.cli.options import (
     Priority,
     QuotaBytes,
     StoreAddress,
-    StudyId,
     Until,
     read_time,
 )
 from damperlab.service.cli.output import duration, note, print_json, say, working
-from damperlab.service.cli.store import data_folder, label, open_store, settings_of
+from damperlab.service.cli.store import data_folder, has_store, label, open_store, settings_of
 from damperlab.service.cli.studies import summary
 from damperlab.service.cli.verify import require_own_solver
 from damperlab.studies.faults import counted
@@ -42,7 +41,8 @@ def run(
         str,
         typer.Argument(
             metavar="STUDY",
-            help="A .json or .yaml file, or a named study such as figure-11 (`damperlab studies --named` lists them).",
+            help="A .json or .yaml file; a named study (`damperlab studies --named` lists them); or a stored one, to go on "
+            "with, by its id or name.",
         ),
     ],
     data_dir: DataDir = None,
@@ -62,45 +62,55 @@ def run(
     reuse: Annotated[
         bool, typer.Option("--reuse/--no-reuse", help="Reuse points already computed by earlier studies.")
     ] = True,
+    retry: Annotated[
+        bool,
+        typer.Option(
+            "--retry", help="Compute blocks again that failed as a whole, for example because a worker died."
+        ),
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compute a study and store it; points that are stored already are not computed again."""
+    """Compute a study, or go on with a stored one.
+
+    Points that are stored already are not computed again.
+    """
     ends = read_time(until)
     from damperlab.studies.ground.shelf import Shelf
     from damperlab.studies.reading import read_study
+    from damperlab.studies.store.cube.definition import parse_stored
 
-    asked = read_study(study, Shelf(data_folder(data_dir)))
+    record = _stored(study, data_dir)
+    if record is None:
+        asked = read_study(study, Shelf(data_folder(data_dir)))
+    else:
+        asked = parse_stored(record.definition, record.digest)
     if dry_run:
         _print_size(asked, data_dir, as_json)
         return
-    if not as_json:
+    if record is None and not as_json:
         from damperlab.studies.understood import understood
 
         for line in understood(asked):
             note(line)
     store = open_store(data_dir, store=place, quota_bytes=quota)
     reuse = reuse and settings_of(data_dir).reuse
-    record = find_or_submit(store, asked, reuse, priority=priority)
+    record = record or find_or_submit(store, asked, reuse, priority=priority)
+    if retry:
+        record = store.retry(record.id)
     with Computer(store, means) as computer:
         finish(computer, record, as_json, Limits(budget, ends))
 
 
-@computes
-def resume(
-    study: StudyId,
-    data_dir: DataDir = None,
-    *,
-    means: Means,
-    budget: Budget = None,
-    until: Until = None,
-    as_json: AsJson = False,
-) -> None:
-    """Continue a study that was cancelled, was interrupted or has failed; only missing points are computed."""
-    ends = read_time(until)
-    store = open_store(data_dir)
-    record = store.find(study)
-    with Computer(store, means) as computer:
-        finish(computer, record, as_json, Limits(budget, ends))
+def _stored(study: str, data_dir: Path | None) -> "Record | None":
+    """Find a stored study by its id or name; None for a file, for what comes along, or where there is none."""
+    from damperlab.studies.reading import is_known
+    from damperlab.studies.store.faults import StudyNotFound
+
+    if is_known(study) or not has_store(data_dir):
+        return None
+    with suppress(StudyNotFound), closing(open_store(data_dir)) as store:
+        return store.find(study)
+    return None
 
 
 def find_or_submit(
@@ -181,13 +191,12 @@ def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None
     """Print what POST /studies?dry_run=true answers."""
     from damperlab.service.estimates import estimate_document
     from damperlab.studies.plan import make_plan
-    from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
     from damperlab.studies.store.faults import StoreFault
     from damperlab.worker.dispatch.cost_model import seconds_per_point
 
     with working("Planning"), ExitStack() as stack:
         store = None
-        if (data_folder(data_dir) / SQLITE_FILE).is_file() or settings_of(data_dir).catalogue is not None:
+        if has_store(data_dir):
             # earlier studies tell what points take, where they can be asked; nothing is made for the sake of it
             with suppress(StoreFault):
                 store = stack.enter_context(closing(open_store(data_dir)))

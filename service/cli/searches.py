@@ -51,7 +51,10 @@ def refine(
     details: Details = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compute finer follow-up studies where better designs may lie, or at a class boundary, down to the tolerance."""
+    """Compute finer studies where better designs may lie.
+
+    Or at a boundary between two classes of response, down to a tolerance.
+    """
     along = boundary.along
     check_name("--boundary", along, DIMENSIONS)
     if along is None and boundary.at:

@@ -54,7 +54,7 @@ def serve(
     scheduler: Scheduler = None,
     cluster: Cluster = None,
 ) -> None:
-    """Serve studies over HTTP until Ctrl-C."""
+    """Show and compute studies in a browser and over HTTP."""
     check_cluster(workers, scheduler, cluster)
     if open_ and keys:
         raise typer.BadParameter("found --open and --keys; allowed: one of them")
@@ -103,10 +103,10 @@ def _check_access(settings: "Settings", store: "Store") -> None:
     folder = f" --data-dir {settings.data_dir}"
     raise typer.BadParameter(
         f"found {settings.host}, which others can reach, and no key; allowed: an address of this machine alone, as "
-        f"127.0.0.1, or keys. Make one with `damperlab keys create --owner NAME{folder}`, or write --open to let "
+        f"127.0.0.1, or keys. Make one with `damperlab admin keys create --owner NAME{folder}`, or write --open to let "
         "everybody in"
         if settings.access == "auto"
-        else f"found no key. Make one with `damperlab keys create --owner NAME{folder}`",
+        else f"found no key. Make one with `damperlab admin keys create --owner NAME{folder}`",
         param_hint="--host" if settings.access == "auto" else "--keys",
     )
 

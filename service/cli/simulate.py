@@ -65,12 +65,18 @@ def simulate(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Simulate one design point from rest: its response, its final state and its time history."""
+    """Compute one design point from rest.
+
+    Shows its response, its final state and its time history.
+    """
     check_file(output)
     at = {**DESIGN_POINT, **design}
     document: dict[str, object] = {**given(asked), "particle": not no_particle, "samples": SAMPLES_LIMIT}
     document |= {name: at[name] for name in EVERY if name in at and not (no_particle and name in OF_PARTICLE)}
     document |= contact_document(contact, contact_time)
+    left_out = {
+        name: value for name, value in DESIGN_POINT.items() if name in document and name not in design
+    }
     document["history"] = _history(asked, output, at["frequency_ratio"])
     with working("Reading the design"):
         from damperlab.service.simulation import compute, decimated, read_simulation, scenes_asked
@@ -78,6 +84,10 @@ def simulate(
         with in_options(OPTIONS):
             checked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
         checked = replace(checked, followed=as_json)  # a table tells the state alone
+    if left_out and not as_json:
+        from damperlab.studies.understood import assumed
+
+        note(assumed(left_out))
     have_ready(scenes_asked(checked, CYCLES_LIMIT))
     with working("Computing"):
         answer = compute(checked, CYCLES_LIMIT)

@@ -45,6 +45,8 @@ def in_options(names: Mapping[str, str]) -> "Iterator[None]":
 def _spelled(fault: Fault, names: Mapping[str, str]) -> Fault:
     # one of a list goes by the option that is repeated
     field = names.get(re.sub(r"\[\d+\]\Z", "", fault.field), fault.field)
+    if "." in field:  # it stands in a document, and so does what is to be written in its place
+        return fault
     texts = {part: _in_text(getattr(fault, part), names) for part in ("allowed", "advice", "message")}
     return replace(fault, field=field, **texts)
 

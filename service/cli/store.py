@@ -93,6 +93,14 @@ def open_store(data_dir: Path | None, **given: Any) -> "Store":
     return settings_of(data_dir, **given).open_store()
 
 
+def has_store(data_dir: Path | None) -> bool:
+    """Whether there is a store to open; `open_store` would make one."""
+    from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
+
+    settings = settings_of(data_dir)
+    return settings.catalogue is not None or (settings.data_dir / SQLITE_FILE).is_file()
+
+
 def label(record: "Record") -> str:
     """Name a study in a sentence: its free text, which may be empty, and its id."""
     return f"{record.name} ({record.id})" if record.name else record.id

@@ -1,5 +1,6 @@
 """Commands on the studies that are stored: studies, show, cancel, delete."""
 
+import json
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,16 +11,22 @@ from damperlab.service.cli.output import duration, note, print_json, print_table
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.store import label, open_store
 from damperlab.studies.store.provenance import COARSE_OF
-from damperlab.studies.variables import BEFORE, MADE_BY
 from damperlab.studies.vocabulary import EXCITATIONS, STATES
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
     from damperlab.studies.store.record import Record
 
 LISTED_BY = dict.fromkeys(("axis", "from", "to"), "--within") | {
     name: f"--{name}" for name in ("state", "tag", "cursor")
 }
 """What studies are listed by, as options."""
+
+
+UNSAID = ("name", "metrics", "steady")
+PLAIN = {"particle": True, "contact": {"model": "instant"}, "solver": {"method": "event"}, "start": "rest"}
+"""What is not shown of a definition: settings, and what every study has unless it says otherwise."""
 
 
 def studies(
@@ -29,7 +36,7 @@ def studies(
     ] = None,
     name: Annotated[str | None, typer.Option(help="Only studies whose name contains this text.")] = None,
     tag: Annotated[
-        str | None, typer.Option(help="Only studies with this tag; see `damperlab remark`.")
+        str | None, typer.Option(help="Only studies with this tag; see `damperlab show --tags`.")
     ] = None,
     within: Annotated[
         str | None,
@@ -122,35 +129,6 @@ def _list_named(as_json: bool) -> None:
         say(f"{name}: {points:,} points. {description}\n")
 
 
-def remark(
-    study: StudyId,
-    data_dir: DataDir = None,
-    tags: Annotated[
-        str | None,
-        typer.Option(help="All its tags from now on, with commas between them; an empty text for none."),
-    ] = None,
-    text: Annotated[
-        str | None, typer.Option("--note", help="Its note from now on; an empty text for none.")
-    ] = None,
-    as_json: AsJson = False,
-) -> None:
-    """Tag a study, to find it by with `studies --tag`, or write a note to it."""
-    from damperlab.studies.remarks import read_remarks
-
-    given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
-    said = {name: value for name, value in (("tags", given), ("note", text)) if value is not None}
-    if not said:
-        raise typer.BadParameter("found neither of them; allowed: one or both", param_hint="--tags, --note")
-    with in_options({"tags": "--tags", "note": "--note"}):
-        remarks = read_remarks(said)
-    store = open_store(data_dir)
-    record = store.remark(store.find(study).id, remarks)
-    if as_json:
-        print_json(record.document())
-    else:
-        say(summary(record))
-
-
 def _read_range(within: str | None) -> "tuple[str | None, float | None, float | None]":
     """Read NAME=LO,HI; either end may be left out."""
     if within is None:
@@ -180,23 +158,47 @@ def show(
     accuracy: Annotated[
         bool, typer.Option("--accuracy", help="Show the error of its points against their run time instead.")
     ] = False,
+    tags: Annotated[
+        str | None,
+        typer.Option(
+            help="Change its tags, with commas between them, to find it by; an empty text for none."
+        ),
+    ] = None,
+    text: Annotated[
+        str | None, typer.Option("--note", help="Change its note; an empty text for none.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show one study: its state, progress and definition."""
+    """Show a study: its state, progress and definition. Tag it."""
     if accuracy:
         from damperlab.service.cli.precision import precision
 
+        check_alone({"--tags": tags is not None, "--note": text is not None}, "a study that is shown")
         precision(study, data_dir, as_json)
         return
-    record = open_store(data_dir).find(study)
+    given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
+    said = {name: value for name, value in (("tags", given), ("note", text)) if value is not None}
+    remarks = None
+    if said:
+        from damperlab.studies.remarks import read_remarks
+
+        with in_options({"tags": "--tags", "note": "--note"}):
+            remarks = read_remarks(said)
+    store = open_store(data_dir)
+    record = store.find(study)
+    if remarks is not None:
+        record = store.remark(record.id, remarks)
     if as_json:
         print_json(record.document())
     else:
-        say(summary(record))
+        say(summary(record, _defined(record)))
 
 
 def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
-    """Stop a study wherever it runs; computed points are kept, and `resume` continues it."""
+    """Stop a study wherever it runs.
+
+    Computed points are kept, and `damperlab run ID` goes on with them.
+    """
     store = open_store(data_dir)
     record = store.find(study)
     if record.state == "cancelled":
@@ -209,7 +211,7 @@ def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) ->
         record = store.set_state(record.id, "cancelled", only_from=("queued", "running"))
         note(
             f"Study {label(record)} is {record.state} at {record.points_done} of {record.points_total} points; "
-            f"a process that runs it stops within seconds. Continue with: damperlab resume {record.id}"
+            f"a process that runs it stops within seconds. Continue with: damperlab run {record.id}"
         )
     if as_json:
         print_json(record.document())
@@ -232,13 +234,15 @@ def delete(
         store.bury()
 
 
-def summary(record: "Record") -> str:
+def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
     """Describe a study in a few aligned lines.
 
     Parameters
     ----------
     record : Record
         As the store knows it.
+    more : iterable of (str, str)
+        What else is told, with its title.
     """
     share = 100 * record.points_done / record.points_total
     lines = [
@@ -277,26 +281,31 @@ def summary(record: "Record") -> str:
         lines.append(("version", str(record.version)))
     if record.outdated:
         lines.append(("outdated", f"computed by an earlier solver; damperlab recompute {record.id}"))
-    if record.definition.get("excitation"):
-        lines.append(("excitation", EXCITATIONS[record.definition["excitation"]]))
-    records = [one["id"] for one in record.definition.get("records", [])]
-    if records:
-        lines.append(("records", ", ".join(records)))
-    definition = record.definition
-    given = {name: definition[name] for name in BEFORE if definition.get(name) is not None}
-    physical = definition.get("physical") or {}
-    given |= {name: value for name, value in physical.items() if name in MADE_BY.values()}
-    for axis, value in (given | definition.get("axes", {})).items():
-        lines.append((str(axis), _spell_axis(value)))
+    lines += more
     width = max(len(label) for label, _ in lines)
     return "\n".join(f"{label:<{width}}  {text}" for label, text in lines)
 
 
-def _spell_axis(value: object) -> str:
-    if isinstance(value, dict):
+def _defined(record: "Record") -> "Iterator[tuple[str, str]]":
+    """Give what a study was defined as, line by line."""
+    for key, value in record.definition.items():
+        if key in ("axes", "physical"):
+            yield from ((name, _spell(one)) for name, one in value.items())
+        elif key == "excitation":
+            yield (key, EXCITATIONS[value])
+        elif key == "records":
+            yield (key, ", ".join(one["id"] for one in value))
+        elif key not in UNSAID and value != PLAIN.get(key):
+            yield (key, _spell(value))
+
+
+def _spell(value: object) -> str:
+    """Write a value of a definition on one line."""
+    if isinstance(value, dict) and "num" in value:
         text = f"{value['start']:g} to {value['stop']:g}, {value['num']} values"
         return text + (", logarithmic" if value.get("spacing") == "log" else "")
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_spell(one)}" for name, one in value.items())
     if isinstance(value, list):
-        shown = ", ".join(f"{item:g}" for item in value[:6])
-        return shown + (f", … ({len(value)} values)" if len(value) > 6 else "")
-    return f"{value:g}" if isinstance(value, int | float) else str(value)
+        return ", ".join(map(_spell, value[:6])) + (f", … ({len(value)} values)" if len(value) > 6 else "")
+    return f"{value:g}" if isinstance(value, float) else json.dumps(value).strip('"')

@@ -23,7 +23,7 @@ def tmd(
     details: Details = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compare one design of a study with a tuned mass damper of the same mass, over frequency."""
+    """Compare a design with a tuned mass damper of the same mass."""
     check_file(output)
     record, whole = ask(study, data_dir, "tmd", amplitudes=True)
     from damperlab.service.comparisons import columns_document

@@ -31,7 +31,7 @@ def verify(
     means: Means,
     as_json: AsJson = False,
 ) -> None:
-    """Read every stored file and compare it with its checksum; exit status 1 if anything is damaged."""
+    """Compare every stored file with its checksum; exit status 1 if anything is damaged."""
     store = open_store(data_dir)
     records = _every(store) if study is None else iter([store.find(study)])
     from damperlab.studies.store.care.verify import check_catalogue
@@ -41,16 +41,21 @@ def verify(
     for line in catalogue:
         note(f"damperlab: {line}")
     with Computer(store, means) as computer:
-        answers = [_verify(computer, record, repair) for record in records]
+        answers = [_verify(computer, record, repair, study is not None) for record in records]
     if as_json:
         print_json({"studies": answers, "catalogue": catalogue})
-    elif not answers:
-        note("There are no studies yet.")
+    elif study is None:
+        blocks, damaged = (
+            sum(each["blocks"] for each in answers),
+            sum(len(each["damaged"]) for each in answers),
+        )
+        note(f"Studies: {len(answers):,}. Blocks read: {blocks:,}; damaged: {damaged}.")
     if catalogue or any(answer["damaged"] and not answer["repaired"] for answer in answers):
         raise typer.Exit(FAILED)
 
 
-def _verify(computer: Computer, record: "Record", repair: bool) -> dict[str, Any]:
+def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> dict[str, Any]:
+    """Verify one study; where it is one of all, it is told of only if something is damaged."""
     from damperlab.studies.store.care.verify import repair as take_back
     from damperlab.studies.store.care.verify import verify as damages_of
 
@@ -60,7 +65,8 @@ def _verify(computer: Computer, record: "Record", repair: bool) -> dict[str, Any
     for damage in damages:
         where = damage.part if damage.block is None else f"block {damage.block}"
         note(f"damperlab: {label(record)}: {where}: {damage.found}")
-    note(f"{label(record)}: {counted(record.blocks_done, 'block')} read, {len(damages)} damaged.")
+    if damages or alone:
+        note(f"{label(record)}: {counted(record.blocks_done, 'block')} read, {len(damages)} damaged.")
     repaired = False
     if damages and repair:
         _require_solver_of_blocks(record, damages)

@@ -1,4 +1,4 @@
-"""Commands that compute again: recompute, retry."""
+"""The command recompute: a study that an earlier solver computed, with today's."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,7 +8,6 @@ from damperlab.service.cli.computing import Computer, Means, computes
 from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import AsJson, DataDir, StudyId
 from damperlab.service.cli.output import note, number, print_json, print_table, say, working
-from damperlab.service.cli.run import finish
 from damperlab.service.cli.store import label, open_store
 
 if TYPE_CHECKING:
@@ -26,7 +25,10 @@ def recompute(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Recompute an outdated study with today's solver, keep both results, and show the differences."""
+    """Compute an outdated study with today's solver.
+
+    Both results are kept, and their differences shown.
+    """
     from damperlab.studies.faults import counted
     from damperlab.studies.store.reuse.differences import differences_of
     from damperlab.worker.provenance import provenance
@@ -61,27 +63,13 @@ def recompute(
     elif replace:
         note(
             f"damperlab: {counted(failed, 'block')} of study {label(newer)} failed as a whole; both versions are kept. "
-            f"Compute them with: damperlab retry {newer.id} --data-dir {store.data_dir}"
+            f"Compute them with: damperlab run {newer.id} --retry --data-dir {store.data_dir}"
         )
         raise typer.Exit(FAILED)
     else:
         note(
             f"Both versions are kept: {older.id} and {newer.id}. Delete the older one with: damperlab delete {older.id}"
         )
-
-
-@computes
-def retry(
-    study: StudyId,
-    data_dir: DataDir = None,
-    *,
-    means: Means,
-    as_json: AsJson = False,
-) -> None:
-    """Recompute blocks that failed as a whole, for example because a worker died; points that failed numerically stay."""
-    store = open_store(data_dir)
-    with Computer(store, means) as computer:
-        finish(computer, store.retry(store.find(study).id), as_json)
 
 
 def _show(found: "Differences") -> None:

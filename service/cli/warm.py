@@ -42,7 +42,10 @@ def warm(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compile the kernels now, on every core, so that no command has to wait for the compiler later."""
+    """Compile the kernels now, on every core.
+
+    No command has to wait for the compiler later.
+    """
     if target is not None:
         # read as the compiler is imported, here and in the processes that compile
         os.environ["DAMPERLAB_TARGET"] = target.value

@@ -69,7 +69,9 @@ def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted:
     values = answer["difference" if subtracted else metric].values
     known = values[np.isfinite(values)]
     if not known.size:
-        return Brief(None, ("Nothing of this map is known yet.",), (), "damperlab run the study to its end.")
+        return Brief(
+            None, ("Nothing of this map is known yet.",), (), "damperlab run ID, which computes the rest."
+        )
     what = phrases.shown(metric, answer[metric]).partition(" in ")[0]
     if (shares := _class_shares(metric, known, "places")) is not None:
         told = f"{what[:1].upper()}{what[1:]} over {known.size:,} places."
@@ -126,7 +128,10 @@ def response_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Bri
     unknown = completeness_sentence(answer)
     if not known.size:
         return Brief(
-            None, (f"{what}: nothing is known yet.", unknown), (), "damperlab run the study to its end."
+            None,
+            (f"{what}: nothing is known yet.", unknown),
+            (),
+            "damperlab run ID, which computes the rest.",
         )
     following = "-o response.png for the figure, -o response.csv for the table."
     if (shares := _class_shares(metric, known, "frequencies")) is not None:

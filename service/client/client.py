@@ -41,7 +41,7 @@ class Client:
     url : str
         Where `damperlab serve` listens.
     api_key : str, optional
-        A key of the service, as `damperlab keys create` makes it; sent as ``Authorization: Bearer …``. If not given it is
+        A key of the service, as `damperlab admin keys create` makes it; sent as ``Authorization: Bearer …``. If not given it is
         taken from ``DAMPERLAB_KEY``, or from the file that ``DAMPERLAB_KEY_FILE`` names.
     timeout : float
         How long one answer may take [s]. The first simulation of a new installation compiles for a while.
@@ -405,7 +405,7 @@ class Client:
                 return found
 
     def accuracy(self) -> Accuracy:
-        """Give the last report of `damperlab accuracy` that the service keeps.
+        """Give the last report of `damperlab check accuracy` that the service keeps.
 
         Raises
         ------

@@ -140,7 +140,7 @@ class Simulation:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The last report of `damperlab accuracy` that the service keeps.
+    """The last report of `damperlab check accuracy` that the service keeps.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ function noReport() {
     { class: "box" },
     el("h2", {}, "No report yet"),
     el("p", {}, "A report measures the solver on this machine: its error against its run time beside the paper’s method, and how it copes with extreme cases. It takes a few minutes:"),
-    el("pre", { tabindex: 0, role: "region", "aria-label": "Command" }, "damperlab accuracy --quick"),
+    el("pre", { tabindex: 0, role: "region", "aria-label": "Command" }, "damperlab check accuracy --quick"),
     el("p", { class: "quiet" }, "Run it with the data folder of this service (--data-dir, as for serve), then open this page again."),
   );
 }

@@ -31,7 +31,7 @@ export function signInForm(onDone) {
     el("p", {}, el("label", { for: "key" }, "Key"), " ", key, " ", el("button", { type: "submit" }, "Sign in")),
     trouble,
   );
-  const words = "This service asks for a key. Its operator creates one with the command damperlab keys create.";
+  const words = "This service asks for a key. Its operator creates one with the command damperlab admin keys create.";
   return [el("h1", {}, "Sign in"), el("p", {}, words), form];
 }
 

@@ -32,12 +32,12 @@ def list_reports(service: TheService) -> Document:
     summary="Error against run time, and extreme cases, as last measured",
 )
 def ask_accuracy(service: TheService) -> Document:
-    """Give the report that `damperlab accuracy` made last with this data directory."""
+    """Give the report that `damperlab check accuracy` made last with this data directory."""
     report = last_report(service.settings.data_dir)
     if report is None:
         raise Problem(
             404,
             "no-report",
-            "No accuracy report has been made yet. Run `damperlab accuracy` with the data directory of this service.",
+            "No accuracy report has been made yet. Run `damperlab check accuracy` with the data directory of this service.",
         )
     return Document(report)

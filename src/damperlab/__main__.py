@@ -9,6 +9,11 @@ NEEDED = ("typer", "pydantic_settings", "sqlalchemy", "distributed", "numba")
 
 def main() -> None:
     """Run the command that the arguments name, and end the process with its exit status."""
+    if sys.argv[1:] == ["--version"]:  # which the client alone has too
+        from damperlab import __version__
+
+        print(f"damperlab {__version__}")
+        return
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
         print(

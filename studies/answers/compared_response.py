@@ -77,7 +77,7 @@ def compared_response(
         # with and without friction of the particle is what is compared
         if name not in BEFORE and not np.array_equal(ours, theirs):
             found = f"a study with other values of {name} than the first"
-            advice = f"name one with the same {name}, such as the way down for the way up"
+            advice = f"name one with the same {name}, or subtract their maps with `minus`"
             told = f"The two studies have different values of {name}, so their responses cannot be compared."
             raise QueryFault(Fault("with", found, f"a study with the same {name}", advice, told))
     errors = _errors(cube, metric, selection) + _errors(other, metric, selection)

@@ -375,14 +375,21 @@ def _brief(cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any],
     """Say how many records exceed the limit, from which scale on, and whether that is settled."""
     limit = spelled(found["threshold"], cube[found["metric"]].attrs.get("units", "1"), 6)
     phrases, scales = Phrases.of(cube), cube[SCALE].values
-    damper = ", ".join(
-        phrases.equal(name, float(cube[name].values[index[name]]), ".3g")
-        for name in SUITE.designs
-        if cube.sizes[name] > 1
+    damper, structure = (
+        ", ".join(
+            phrases.equal(name, float(cube[name].values[index[name]]), ".3g")
+            for name in names
+            if cube.sizes[name] > 1
+        )
+        for names in (
+            SUITE.designs,
+            [name for name in SUITE.dimensions if name in index and name not in SUITE.designs],
+        )
     )
     over, top = found["records"] - found["never"], f"{scales.max():g}"
-    told = f"The damper {f'({damper}) ' if damper else ''}exceeds {limit} under {over} of {counted(found['records'], 'record')}"
-    sentences = [f"{told}, at scales up to {top}."]
+    of = f"of the structure with {structure} " if structure else ""
+    exceeds = f"exceeds {limit} under {over} of {counted(found['records'], 'record')}, at scales up to {top}."
+    sentences = [f"The damper {f'({damper}) ' if damper else ''}{of}{exceeds}"]
     settled = False
     if "median_scale" in found:
         low, high = found["median_scale_interval"]
@@ -396,7 +403,7 @@ def _brief(cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any],
         sentences.append(scatter)
     following = "damperlab optimum to rank the dampers."
     if found["complete"] < 1:
-        following = "damperlab run the suite to its end."
+        following = "damperlab run ID, which computes the rest."
     elif scales.size == 1:
         enough = enough_records(found["quantile_share"])
         if found["records"] < enough:

@@ -42,6 +42,8 @@ SAMPLES_PER_CYCLE = 8
 repeat it at 1/h − f with (fh/(1 − fh))² of its amplitude: at most a fiftieth, of the highest frequency alone."""
 RAMP_CYCLES = 4.0
 """Of the lowest frequency: how long the motion rises before, and falls after, the time at full level."""
+SHOWN = {"frequency_hz": "[10, 100]", "psd_g2_per_hz": "[0.001, 0.001]", "psd_m2_per_s3": "[0.1, 0.1]"}
+"""A column of each kind."""
 EXAMPLE = '{"frequency_hz": [10, 100], "psd_g2_per_hz": [0.001, 0.001], "duration_s": 30, "seed": 1}'
 
 
@@ -205,7 +207,9 @@ def _column(quantity: Quantity, document: object, faults: list[Fault]) -> tuple[
     raw = document.get(quantity.name) if isinstance(document, dict) else None
     if not isinstance(raw, list | tuple) or not 2 <= len(raw) <= MOST_POINTS:
         allowed = f"a list of 2 to {MOST_POINTS} numbers"
-        faults.append(Fault(field, describe(raw), allowed, f"write `{quantity.name}: [10, 100]`"))
+        faults.append(
+            Fault(field, describe(raw), allowed, f"write `{quantity.name}: {SHOWN[quantity.name]}`")
+        )
         return ()
     before, column = len(faults), []
     for place, each in enumerate(raw):

@@ -34,6 +34,10 @@ class Fields:
 
     def _span(self, field: str, raw: object, quantity: Quantity) -> tuple[float, float] | None:
         """Read a number, or ``{start, stop}``."""
+        if isinstance(raw, list) and len(raw) == 2 and all(isinstance(each, int | float) for each in raw):
+            advice = f"write a range as {{start: {raw[0]}, stop: {raw[1]}}}"
+            self._fault(field, describe(raw), "a number or {start, stop}", advice)
+            return None
         if not isinstance(raw, Mapping):
             value = self._read(field, raw, quantity)
             return None if value is None else (value, value)

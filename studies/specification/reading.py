@@ -4,14 +4,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 from damperlab.studies.consistency import rubbing_faults
 from damperlab.studies.definition import MAX_NAME
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing, nearest, printable
+from damperlab.studies.faults import Fault, StudyFaults, describe, listing
 from damperlab.studies.ground.shelf import Shelf
-from damperlab.studies.guard import guard
+from damperlab.studies.guard import guard, refuse_the_other
 from damperlab.studies.physical import PARTICLE_FRICTION, TILT
 from damperlab.studies.quantity import Quantity
 from damperlab.studies.specification.cavity import LEVEL, Cavity
@@ -35,7 +34,7 @@ from damperlab.studies.specification.specification import (
     Structure,
     beside_rubbing,
 )
-from damperlab.studies.text import MAX_BYTES, Format, load_text
+from damperlab.studies.text import Format, is_file, load_text, read_file, unknown_name
 
 KEYS = (
     "name",
@@ -63,8 +62,6 @@ REFUSED_UNDER_RECORDS = {
     "rms_acceleration": "it is the rms over a band; that in time, under the worst record or sweep, is `worst_rms_acceleration`",
 }
 
-_FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
-
 
 def read_specification(path_or_name: str, shelf: Shelf | None = None) -> Specification:
     """Read a specification from a ``.json``, ``.yaml`` or ``.yml`` file, or by the name of a named one.
@@ -86,27 +83,14 @@ def read_specification(path_or_name: str, shelf: Shelf | None = None) -> Specifi
 
 def specification_document(path_or_name: str) -> dict[str, Any]:
     """Read the document of a specification, as it is written; see `read_specification`."""
-    path = Path(path_or_name)
-    written_in = _FORMATS.get(path.suffix.lower())
-    if written_in is None:
-        named = named_specifications()
-        if path_or_name in named:
-            return _mapping(load_specification(named[path_or_name], "yaml"))
-        allowed = f"a {', '.join(_FORMATS)} file, or one of the named specifications {listing(named)}"
-        told = f"There is no specification {printable(path_or_name)}: name {allowed}."
-        near = nearest(path_or_name, named)
-        advice = f"did you mean {near}?" if near else "name one of them"
-        raise StudyFaults([Fault("specification", describe(path_or_name), allowed, advice, told)])
-    try:
-        with path.open("rb") as file:
-            text = file.read(MAX_BYTES[written_in] + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) and error.strerror else "not a path"
-        told = f"The file {printable(path_or_name)} cannot be read: {reason}."
-        raise StudyFaults(
-            [Fault("specification", describe(path_or_name), "a readable file", "check the path", told)]
-        ) from None
-    return _mapping(load_specification(text, written_in))
+    named = named_specifications()
+    if path_or_name in named:
+        return _mapping(load_specification(named[path_or_name], "yaml"))
+    if not is_file(path_or_name):
+        from damperlab.studies.reading import named_texts
+
+        raise unknown_name(path_or_name, "specification", named, named_texts())
+    return _mapping(load_specification(*read_file(path_or_name, "specification")))
 
 
 @cache
@@ -151,6 +135,7 @@ def parse_specification(document: object, shelf: Shelf | None = None) -> Specifi
     StudyFaults
         With every fault of the document.
     """
+    refuse_the_other(document, "specification")
     given, faults = guard(_mapping(document))
     faults = [_of_specification(fault) for fault in faults]
     # a key of YAML without a value, as where each of its lines is a comment

@@ -16,6 +16,7 @@ from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, Quantity
 from damperlab.studies.specification.excitation import MOTIONS, Excitation
 from damperlab.studies.specification.record_fields import OF_RECORDS, RecordFields
 from damperlab.studies.specification.specification import Structure
+from damperlab.studies.unit_names import ALIASES
 
 STRUCTURE_KEYS = (
     "mass_kg",
@@ -181,6 +182,8 @@ class SceneFields(RecordFields):
         structure : Structure or None
             What it shakes, where that could be read.
         """
+        if isinstance(raw, Mapping) and "frequency_hz" not in raw:
+            raw = {ALIASES.get(key, key): value for key, value in raw.items()}
         raw = self._mapping(field, known, raw)
         if raw is None:
             return None

@@ -89,8 +89,8 @@ def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueD
             f"{found} in the catalogue",
             "the rows that were written",
             advice
-            or f"compare everything with `damperlab verify {study_id}`, and repair it with `damperlab verify {study_id} "
-            "--repair`; a catalogue that is beyond repair is made again by `damperlab rebuild`",
+            or f"compare everything with `damperlab store verify {study_id}`, and repair it with `damperlab store verify "
+            f"{study_id} --repair`; a catalogue that is beyond repair is made again by `damperlab store rebuild`",
             f"The catalogue is damaged: study {study_id} has {found}.",
         )
     )

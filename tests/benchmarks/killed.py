@@ -1,9 +1,9 @@
 """Half of the workers of a real cluster are killed while a study runs: how long it takes beside the ideal time.
 
-24 processes of `damperlab worker`, blocks that sleep for two to four seconds, the runner's own window; at a third of the work
-twelve of them get SIGKILL. Ideal is that the blocks which ran there are lost at that moment, that all others go on without a
-pause, and that the workers which are left end together. Blocks that sleep are not cut towards the end as those of a study are:
-the last ones alone cost up to half a block on average.
+24 processes of `damperlab admin worker`, blocks that sleep for two to four seconds, the runner's own window; at a third
+of the work twelve of them get SIGKILL. Ideal is that the blocks which ran there are lost at that moment, that all
+others go on without a pause, and that the workers which are left end together. Blocks that sleep are not cut towards
+the end as those of a study are: the last ones alone cost up to half a block on average.
 """
 
 import json
@@ -37,7 +37,7 @@ def run(blocks: int = 240, workers: int = 24) -> dict[str, Any]:
     """So many workers, of which half are killed at a third of the work."""
     environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'src'}"}
     with scheduler_process() as (address, _):
-        command = [sys.executable, "-m", "damperlab", "worker", address, "--memory-limit=0"]
+        command = [sys.executable, "-m", "damperlab", "admin", "worker", address, "--memory-limit=0"]
         started = [
             subprocess.Popen(
                 [*command, f"--name={place}"], env=environment, cwd=ROOT, stderr=subprocess.DEVNULL

@@ -38,7 +38,7 @@ def test_sections_that_take_seconds_come_to_what_the_page_says(name: str) -> Non
     found = section_in(in_markdown({**REPORT, "sections": [{**document, "figures": []}]}), document["title"])
     told = section_in(PAGE.read_text(encoding="utf-8"), document["title"])
     assert told.count("\n| ") >= len(document["rows"])
-    assert difference(Shown("damperlab reproduce", told + "\n"), found + "\n", is_of_here(KEY)) == ""
+    assert difference(Shown("damperlab check paper", told + "\n"), found + "\n", is_of_here(KEY)) == ""
 
 
 def test_the_page_has_every_section_of_the_paper() -> None:

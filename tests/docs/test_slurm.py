@@ -43,7 +43,7 @@ def test_the_batch_script_computes_a_study_and_ends_all_it_started(tmp_path: Pat
         "DAMPERLAB_CLUSTER_TLS": str(tls),
         "PATH": f"{tmp_path / 'bin'}:{Path(sys.executable).parent}:{os.environ['PATH']}",
     }
-    subprocess.run(["damperlab", "certificates", tls], env=environment, check=True, timeout=SECONDS)
+    subprocess.run(["damperlab", "admin", "certificates", tls], env=environment, check=True, timeout=SECONDS)
     # what it started holds the pipe open: reading ends only when all of it has
     done = subprocess.run(
         ["bash", script, "damper.yaml"], cwd=tmp_path, env=environment, timeout=SECONDS,

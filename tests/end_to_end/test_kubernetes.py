@@ -173,7 +173,7 @@ def running(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pods]:
             "damperlab-store": objects.environment | {"DAMPERLAB_STORE": objects.address},
             "damperlab-catalogue": {"DAMPERLAB_CATALOGUE": database.address},
         }
-        assert found.ends_well(["damperlab", "certificates", "/certificates"])
+        assert found.ends_well(["damperlab", "admin", "certificates", "/certificates"])
         yield found
     finally:
         found.kill()

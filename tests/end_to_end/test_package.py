@@ -188,6 +188,7 @@ def test_a_command_without_the_service_says_what_to_install(client_python: Path,
     assert ended.returncode == 1
     assert "pip install 'damperlab[service]'" in ended.stderr
     assert "Traceback" not in ended.stderr
+    assert _run(client_python, "-m", "damperlab", "--version", cwd=tmp_path).stdout.startswith("damperlab ")
 
 
 @pytest.mark.night

@@ -55,7 +55,7 @@ class Campaign(Watching):
             "worker": [
                 Member(
                     folder / f"worker-{number}.log",
-                    *(sys.executable, "-m", "damperlab", "worker", address),
+                    *(sys.executable, "-m", "damperlab", "admin", "worker", address),
                     **{FOLDER: str(folder), "DASK_DISTRIBUTED__WORKER__PRELOAD": "['tests.faults.attempts']"},
                     **secrets,
                 )

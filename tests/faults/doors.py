@@ -4,7 +4,7 @@ The store and its damage are those of `damage.py`. Each case is asked by a proce
 has loaded all that a command needs: the command line itself, or a service on a port. The outcome is one of
 
     refused    a sentence and exit status 1, or a problem document that is no 500
-    found      an answer differs, and `damperlab verify` tells of damage
+    found      an answer differs, and `damperlab store verify` tells of damage
     harmless   every answer is what it was, byte for byte
     silent     an answer differs, and nobody says so: a defect
     crashed    a traceback, or HTTP 500: a defect
@@ -170,7 +170,7 @@ def judge(answers: Answers, expected: Answers, folder: Path) -> tuple[str, str]:
     ]
     if not differ:
         return ("harmless", "") if len(good) == len(expected) else ("refused", "")
-    status, said = command(folder, "verify")
+    status, said = command(folder, "store", "verify")
     return ("found", said) if status == 1 else ("silent", f"{differ} differ; verify says {said[-200:]}")
 
 

@@ -72,7 +72,7 @@ class Campaign(Watching):
         keys = objects.environment | {"AWS_ALLOW_HTTP": "true"}
         address = f"tls://{scheduling.address}:{SCHEDULER_PORT}"
         files = (("ca-file", "ca"), ("cert", "cert"), ("key", "key"))
-        self._worker = (sys.executable, "-m", "damperlab", "worker", address, "--leave-within", "20")
+        self._worker = (sys.executable, "-m", "damperlab", "admin", "worker", address, "--leave-within", "20")
         python = (sys.executable, "-m")
 
         def part(host: Host, name: str, *command: str, **environment: str) -> Machine:

@@ -40,7 +40,7 @@ def test_worker_that_starts_while_its_cable_is_out_joins_by_the_address_at_which
     scheduler = scheduling.start([*command, "--no-dashboard"], known)
     until(scheduler, "Scheduler at:")
     first.cable(False)
-    worker = first.start([sys.executable, "-m", "damperlab", "worker", address], known)
+    worker = first.start([sys.executable, "-m", "damperlab", "admin", "worker", address], known)
     until(worker, f"there is no way to {address} yet")
     # time to take the loopback address, where it would
     time.sleep(WITHOUT_CABLE_SECONDS)

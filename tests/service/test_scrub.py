@@ -40,7 +40,7 @@ def test_damage_is_found_logged_once_and_gone_when_it_is_mended(
             (record.getMessage() for record in caplog.records), key=lambda text: "catalogue" in text
         )
         assert "block 3" in about_study
-        assert f"damperlab verify {study_id} --repair" in about_study
+        assert f"damperlab store verify {study_id} --repair" in about_study
         assert record_id in about_catalogue
         flip(block)
         Records(tmp_path).put(motion)

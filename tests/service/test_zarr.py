@@ -125,7 +125,7 @@ def test_damaged_blocks_are_errors(
         answer = client.get(f"{STUDIES}/{study_id}/zarr/amplitude_ratio/c.0.0.0.0.0.1")
         assert answer.status_code == 503
         assert answer.json()["type"] == "urn:damperlab:problem:block-damaged"
-        assert "damperlab verify --repair" in answer.json()["errors"][0]["advice"]
+        assert "damperlab store verify --repair" in answer.json()["errors"][0]["advice"]
         with pytest.raises(Exception, match="503"):
             xr.open_zarr(f"{service.url}{STUDIES}/{study_id}/zarr", chunks=None)["amplitude_ratio"].load()
         question = client.get(f"{STUDIES}/{study_id}/frequency-response", params={"friction_ratio": 0})

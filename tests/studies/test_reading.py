@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.guard import MAX_VALUES
 from damperlab.studies.reading import named_descriptions, named_studies, parse_study_text, read_study
+from damperlab.studies.specification.reading import read_specification
 from damperlab.studies.text import MAX_BYTES, MAX_YAML_VALUES, Format
 
 JSON = '{"axes": {"clearance_ratio": [5, 10], "frequency_ratio": 1e0}}'
@@ -119,6 +120,30 @@ def test_arbitrary_text_only_ever_raises_study_faults(text: str | bytes, written
     str(caught.value).encode("utf-8")
 
 
+def test_a_file_of_the_other_kind_or_of_none_is_told_so_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "study.json").write_text(JSON)
+    (tmp_path / "specification.yaml").write_text("structure: {mass_kg: 1}\nchoose: {}\n")
+    (tmp_path / "empty.yaml").write_text(" \n")
+    (tmp_path / "map.png").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\r")
+    (tmp_path / "map.yaml").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\r")
+    for read, name, told in (
+        (
+            read_study,
+            str(tmp_path / "specification.yaml"),
+            "a specification, not a study.*`damperlab design`",
+        ),
+        (read_specification, str(tmp_path / "study.json"), "a study, not a specification.*`damperlab run`"),
+        (read_study, "prototype", "named specification, not a study.*`damperlab design prototype`"),
+        (read_specification, "figure-11", "named study, not a specification.*`damperlab run figure-11`"),
+        (read_study, str(tmp_path / "empty.yaml"), "is empty"),
+        (read_study, str(tmp_path / "map.png"), "is no study"),
+        (read_specification, str(tmp_path / "map.yaml"), "is binary, not text"),
+    ):
+        with pytest.raises(StudyFaults, match=told) as caught:
+            read(name)
+        assert len(caught.value.faults) == 1
+
+
 def test_files_are_read_by_their_suffix(tmp_path: Path) -> None:
     (tmp_path / "a.json").write_text(JSON)
     (tmp_path / "a.yml").write_text(JSON)
@@ -128,7 +153,9 @@ def test_files_are_read_by_their_suffix(tmp_path: Path) -> None:
     for name in ("large.yaml", "folder.json", "none.yaml", "none.txt", "a\0.json", "x" * 5000 + ".json"):
         with pytest.raises(StudyFaults):
             read_study(str(tmp_path / name))
-    with pytest.raises(StudyFaults, match=r'"frame" is neither a file nor a named study.*`damperlab resume`'):
+    with pytest.raises(
+        StudyFaults, match=r'"frame" is neither a file nor a named study.*`damperlab studies`'
+    ):
         read_study("frame")
     with pytest.raises(StudyFaults, match="figure-11"):
         read_study("figure-12")

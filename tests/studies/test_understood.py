@@ -54,6 +54,22 @@ def test_over_base_amplitudes_the_ratios_reach_from_corner_to_corner() -> None:
         assert ends == (every[name].min(), every[name].max())
 
 
+@pytest.mark.parametrize(("coefficient", "told"), [(2.0, False), (30.0, True)])
+def test_friction_that_no_pair_of_materials_has_is_told(coefficient: float, told: bool) -> None:
+    rubbing = {"particle_friction_coefficient": coefficient}
+    assert ("μ_i = 30 or more" in said(FRAME | rubbing)) == told
+    specification = {
+        "structure": {"mass_kg": 42, "natural_frequency_hz": 11.3, "damping_ratio": 0.01},
+        "excitation": {"base_amplitude_m": 8e-5, "excitation_frequency_hz": {"start": 9, "stop": 14}},
+        "choose": {"clearance_m": {"start": 0.0002, "stop": 0.002}},
+        "friction_force_n": 0,
+        "particle_mass_kg": 3,
+        "restitution": 0.5,
+    }
+    found = unusual_specification(parse_specification(specification | rubbing))
+    assert ("μ_i = 30 or more" in " ".join(found)) == told
+
+
 HEAVY, MOVES, WIDE, RUBS = "heavier", "10 times as far", "larger than any motion", "more than 100 times"
 
 

@@ -56,10 +56,10 @@ def scheduler_process(*options: str) -> Iterator[tuple[str, subprocess.Popen[str
 
 @contextmanager
 def member(address: str, *options: str, stderr: int | None = None) -> Iterator[subprocess.Popen[bytes]]:
-    """`damperlab worker`."""
+    """`damperlab admin worker`."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     process = subprocess.Popen(
-        [sys.executable, "-m", "damperlab", "worker", address, *options],
+        [sys.executable, "-m", "damperlab", "admin", "worker", address, *options],
         cwd=ROOT,
         env=environment,
         stderr=stderr,

@@ -197,7 +197,7 @@ def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) ->
         lines.append(jobs.options)
     lifetime = jobs.wall_seconds - MARGIN_SECONDS
     command = [
-        *(sys.executable, "-m", "damperlab", "worker", place.scheduler),
+        *(sys.executable, "-m", "damperlab", "admin", "worker", place.scheduler),
         *("--tls", str(place.tls)),
         *("--lifetime", f"{lifetime:g}"),
         *("--leave-within", f"{LEAVE_SECONDS:g}"),

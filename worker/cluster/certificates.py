@@ -59,7 +59,7 @@ def security(folder: Path | None = None, address: str = "") -> Security:
                     "tls",
                     f"{str(folder)!r} without a readable {file.name}",
                     f"a folder with {CA}, {CERTIFICATE} and {KEY}",
-                    "make one with `damperlab certificates DIR` and copy it to every machine of the cluster",
+                    "make one with `damperlab admin certificates DIR` and copy it to every machine of the cluster",
                     f"The folder {folder} holds no {file.name} that can be read; it must hold {CA}, {CERTIFICATE} and {KEY}.",
                 )
             )
@@ -83,7 +83,9 @@ def _require_valid(file: Path) -> None:
     from cryptography import x509
 
     now = datetime.now(UTC)
-    advice = "make others with `damperlab certificates DIR` and copy them to every machine of the cluster"
+    advice = (
+        "make others with `damperlab admin certificates DIR` and copy them to every machine of the cluster"
+    )
     try:
         found = x509.load_pem_x509_certificates(file.read_bytes())
     except ValueError as error:

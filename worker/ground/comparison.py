@@ -183,7 +183,7 @@ def table_a1(
     criterion: Criterion = "den_hartog",
     starts: int = 8,
 ) -> dict[str, Any]:
-    """Recompute Table A1 under one record: for `damperlab reproduce`.
+    """Recompute Table A1 under one record: for `damperlab check paper`.
 
     Parameters
     ----------

@@ -66,4 +66,4 @@ class Ending:
         """What remains, and how to go on."""
         record = self._store.find(self._lease.study_id)
         pending = record.blocks_total - record.blocks_done
-        return f"{record.blocks_done} of {record.blocks_total} blocks are kept, resume computes the other {pending}"
+        return f"{record.blocks_done} of {record.blocks_total} blocks are kept; continued, it computes the other {pending}"

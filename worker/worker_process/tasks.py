@@ -122,7 +122,7 @@ def _motion(cube_path: str, source: RecordSource) -> GroundMotion:
         return source.read(_shelf(cube_path).get(source.key))
     except (FileNotFoundError, ValueError) as error:
         raise OSError(
-            f"the cube's copy of record {source.id} is lost or damaged ({error}); `damperlab verify --repair` restores it"
+            f"the cube's copy of record {source.id} is lost or damaged ({error}); `damperlab store verify --repair` restores it"
         ) from error
 
 
@@ -192,5 +192,5 @@ def _study(cube_path: str, digest: str) -> Study | Suite:
         # no fault of the points: the study stops, and none of them is recorded as failed
         raise OSError(
             f"the description of the cube {cube_path} is damaged ({error}); "
-            "`damperlab verify --repair` writes it anew"
+            "`damperlab store verify --repair` writes it anew"
         ) from error

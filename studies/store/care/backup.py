@@ -180,7 +180,7 @@ def _require_nothing_lost(source: Store, target: Store) -> None:
                 "data_dir",
                 f"{place}{more}, which {source.data_dir} has lost: it has no such study, and none that was deleted",
                 "a backup of studies that are there, or were deleted",
-                f"copy the folder into {source.shelf.address} and run `damperlab rebuild` to have the study again; else "
+                f"copy the folder into {source.shelf.address} and run `damperlab store rebuild` to have the study again; else "
                 "back up into a new folder",
                 f"The backup holds {place}{more}, which {source.data_dir} has lost; it would be removed from the backup.",
             )

@@ -191,7 +191,7 @@ def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
                 "catalogue",
                 f"{catalogue.name}, which holds studies whose cubes are not those in {place.address}",
                 "the catalogue of these cubes, an empty one, or none",
-                "move it away, or name an empty database, and run `damperlab rebuild` again",
+                "move it away, or name an empty database, and run `damperlab store rebuild` again",
                 f"{catalogue.name} holds studies whose cubes are not those in {place.address}.",
             )
         )
@@ -340,7 +340,7 @@ def _headers(shelf: Shelf, described: Description, solver: str, found: Rebuilt) 
 def _taken(study_id: str, number: int, other: str) -> str:
     return (
         f"its number, {number}, is study {other}'s; rename its folder to {study_id}-N.zarr, N being a number that no cube "
-        "has, and run `damperlab rebuild` again"
+        "has, and run `damperlab store rebuild` again"
     )
 
 

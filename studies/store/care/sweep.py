@@ -203,7 +203,7 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
         if (deleted or row.reserved) and (row.deleted is None or row.deleted >= limit):
             continue
         if not _row_is_sound(store, row.number):
-            why = "its row in the catalogue is damaged; `damperlab rebuild` makes it anew"
+            why = "its row in the catalogue is damaged; `damperlab store rebuild` makes it anew"
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
         shelf = store.shelf.at(name)
@@ -216,7 +216,7 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
             continue
         lost = not deleted and not row.reserved and parsed[0] not in alive
         if lost and _describes(shelf, parsed[0]):
-            why = "the catalogue has lost its study; `damperlab rebuild` adds it"
+            why = "the catalogue has lost its study; `damperlab store rebuild` adds it"
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
         if max((shelf.made(), *(entry.changed for entry in entries))) >= limit:

@@ -157,7 +157,7 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
         If it cannot be read, or the place of the cubes cannot.
     """
     for line in store.catalogue.integrity():
-        yield f"{store.catalogue.name}: {line}; make it again with `damperlab rebuild`"
+        yield f"{store.catalogue.name}: {line}; make it again with `damperlab store rebuild`"
     try:
         names = sorted(store.shelf.shelves())
     except OSError as error:
@@ -169,7 +169,7 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
                 if not is_sound(table, row):
                     name = str(row._mapping.get("id", row[0]))
                     fault = damaged_row(table, name).fault
-                    key = "remove the key with `damperlab rebuild`, and make another with `damperlab keys create`"
+                    key = "remove the key with `damperlab store rebuild`, and make another with `damperlab admin keys create`"
                     advice = key if table is access_keys else fault.advice
                     yield f"{store.catalogue.name}: {name}: {fault.found}; {advice}"
     for _, damaged_record in Records(store.data_dir).damaged(pause):
@@ -215,7 +215,7 @@ def _lost_by_the_catalogue(store: Store, names: Sequence[str], pause: Callable[[
     for name in sorted(there.intersection(unknown)):
         # without results and with a study of the same id: a submission that was cut short and came again
         if cubes[name][0] not in alive or holds_results(store.shelf.at(name)):
-            yield f"cube {name} belongs to no study of the catalogue; `damperlab rebuild` adds it"
+            yield f"cube {name} belongs to no study of the catalogue; `damperlab store rebuild` adds it"
     for name, (study_id, number) in cubes.items():
         if alive.get(study_id) != number:
             continue
@@ -234,11 +234,11 @@ def _lost_by_the_catalogue(store: Store, names: Sequence[str], pause: Callable[[
                 continue  # deleted meanwhile, or about to end
             ended = kept is not None and lost_end(kept[0], row, last_event(connection, study_id))
         if buried:
-            yield f"study {study_id} was deleted, and the catalogue has lost that; `damperlab rebuild` deletes it again"
+            yield f"study {study_id} was deleted, and the catalogue has lost that; `damperlab store rebuild` deletes it again"
         elif ended and kept is not None:
             yield (
                 f"study {study_id} is {row.state} in the catalogue, which has lost that it was {kept[0]['state']}; "
-                "`damperlab rebuild` restores it"
+                "`damperlab store rebuild` restores it"
             )
 
 
@@ -288,7 +288,7 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
 def _damaged_mark(mark: Row[Any]) -> Damage:
     if isinstance(mark.block, int):
         return Damage(mark.block, "its done-mark in the catalogue is not what was written")
-    return Damage(None, "a done-mark of no block; `damperlab rebuild` removes it", "catalogue")
+    return Damage(None, "a done-mark of no block; `damperlab store rebuild` removes it", "catalogue")
 
 
 def _count(value: Any) -> int:

@@ -172,7 +172,7 @@ class AccessKeys:
                     "key",
                     describe(key_id),
                     "the id of a key",
-                    "`damperlab keys list` shows the keys and their ids",
+                    "`damperlab admin keys list` shows the keys and their ids",
                     f"There is no key with the id {printable(key_id)}.",
                 )
             )

@@ -259,14 +259,14 @@ class Catalogue:
             kind: type[StoreFault] = CatalogueDamaged
             advice = (
                 "export its studies with `damperlab export` of that version, or choose another data directory; if no older "
-                "version has opened it, it is damaged: make it again with `damperlab rebuild`"
+                "version has opened it, it is damaged: make it again with `damperlab store rebuild`"
             )
             told = f"{self.name} was made by a damperlab older than 0.2.0."
         else:
             kind = StoreFault
             advice = (
                 "upgrade damperlab, or choose another data directory; if no newer version has opened it, it is damaged: "
-                "move it away and make it again with `damperlab rebuild`"
+                "move it away and make it again with `damperlab store rebuild`"
             )
             told = (
                 f"{self.name} was made by a newer damperlab: it is a catalogue of revision {found}, and this version "
@@ -275,7 +275,7 @@ class Catalogue:
         return kind(Fault(self.name, f"catalogue revision {found}", f"revision {REVISION}", advice, told))
 
     def _damaged(self, found: str) -> CatalogueDamaged:
-        advice = "make it again from the cubes with `damperlab rebuild`"
+        advice = "make it again from the cubes with `damperlab store rebuild`"
         told = f"{self.name} is damaged: {found}."
         return CatalogueDamaged(Fault(self.name, found, f"revision {REVISION}", advice, told))
 
@@ -316,7 +316,7 @@ class Catalogue:
                     self.name,
                     found,
                     "a catalogue that can be reached, read and written",
-                    "make the catalogue again from the cubes with `damperlab rebuild`"
+                    "make the catalogue again from the cubes with `damperlab store rebuild`"
                     if damaged
                     else "try again in a moment: too many requests came together, or the database takes long"
                     if isinstance(error, PoolTimeout)

@@ -33,7 +33,7 @@ BACKUP_OF = "backup_of"
 UNKNOWN_RESULTS = "unknown_results"
 """The fact that names a cube with results that the catalogue does not know, by which it was seen to be an older copy."""
 
-_REBUILD = "make the catalogue again from the cubes with `damperlab rebuild`"
+_REBUILD = "make the catalogue again from the cubes with `damperlab store rebuild`"
 _NAME_IT = "name the catalogue that belongs to them (--data-dir, or DAMPERLAB_CATALOGUE for PostgreSQL)"
 
 
@@ -126,7 +126,7 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
                 "store",
                 bucket.address,
                 f"the data directory {data_dir}, where the studies of this catalogue are",
-                "leave it out; or copy them: `damperlab backup FOLDER`, and `damperlab restore FOLDER` with "
+                "leave it out; or copy them: `damperlab store backup FOLDER`, and `damperlab store restore FOLDER` with "
                 "a new data directory and this store",
                 f"The studies of this catalogue are in the data directory {data_dir}, not in {bucket.address}.",
             )
@@ -276,7 +276,7 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
                 "data_dir",
                 f"{folder.address}, which {catalogue.name} does not know",
                 "the data folder of this catalogue",
-                "name that folder with --data-dir; if it is lost, let the catalogue go on here with `damperlab rebuild`",
+                "name that folder with --data-dir; if it is lost, let the catalogue go on here with `damperlab store rebuild`",
                 f"The cubes of {catalogue.name} are in another data folder than {folder.address}.",
             )
         )
@@ -328,7 +328,7 @@ def older_copy(cube: str, catalogue: str) -> StoreFault:
             "catalogue",
             f"results in {cube} that {catalogue} does not know: it is an older copy",
             "the newest state of the catalogue",
-            "put the newest one back, or add to this one what it lacks with `damperlab rebuild`",
+            "put the newest one back, or add to this one what it lacks with `damperlab store rebuild`",
             f"{cube} holds results that {catalogue} does not know: the catalogue is an older copy.",
         )
     )

@@ -82,7 +82,7 @@ def damaged_row(table: Table, study_id: str) -> CatalogueDamaged:
     return catalogue_damaged(
         study_id,
         f"a row of {table.name} whose checksum is not that of its contents",
-        "make what is damaged again from the cubes with `damperlab rebuild`, which leaves all that is well as it is",
+        "make what is damaged again from the cubes with `damperlab store rebuild`, which leaves all that is well as it is",
     )
 
 

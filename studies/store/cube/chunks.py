@@ -30,7 +30,7 @@ def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDama
             where,
             f"{what}: {found}",
             "what was written",
-            f"find all that is damaged with `damperlab verify {study_id}`, and repair it with `damperlab verify "
+            f"find all that is damaged with `damperlab store verify {study_id}`, and repair it with `damperlab store verify "
             f"--repair {study_id}`: descriptions are written again, lost blocks are computed again",
             sentence(f"{where} cannot be read: {what}: {found}"),
         )

@@ -78,7 +78,7 @@ def _damaged(digest: str, found: str) -> DefinitionDamaged:
             f"definition of study {digest[:12]}",
             found,
             f"a definition with digest {digest}",
-            "run `damperlab verify` to find what is damaged; the study is not computed meanwhile",
+            "run `damperlab store verify` to find what is damaged; the study is not computed meanwhile",
             f"The stored definition of study {digest[:12]} is damaged: it is {found}, and not the one with digest {digest}.",
         )
     )

@@ -25,7 +25,7 @@ from damperlab.studies.store.cube.packed import (
 )
 from damperlab.studies.store.life_cycle.manifest import MARKS, parse_marks
 
-_MEND = "find what is damaged with `damperlab verify`, and compute it again with `damperlab verify --repair`"
+_MEND = "find what is damaged with `damperlab store verify`, and compute it again with `damperlab store verify --repair`"
 
 
 @dataclass(frozen=True)

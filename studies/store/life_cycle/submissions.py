@@ -146,7 +146,7 @@ class Submissions(Entering):
         """Forget a study; `bury` removes its files afterwards, which may take long.
 
         The study is gone once its tombstone is committed. Whoever calls `bury` next, in this process or another,
-        removes the files: a service in the background, `damperlab delete` and `damperlab gc` as they run.
+        removes the files: a service in the background, `damperlab delete` and `damperlab store gc` as they run.
 
         Raises
         ------
@@ -210,13 +210,15 @@ def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bo
 
 def _nothing_to_recompute(record: Record) -> NothingToDo:
     if not record.blocks_done:
-        found, advice = f"{record.id}, which has no results yet", f"run `damperlab resume {record.id}`"
+        found, advice = f"{record.id}, which has no results yet", f"run `damperlab run {record.id}`"
         told = f"Study {record.id} has no results yet, so there is nothing to compute again."
     else:
         found = f"{record.id}, which is of today's solver: it would give the same bits"
         told = (
             f"The results of study {record.id} are of today's solver, which would give the same bits again."
         )
-        advice = "nothing need be done; `damperlab verify` checks that the results are as they were written"
+        advice = (
+            "nothing need be done; `damperlab store verify` checks that the results are as they were written"
+        )
     allowed = "a study whose results are of another solver"
     return NothingToDo(Fault("study", found, allowed, advice, told))

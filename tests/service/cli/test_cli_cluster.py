@@ -63,15 +63,15 @@ def test_what_is_computed_again_is_computed_in_jobs(store: Store, queue: Path) -
     long = {**FRICTION, "axes": {**FRICTION["axes"], "friction_ratio": {"start": 0.5, "stop": 1.1, "num": 8}}}
     record = submitted(store, parse_study({**long, "name": "again"}), 1)
     assert record.blocks_total == 2
-    run("resume", record.id, *data, "--cluster", "slurm")
+    run("run", record.id, *data, "--cluster", "slurm")
     assert (store.find(record.id).points_failed, jobs(queue)) == (16, 1)
-    run("retry", record.id, *data, "--cluster", "pbs", "--wait", "200")
+    run("run", record.id, "--retry", *data, "--cluster", "pbs", "--wait", "200")
     assert (store.find(record.id).points_failed, jobs(queue)) == (0, 2)
     assert (store.cube(record.id)["status"] == Status.CONVERGED).all()
     before = store.cube(record.id).load()
     file = next(Path(store.cube_path(record.id), "blocks").iterdir())
     file.write_bytes(file.read_bytes()[:40])
-    run("verify", record.id, "--repair", *data, "--cluster", "lsf")
+    run("store", "verify", record.id, "--repair", *data, "--cluster", "lsf")
     assert jobs(queue) == 3
     assert store.cube(record.id).load().drop_vars("run_time").equals(before.drop_vars("run_time"))
     other = {"solver": "0" * 16, "identity": "0" * 16}

@@ -17,7 +17,8 @@ axes: {frequency_ratio: [0.9, 1.0, 1.1], restitution: 0.6}
 def test_answers_of_a_force_name_no_motion_of_the_base(tmp_path: Path) -> None:
     study, folder = tmp_path / "press.yaml", ("--data-dir", tmp_path / "data")
     study.write_text(STUDY)
-    assert "excitation" in run("run", study, *folder).stdout
+    run("run", study, *folder)
+    assert "excitation" in run("show", "press", *folder).stdout
     at = ("--at", "friction_force_n=16", "--at", "base_amplitude_m=8e-5")
     questions = (
         ("show", "press"),

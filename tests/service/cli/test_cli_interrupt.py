@@ -59,7 +59,7 @@ def test_cancelled_by_another_process_then_deleted(tmp_path: Path) -> None:
     run("cancel", seen.id, "--data-dir", tmp_path)
     _, err = running.communicate(timeout=END_SECONDS)
     assert running.returncode == 1, err
-    assert f"damperlab resume {seen.id}" in err
+    assert f"damperlab run {seen.id}" in err
     cancelled = store.find(seen.id)
     assert cancelled.state == "cancelled"
     assert seen.blocks_done <= cancelled.blocks_done < cancelled.blocks_total
@@ -79,12 +79,12 @@ def test_interrupted_at_the_keyboard_then_resumed_to_the_end(tmp_path: Path) -> 
     out, err = running.communicate(timeout=END_SECONDS)
     assert running.returncode == 1, err
     assert "Traceback" not in err
-    assert f"damperlab resume {seen.id}" in err
+    assert f"damperlab run {seen.id}" in err
     record = json.loads(out)
     assert record["state"] == "cancelled"
     assert seen.blocks_done <= record["blocks_done"] < record["blocks_total"]
 
-    document = json.loads(run("resume", "short", "--data-dir", tmp_path, "--json").stdout)
+    document = json.loads(run("run", "short", "--data-dir", tmp_path, "--json").stdout)
     assert document["state"] == "done"
     assert document["points_done"] == document["points_total"] == 20
     assert document["points_failed"] == 0

@@ -27,13 +27,13 @@ def refused(tmp_path: Path) -> Refused:
         line: str, data_dir: Path = tmp_path / "data", status: int = 2, as_json: bool = True
     ) -> tuple[str, dict[str, Any]]:
         words: list[str | Path] = [*shlex.split(line.replace("HERE", str(tmp_path)).replace("KNOWN", KNOWN))]
-        if words[0] not in ("simulate", "worker"):
+        if words[0] not in ("simulate", "admin"):
             words += ["--data-dir", data_dir]
         document: dict[str, Any] = {}
         said = run(*words, status=status)
         assert said.stdout == ""
         assert "Traceback" not in said.stderr
-        if as_json and words[0] not in ("serve", "worker", "export"):
+        if as_json and words[0] not in ("serve", "admin", "export"):
             document = json.loads(run(*words, "--json", status=status).stdout)
             assert document["exit_status"] == status
             for fault in document.get("errors", ()):
@@ -82,7 +82,7 @@ NAMED = [
     ("run figure-11 --scheduler foo", "`--scheduler` must be an address such as tcp://HOST:8786"),
     ("run figure-11 --scheduler tcp://host", "Name the host and its port"),
     ("serve --scheduler tcp://host:99999", "`--scheduler` must be an address"),
-    ("worker foo", "`ADDRESS` must be an address"),
+    ("admin worker foo", "`ADDRESS` must be an address"),
     ("export x --format xlsx -o x", "netcdf"),
     ("export x -o HERE/f.dat", "--format"),
     ("map x -o figure.docx", ".png, .svg, .pdf, .csv"),
@@ -100,6 +100,8 @@ NAMED = [
     ("studies --within clearance_ratio=9", "--within"),
     ("studies --within clearance_ratio=9,3", "lo not above hi"),
     ("simulate --restitution 1.5", "restitution"),
+    ("simulate --tilt-deg 3", "--gravity-ratio"),
+    ("simulate --excitation-frequency-hz 3", "--frequency-ratio"),
     ("simulate --friction-ratio nan", "--friction-ratio"),
     ("simulate --clearance-ratio -1", "--no-particle"),
     ("simulate --at frequency_ratio=2 --frequency-ratio 3", "--frequency-ratio"),
@@ -107,8 +109,7 @@ NAMED = [
     ("earthquake --kanai-tajimi 1 --peak-g -1", "`--peak-g` must be"),
     ("records --kanai-tajimi 1 --duration-s -1", "`--duration-s` must be"),
     ("studies --tag A_B", "`--tag` must be"),
-    ("remark x", "--tags"),
-    ("remark x --tags Big_Tag", "`--tags` must be"),
+    ("show x --tags Big_Tag", "`--tags` must be"),
     # what one option needs of another
     ("simulate --method rk4", "`--cycles` is missing"),
     ("simulate --excitation force --method rk4 --cycles 3", "excitation"),
@@ -122,6 +123,8 @@ NAMED = [
     ("earthquake --generate '{sweep: {start_hz: 2}}'", "rate_hz_per_s"),
     ("earthquake --generate '{swept: 3}'", "random_vibration and shock"),
     ("earthquake --generate {sweep:[", "YAML"),
+    ("earthquake --generate '{random_vibration: {seeds: 2}}'", "you mean `seed`"),
+    ("earthquake --generate '{random_vibration: {psd_g2_per_hz: 1}}'", "[0.001, 0.001]"),
     ("records --generate nowhere.yaml", "cannot be read"),
     ("records --generate '{shock: 3}'", "must be a mapping"),
     ("earthquake --generate {} --kanai-tajimi 1", "cannot be combined"),
@@ -239,7 +242,7 @@ PLACES = [
     "export x -o PLACE.csv", "export x -o PLACE.nc",
     "report x -o PLACE.html", "simulate -o PLACE.csv", "earthquake -o PLACE.csv", "design prototype -o PLACE.html",
     "fit no-such.csv --study PLACE.yaml", "fit no-such.csv --specification PLACE.yaml", "fit no-such.csv -o PLACE.png",
-    "accuracy -o PLACE", "reproduce -o PLACE",
+    "check accuracy -o PLACE", "check paper -o PLACE",
 ]  # fmt: skip
 """Commands that write; nothing is read or computed for a file that cannot be written."""
 

@@ -1,4 +1,4 @@
-"""damperlab reproduce, the short form, run for real: its numbers beside closed forms, its links, its completeness."""
+"""damperlab check paper, the short form, run for real: its numbers beside closed forms, its links, its completeness."""
 
 import json
 import math
@@ -22,7 +22,8 @@ DAMPING = 0.0038
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     folder = tmp_path_factory.mktemp("reproduction")
     ended = run_apart(
-        "reproduce",
+        "check",
+        "paper",
         "--quick",
         "-o",
         folder / "out",
@@ -148,7 +149,7 @@ def test_table_a1_has_every_damper_and_the_bare_structure_is_scaled_to_the_paper
 
 def test_a_second_run_computes_nothing_and_says_the_same(made: tuple[Path, dict[str, Any]]) -> None:
     folder, report = made
-    ended = run("reproduce", "--quick", "-o", folder / "again", "--data-dir", folder / "data", "--json")
+    ended = run("check", "paper", "--quick", "-o", folder / "again", "--data-dir", folder / "data", "--json")
     again = json.loads(ended.stdout)
     assert again["sections"] == report["sections"]
     assert " points, " not in ended.stderr  # the progress of a study

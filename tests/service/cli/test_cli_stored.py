@@ -174,8 +174,10 @@ def test_damage_is_found_and_repaired(store: Store) -> None:
     file.write_bytes(file.read_bytes()[:40])
     # never a curve of fill values
     assert "verify --repair" in run("response", record.id, "--data-dir", store.data_dir, status=1).stderr
-    assert "lock 0" in run("verify", "--data-dir", store.data_dir, status=1).stderr
-    answer = run("verify", record.id, "--repair", "--workers", "1", "--data-dir", store.data_dir, "--json")
+    assert "lock 0" in run("store", "verify", "--data-dir", store.data_dir, status=1).stderr
+    answer = run(
+        "store", "verify", record.id, "--repair", "--workers", "1", "--data-dir", store.data_dir, "--json"
+    )
     (mended,) = json.loads(answer.stdout)["studies"]
     assert (mended["repaired"], [damage["block"] for damage in mended["damaged"]]) == (True, [0])
     after = store.cube(record.id).load()
@@ -210,13 +212,13 @@ def test_results_of_another_solver_are_repaired_as_far_as_nothing_is_computed(tm
         "map", record.id, "--x", "clearance_ratio", "--y", "friction_ratio", "--data-dir", data, status=1
     )
     assert "verify" in said.stderr
-    run("verify", record.id, "--repair", "--data-dir", data)
+    run("store", "verify", record.id, "--repair", "--data-dir", data)
     assert list(verify(store, record)) == []
     assert store.cube(record.id).load().identical(before)
     next(Path(store.cube_path(record.id), "blocks").iterdir()).unlink()
-    refused = run("verify", record.id, "--repair", "--data-dir", data, status=1).stderr
+    refused = run("store", "verify", record.id, "--repair", "--data-dir", data, status=1).stderr
     assert "damperlab recompute" in refused
-    refused = run("resume", record.id, "--data-dir", data, status=1).stderr
+    refused = run("run", record.id, "--data-dir", data, status=1).stderr
     assert "damperlab recompute" in refused
     assert store.find(record.id).blocks_done == 12  # nothing is given up that this solver may not compute
     store.close()
@@ -224,23 +226,63 @@ def test_results_of_another_solver_are_repaired_as_far_as_nothing_is_computed(tm
 
 def test_a_study_that_another_solver_began_is_left_as_it_is_with_one_advice(tmp_path: Path) -> None:
     make_store(tmp_path)
-    said = run("resume", "half", "--data-dir", tmp_path, status=1).stderr
+    said = run("run", "half", "--data-dir", tmp_path, status=1).stderr
     assert "damperlab recompute" in said
-    assert "damperlab resume" not in said
+    assert "damperlab run" not in said
     store = Store.open(tmp_path)
     assert (store.find("half").state, store.find("half").message) == ("cancelled", None)
     store.close()
 
 
+def test_run_goes_on_with_a_stored_study_by_its_name_or_id(store: Store) -> None:
+    (record,) = store.page().records
+    for name in (record.id[:4], record.name):
+        assert "is complete" in run("run", name, "--data-dir", store.data_dir).stderr
+    refused = run("run", record.id, "--retry", "--data-dir", store.data_dir, status=1).stderr
+    assert "has no block that failed" in refused or "recompute" in refused
+
+
+def test_a_study_is_shown_as_it_was_given_and_tagged(tmp_path: Path) -> None:
+    study = {
+        "name": "press",
+        "damping_ratio": 0.02,
+        "physical": {
+            "mass_kg": 250,
+            "natural_frequency_hz": 6,
+            "base_amplitude_m": 0.0003,
+            "clearance_m": [0.001, 0.002],
+            "friction_force_n": 0,
+            "particle_mass_kg": 20,
+            "excitation_frequency_hz": {"start": 5, "stop": 7, "num": 2},
+        },
+        "start": {"kind": "ensemble", "n": 2, "seed": 1},
+        "steady": {"max_cycles": 50},
+    }
+    (tmp_path / "press.json").write_text(json.dumps(study))
+    run("run", tmp_path / "press.json", "--data-dir", tmp_path)
+    shown = run(
+        "show", "press", "--tags", "shop floor", "--note", "by hand", "--data-dir", tmp_path, status=2
+    )
+    assert "--tags" in shown.stderr
+    shown = run("show", "press", "--tags", "shop", "--note", "by hand", "--data-dir", tmp_path)
+    lines = dict(line.split("  ", 1) for line in shown.stdout.splitlines())
+    found = {name: text.strip() for name, text in lines.items()}
+    assert (found["tags"], found["note"]) == ("shop", "by hand")
+    assert (found["damping_ratio"], found["mass_kg"], found["clearance_m"]) == ("0.02", "250", "0.001, 0.002")
+    assert found["excitation_frequency_hz"] == "5 to 7, 2 values"
+    assert found["start"] == "kind ensemble, n 2, seed 1"
+    assert "solver" not in found
+
+
 def test_backup_and_restore(store: Store, tmp_path: Path) -> None:
-    run("backup", tmp_path / "safe", "--data-dir", store.data_dir)
-    again = run("backup", tmp_path / "safe", "--data-dir", store.data_dir, "--json")
+    run("store", "backup", tmp_path / "safe", "--data-dir", store.data_dir)
+    again = run("store", "backup", tmp_path / "safe", "--data-dir", store.data_dir, "--json")
     assert json.loads(again.stdout)["bytes"] == 0
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "notes").write_text("mine")
-    refused = run("backup", tmp_path / "other", "--data-dir", store.data_dir, status=2).stderr
+    refused = run("store", "backup", tmp_path / "other", "--data-dir", store.data_dir, status=2).stderr
     assert "holds other files" in refused
-    restored = run("restore", tmp_path / "safe", "--data-dir", tmp_path / "new", "--json")
+    restored = run("store", "restore", tmp_path / "safe", "--data-dir", tmp_path / "new", "--json")
     assert json.loads(restored.stdout)["studies"] == 1
     new = Store.open(tmp_path / "new")
     (record,) = new.page().records
@@ -251,9 +293,9 @@ def test_backup_and_restore(store: Store, tmp_path: Path) -> None:
 def test_gc_removes_what_is_old_enough(store: Store) -> None:
     orphan = store.data_dir / "cubes" / "000000000000-1.zarr"  # study 1 is another one
     orphan.mkdir()
-    young = run("gc", "--json", "--data-dir", store.data_dir)
+    young = run("store", "gc", "--json", "--data-dir", store.data_dir)
     assert (json.loads(young.stdout)["paths"], orphan.exists()) == (0, True)
-    swept = run("gc", "--older-than", "0s", "--json", "--data-dir", store.data_dir)
+    swept = run("store", "gc", "--older-than", "0s", "--json", "--data-dir", store.data_dir)
     assert (json.loads(swept.stdout)["paths"], orphan.exists()) == (1, False)
 
 

@@ -14,7 +14,7 @@ import pytest
 from tests.service.cli.commands import END_SECONDS, LINEAR, command, environment, run
 from typer.main import get_command
 
-from damperlab.service.cli.main import GONE, app
+from damperlab.service.cli.main import GONE, RENAMED, app
 from damperlab.service.cli.store import warn_of_unknown_variables
 
 HEAVY = (
@@ -71,6 +71,16 @@ def test_a_command_that_is_gone_says_what_to_do_instead(line: str) -> None:
         assert instead in get_command(app).commands  # type: ignore[attr-defined]
 
 
+@pytest.mark.parametrize("old", RENAMED)
+def test_a_command_by_its_old_name_works_and_says_the_new_one(old: str) -> None:
+    said = run(old, "--help")
+    assert f"damperlab {RENAMED[old].partition(' --')[0]}" in said.stdout
+    assert (
+        said.stderr == f"damperlab: `{old}` is now `{RENAMED[old]}`; the old name works until version 0.3.\n"
+    )
+    assert old not in get_command(app).commands  # type: ignore[attr-defined]
+
+
 COMPUTING = ("numba", "dask.array", "distributed", "fastapi", "matplotlib", "xarray")
 
 
@@ -84,7 +94,7 @@ COMPUTING = ("numba", "dask.array", "distributed", "fastapi", "matplotlib", "xar
                 "response 'bare structure' --at friction_ratio=0",
                 "optimum 'bare structure'",
                 "tmd 'bare structure' --mass-ratio 0.1",
-                "precision 'bare structure'",
+                "show 'bare structure' --accuracy",
             ],
             {"xarray", "dask.array"},
         ),
@@ -119,7 +129,7 @@ def test_a_command_ends_without_looking_through_what_it_loaded() -> None:
     program = (
         "import atexit, gc, sys\nfrom damperlab.__main__ import main\n"
         "atexit.register(lambda: print(gc.get_freeze_count(), len(gc.get_objects())))\n"
-        "sys.argv[1:] = ['--version']\nmain()"
+        "sys.argv[1:] = ['--help']\nmain()"
     )
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     kept, left = map(int, ended.stdout.splitlines()[-1].split())

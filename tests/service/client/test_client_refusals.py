@@ -51,7 +51,7 @@ def test_refused_question(service: Any, curve: dict[str, Any]) -> None:
             study.frequency_response(clearence_ratio=3)
         with pytest.raises(Refused, match=r"\.nc, \.csv, \.parquet"):
             study.export("cube.xlsx")
-        with pytest.raises(NotFound, match="damperlab accuracy"):
+        with pytest.raises(NotFound, match="damperlab check accuracy"):
             client.accuracy()
 
 

@@ -21,7 +21,7 @@ ENDLESS = QUICK | {"clearance_ratio": 1e-6, "restitution": 0.9999, "mass_ratio":
 
 
 def make_key(data_dir: Path, owner: str, scope: str, lasts_seconds: float | None = None) -> dict[str, Any]:
-    """Make a key as `damperlab keys create` does."""
+    """Make a key as `damperlab admin keys create` does."""
     before = os.umask(0o077)
     try:
         with closing(Store.open(data_dir)) as store:

@@ -128,12 +128,12 @@ def test_a_revoked_and_an_expired_key_open_nothing(guarded: Guarded) -> None:
             return client.get(STUDIES, headers={"Authorization": f"Bearer {key['key']}"}).status_code
 
         assert status(lost) == 200
-        run("keys", "revoke", lost["id"], "--data-dir", guarded.data_dir)
+        run("admin", "keys", "revoke", lost["id"], "--data-dir", guarded.data_dir)
         give_up = time.monotonic() + 60
         while status(lost) != 401 or status(short) != 401:
             assert time.monotonic() < give_up
             time.sleep(0.2)
-    listed = json.loads(run("keys", "list", "--data-dir", guarded.data_dir, "--json").stdout)["keys"]
+    listed = json.loads(run("admin", "keys", "list", "--data-dir", guarded.data_dir, "--json").stdout)["keys"]
     state = {key["id"]: key["valid"] for key in listed}
     assert not state[short["id"]]
     assert not state[lost["id"]]
@@ -232,7 +232,7 @@ def test_a_session_ends_on_the_server(guarded: Guarded) -> None:
         assert (status(copied), status(stays)) == (200, 200)
         assert page.delete("/api/v1/session").status_code == 204
         assert (status(copied), status(stays)) == (401, 200)
-        run("keys", "revoke", key["id"], "--data-dir", guarded.data_dir)
+        run("admin", "keys", "revoke", key["id"], "--data-dir", guarded.data_dir)
         give_up = time.monotonic() + 60
         while status(stays) != 401:
             assert time.monotonic() < give_up
@@ -285,9 +285,11 @@ def test_beyond_loopback_nothing_is_served_without_keys(tmp_path: Path) -> None:
     data = tmp_path / "data"
     beyond = ("serve", "--host", "0.0.0.0", "--port", "0", "--data-dir", data)
     refused = run(*beyond, status=2)
-    assert "damperlab keys create" in refused.stderr
+    assert "damperlab admin keys create" in refused.stderr
     assert "--open" in refused.stderr
-    made = run_apart("keys", "create", "--scope", "read", "--expires", "0s", "--data-dir", data, "--json")
+    made = run_apart(
+        "admin", "keys", "create", "--scope", "read", "--expires", "0s", "--data-dir", data, "--json"
+    )
     assert json.loads(made.stdout)["valid"] is False
     run(*beyond, status=2)
     run("serve", "--open", "--keys", "--data-dir", data, "--port", "0", status=2)

@@ -131,7 +131,7 @@ def lose_a_coordinate(cube: Path) -> None:
 @pytest.mark.parametrize(
     ("harm", "told"),
     [
-        (lose_a_block, "damperlab verify"),
+        (lose_a_block, "damperlab store verify"),
         (flip_a_bit, "Block 7"),
         (damage_a_coordinate, "clearance_ratio"),
         (lose_a_coordinate, "description"),

@@ -272,7 +272,7 @@ def test_a_cube_of_0_1_0_is_told():
 
 def test_a_file_that_is_no_catalogue_is_told(tmp_path):
     (tmp_path / "catalogue.sqlite").write_bytes(b"no database at all, but long enough to look at" * 40)
-    with pytest.raises(StoreFault, match=r"not a database.*damperlab rebuild"):
+    with pytest.raises(StoreFault, match=r"not a database.*damperlab store rebuild"):
         Store.open(tmp_path)
 
 

@@ -93,10 +93,10 @@ def test_xarray_tells_a_block_that_is_lost_or_damaged(store):
     file = path / "blocks" / "3~g"
     content = file.read_bytes()
     file.write_bytes(content[:-9] + bytes([content[-9] ^ 4]) + content[-8:])
-    with pytest.raises(OSError, match=r"block 3.*damperlab verify"):
+    with pytest.raises(OSError, match=r"block 3.*damperlab store verify"):
         xr.open_zarr(path, chunks=None).load()
     file.unlink()
-    with pytest.raises(OSError, match=r"block 3.*damperlab verify"):
+    with pytest.raises(OSError, match=r"block 3.*damperlab store verify"):
         xr.open_zarr(path, chunks=None).load()
 
 

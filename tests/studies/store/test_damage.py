@@ -63,7 +63,7 @@ def test_every_damage_is_found_told_on_reading_and_mended(store, written, how):
         case "of another block":
             file.write_bytes(file_of(store, written, 0).read_bytes())
     assert [damage.block for damage in verify(store, written)] == [4]
-    with pytest.raises(BlockDamaged, match=r"damperlab verify --repair"):
+    with pytest.raises(BlockDamaged, match=r"damperlab store verify --repair"):
         store.cube(written.id).load()
     left = repair(store, written, list(verify(store, written)))
     assert (left.state, left.blocks_done) == ("queued", left.blocks_total - 1)
@@ -84,7 +84,9 @@ def test_a_damaged_description_is_written_anew_and_costs_no_block(store, written
         file.write_bytes(b"{" * 40)
         damages = list(verify(store, written))
         assert [damage.block for damage in damages] == [None]
-        with pytest.raises(BlockDamaged, match=f"{written.id} .*damperlab verify --repair {written.id}"):
+        with pytest.raises(
+            BlockDamaged, match=f"{written.id} .*damperlab store verify --repair {written.id}"
+        ):
             store.cube(written.id)
         assert repair(store, written, damages).blocks_done == written.blocks_total
         assert list(verify(store, written)) == []
@@ -172,7 +174,7 @@ def test_a_lost_done_mark_is_told_by_whoever_asks_what_is_left(store, written):
         catalogue.execute("DELETE FROM done_blocks WHERE block = 4")
     catalogue.close()
     for ask in (store.pending, store.cube):
-        with pytest.raises(CatalogueDamaged, match="damperlab verify"):
+        with pytest.raises(CatalogueDamaged, match="damperlab store verify"):
             ask(written.id)
     repair(store, written, list(verify(store, written)))
     np.testing.assert_array_equal(store.pending(written.id), [4])

@@ -69,7 +69,7 @@ def test_a_marker_that_is_lost_is_put_back_and_a_damaged_one_is_told(tmp_path):
         damaged = bytearray(content)
         damaged[at // 8] ^= 1 << at % 8
         marker.write_bytes(bytes(damaged))
-        with pytest.raises(StoreFault, match="damperlab rebuild"):
+        with pytest.raises(StoreFault, match="damperlab store rebuild"):
             Store.open(tmp_path)
 
 

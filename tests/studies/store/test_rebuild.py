@@ -76,7 +76,9 @@ def test_a_lost_catalogue_is_made_again(filled):
     filled.close()
     lose_catalogue(data)
     there = sorted(data.rglob("*"))
-    with pytest.raises(StoreFault, match=r"without their catalogue.*DAMPERLAB_CATALOGUE.*damperlab rebuild"):
+    with pytest.raises(
+        StoreFault, match=r"without their catalogue.*DAMPERLAB_CATALOGUE.*damperlab store rebuild"
+    ):
         Store.open(data)
     assert sorted(data.rglob("*")) == there
     found = rebuild(data)
@@ -135,7 +137,7 @@ def test_what_the_tail_of_the_log_held_is_missed_and_restored(store, tmp_path):
         again = Store.open(data)
         said = list(check_catalogue(again))
         for each in (study_id, half, deleted, *queued):
-            assert any(each in line and "damperlab rebuild" in line for line in said), each
+            assert any(each in line and "damperlab store rebuild" in line for line in said), each
         again.close()
         found = rebuild(data)
         assert (found.studies, found.restored, found.deleted, found.trouble) == (25, 2, 1, [])
@@ -355,7 +357,7 @@ def test_rows_that_are_damaged_are_told_and_made_anew(filled, damage):
     with suppress(StoreFault):  # where it can be opened, the damage is told and costs no file
         again = Store.open(data)
         try:
-            assert any("damperlab rebuild" in line for line in check_catalogue(again))
+            assert any("damperlab store rebuild" in line for line in check_catalogue(again))
             assert collect_garbage(again, -1.0).paths == 0
         finally:
             again.close()

@@ -44,7 +44,7 @@ def test_file_is_not_touched_where_the_answers_are_wrong(tmp_path: Path) -> None
 def test_worker_that_waits_for_its_scheduler_is_alive_and_leaves_when_it_is_told(tmp_path: Path) -> None:
     file = tmp_path / "alive"
     address = f"tcp://127.0.0.1:{free_port()}"
-    command = [sys.executable, "-m", "damperlab", "worker", address, "--alive", str(file)]
+    command = [sys.executable, "-m", "damperlab", "admin", "worker", address, "--alive", str(file)]
     worker = subprocess.Popen(
         command, env={**os.environ, "DAMPERLAB_CLUSTER_TLS": ""}, stderr=subprocess.PIPE
     )

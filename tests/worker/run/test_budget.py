@@ -41,8 +41,8 @@ def test_the_command_says_what_became_of_the_budget_and_how_to_go_on(tmp_path: P
     record = json.loads(ended.stdout)
     assert (record["state"], record["points_done"]) == ("cancelled", 0)
     assert "the budget of 0 core hours is spent" in record["message"]
-    assert "damperlab resume" in ended.stderr
-    assert json.loads(run("resume", record["id"], "--budget", "1", "--json", *data).stdout)["state"] == "done"
+    assert "damperlab run" in ended.stderr
+    assert json.loads(run("run", record["id"], "--budget", "1", "--json", *data).stdout)["state"] == "done"
 
 
 def _run_for(seconds: float, study: Path, *data: Any) -> tuple[datetime, subprocess.CompletedProcess[str]]:
@@ -70,8 +70,8 @@ def test_the_command_stops_at_its_time_and_says_so(tmp_path: Path) -> None:
     record = json.loads(ended.stdout)
     assert record["state"] == "cancelled"
     assert f"it was to run until {ends:%Y-%m-%d %H:%M:%S}; {record['blocks_done']} of" in record["message"]
-    assert "damperlab resume" in ended.stderr
-    again = run("resume", record["id"], "--until", "2001-01-01", *data, status=2)
+    assert "damperlab run" in ended.stderr
+    again = run("run", record["id"], "--until", "2001-01-01", *data, status=2)
     assert "which is past" in again.stderr
 
 

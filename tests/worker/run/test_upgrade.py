@@ -84,7 +84,7 @@ def test_service_and_workers_are_replaced_while_a_study_runs(tmp_path: Path) -> 
         address, _ = stack.enter_context(scheduler_process())
         serve = "serve", "--port=0", f"--data-dir={data}", f"--scheduler={address}"
         service = stack.enter_context(damperlab(old, *serve))
-        worker = stack.enter_context(damperlab(old, "worker", address))
+        worker = stack.enter_context(damperlab(old, "admin", "worker", address))
         until(lambda: done() > 0, service, worker)
         assert told_to_end(service) == 0
         kept = done()
@@ -95,7 +95,7 @@ def test_service_and_workers_are_replaced_while_a_study_runs(tmp_path: Path) -> 
         # the worker of the other version is named, and waits for somebody of its own
         until(left_out, service, worker)
         assert done() == kept
-        newer = stack.enter_context(damperlab(new, "worker", address))
+        newer = stack.enter_context(damperlab(new, "admin", "worker", address))
         until(lambda: done() > kept, service, worker, newer)
         assert told_to_end(worker) == 0
         until(lambda: store.find(record.id).state != "running", service, newer)

@@ -49,7 +49,7 @@ def identities(store: Store, record: Record) -> set[str]:
 def old(store: Store, other: OtherSolver) -> Record:
     """Submitted to this solver, and computed wholly by the other one."""
     record = submit(store, STUDY, 4)
-    other.run("resume", record.id, "--data-dir", str(store.data_dir))
+    other.run("run", record.id, "--data-dir", str(store.data_dir))
     return store.find(record.id)
 
 
@@ -113,7 +113,7 @@ def test_no_solver_finishes_what_another_began(store: Store, other: OtherSolver)
     done = run_here(store, submit(store, STUDY, 4).id)
     taken = store.forget(done.id, [1], "to be computed again")
     assert taken.blocks_done == done.blocks_total - 1
-    refused = other.run("resume", done.id, "--data-dir", str(store.data_dir), allowed=(1,))
+    refused = other.run("run", done.id, "--data-dir", str(store.data_dir), allowed=(1,))
     assert f"damperlab recompute {done.id}" in json.dumps(refused)
     assert store.find(done.id).blocks_done == done.blocks_total - 1
     again = run_here(store, done.id)
@@ -162,7 +162,7 @@ def test_the_older_one_stays_while_blocks_of_the_newer_one_have_no_answer(store:
     command = "recompute", old.id, "--replace", "--json", "--data-dir", store.data_dir
     done = run(*command, status=1)
     assert json.loads(done.stdout)["replaced"] is False
-    assert f"damperlab retry {newer.id}" in " ".join(done.stderr.split())
+    assert f"damperlab run {newer.id} --retry" in " ".join(done.stderr.split())
     assert store.find(old.id).points_done == 12
     run_here(store, store.retry(newer.id).id)
     assert json.loads(run(*command).stdout)["replaced"] is True
