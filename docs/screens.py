@@ -53,21 +53,6 @@ def take(browser: Browser, url: str, study: str) -> None:
     small.screenshot(path=FIGURES / "page-small.png")
 
 
-def take_map(browser: Browser, url: str, study: str) -> None:
-    """Take the picture that the README shows: the map of Figure 11 of the paper, and a point of it.
-
-    Parameters
-    ----------
-    browser, url, study
-        As of `take`; the study is finished.
-    """
-    page = browser.new_page(viewport={"width": 1280, "height": 1200})
-    _go(page, f"{url}/#/studies/{study}?clearance_ratio=10&friction_ratio=0.2", drawn=True)
-    page.get_by_role("heading", name=re.compile("^Motion")).wait_for(timeout=PATIENCE_MILLISECONDS)
-    page.wait_for_timeout(SETTLED_MILLISECONDS)
-    page.screenshot(path=FIGURES.parent / "page.png")
-
-
 def _pin_two(page: Page) -> None:
     """Pin the best design and the one beside it, so that their curves are drawn together."""
     pin = page.get_by_role("button", name="Pin this point")
@@ -92,17 +77,15 @@ def _go(page: Page, address: str, drawn: bool = False) -> None:
 
 
 def main() -> None:
-    """Compute the tutorial's study and Figure 11 of the paper in a service, and take the pictures."""
+    """Compute the tutorial's study in a service, and take the pictures."""
     path = shutil.which("chromium") or shutil.which("chromium-browser")
     found = TITLED.search((ROOT / "docs" / "tutorial.md").read_text())
     if path is None or found is None:
         raise SystemExit("Chromium is needed (apt-get install chromium), and the study of the tutorial.")
     with service() as url, Client(url) as client, sync_playwright() as playwright:
         study = client.submit(re.sub(r"\s+$", "\n", found[2])).wait(progress=False)
-        figure = client.submit("figure-11").wait(progress=False)
         browser = playwright.chromium.launch(executable_path=path, args=FLAGS)
         take(browser, url, study.id)
-        take_map(browser, url, figure.id)
         browser.close()
 
 

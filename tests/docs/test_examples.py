@@ -77,6 +77,13 @@ def test_the_readme_counts_what_the_page_on_accuracy_counts() -> None:
     assert readme == accuracy
 
 
+def test_the_readme_shows_the_verdict_of_the_guide_to_designs() -> None:
+    readme, guide = ((ROOT / name).read_text() for name in ("README.md", "docs/how-to/design.md"))
+    command = "$ damperlab design floor.yaml"
+    (shown,) = re.findall(rf"^{re.escape(command)}\n(.*?)^```", readme, re.MULTILINE | re.DOTALL)
+    assert f"{command} --data-dir data\n{shown}```" in guide
+
+
 def test_a_locked_mass_moves_by_z_about_where_friction_stopped_it() -> None:
     """The law that the pages state, of the example that they show; none of them says that its X/Z is 1."""
     metrics = simulate(EXAMPLES["locked"].design).metrics
