@@ -43,6 +43,9 @@ def disagreements(solve: Solve, quick: bool) -> Section:
         Row("hybrid below TMD in the earthquake, share", known["earthquake_less_than_tmd"],
             1 - value["earthquake_peak_hybrid_m"] / value["earthquake_peak_tmd_m"], "from Table A1: agrees"),
     ]  # fmt: skip
+    section.verdict = (
+        "Some of its numbers contradict each other, three clearances and contact times among them."
+    )
     section.words = [
         "Here both columns are the paper's: what it prints, and what follows from its other numbers.",
         "Text against text: (12) is said to be infinite at resonance \"with any magnitude of the friction force\", and 0.6 "

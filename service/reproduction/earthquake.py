@@ -53,6 +53,10 @@ def table_a1(solve: Solve, quick: bool) -> Section:
             ),
             less("fd"), "least peak over all forces tried"),
     ]  # fmt: skip
+    section.verdict = (
+        "The paper says neither clearance, friction force nor scale of that run, and its record is not free; another record of "
+        "the same earthquake stands in for it."
+    )
     section.words = [
         SOURCE_NOTE,
         f"Here the record is {motion.name}, multiplied by {factor:.4g}, which gives the structure without a damper the "
@@ -81,6 +85,7 @@ def figure_a2(solve: Solve, quick: bool) -> Section:
         )  # fmt: skip
     section.figures["figure-a2.png"] = draw_earthquake(asked)
     cavity, force = 1e3 * values["clearance_m"], values["friction_force_n"]
+    section.verdict = "As Table A1: one damper of each kind, under the other record."
     section.words = [
         "The paper draws the displacement over time; the numbers beside ours are those of its Table A1. Drawn here is one "
         f"damper of each kind, d = {cavity:g} mm and F_f = {force:g} N, against the base; Table A1 above has every cavity "

@@ -8,6 +8,7 @@ import numpy as np
 from damperlab.service.figures.reproduction import draw_finite_time, draw_friction_law
 from damperlab.service.reproduction.readings import FRICTION_RATIOS
 from damperlab.service.reproduction.section import Row, Section, Solve, at, variant
+from damperlab.studies.faults import listing
 from damperlab.studies.paper import PaperNumber, paper_numbers
 from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
@@ -53,6 +54,7 @@ def figure_9(solve: Solve, quick: bool) -> Section:
             at(cube, "amplitude_error", friction_ratio=above, frequency_ratio=1.0)),
     ]  # fmt: skip
     section.figures["figure-9.png"] = draw_finite_time(r, friction, steady.values, finite, cycles)
+    section.verdict = f"The peak of {wanted.value:g} is that of {seconds:.3g} s from rest; the steady one is {section.rows[0].ours:.4g}."
     section.words = [
         f"The paper's peak of about 20 is that of a finite time, which it does not print. The steady peak is "
         f"{section.rows[0].ours:.4g}; a start from rest passes {wanted.value:g} in cycle {cycles}, after {seconds:.3g} s.",
@@ -95,6 +97,11 @@ def figure_10(solve: Solve, quick: bool) -> Section:
     curves = {reading: [value(float(g)) for g in axis] for reading, value in readings.items()}
     levels = {f"Δs = {compression[name].value:g} mm": peak.value for name, peak in peaks.items()}
     section.figures["figure-10.png"] = draw_friction_law(axis, curves, levels)
+    section.verdict = (
+        f"They disagree: the spring's law gives {law:.3g} times the friction of 3 mm at 4 mm, the measured peaks "
+        + listing(f"{one['hybrid'] / one['compared']:.3g}" for one in found.values())
+        + "."
+    )
     section.words = [
         f"With F_N = k_s Δs the friction of 4 mm is {law:.4g} times that of 3 mm: γ_F = {ratio * law:g}, above π/4, where "
         "friction alone would all but stop the resonance. The measured peaks ask for "

@@ -13,7 +13,7 @@ from damperlab.service.reproduction.friction import figure_9, figure_10
 from damperlab.service.reproduction.hybrid import figure_11, figure_12, table_3
 from damperlab.service.reproduction.particle import figure_7, figure_8
 from damperlab.service.reproduction.rubbing import table_3_rubbing
-from damperlab.service.reproduction.section import Section, Solve
+from damperlab.service.reproduction.section import MET, Section, Solve
 from damperlab.service.reproduction.tuned_mass import figure_14, table_4
 from damperlab.worker.jit import source_hash
 from damperlab.worker.provenance import code_version
@@ -98,20 +98,36 @@ def in_markdown(report: dict[str, Any]) -> str:
     ]
     if report["quick"]:
         lines += ["**Short form: few points of each study and short runs, for trying out.**", ""]
+    lines += ["| Part | Numbers met | What comes out |", "|---|---:|---|"]
+    for section in report["sections"]:
+        met, printed = section["met"]
+        lines.append(_line((section["title"], f"{met} of {printed}" if printed else "", section["verdict"])))
+    lines += ["", f"A number is met where some reading comes within {MET:.0%} of it.", ""]
     for section in report["sections"]:
         lines += [f"## {section['title']}", ""]
         for name in section["figures"]:
             lines += [f"![{section['title']}]({name})", ""]
         for words in section["words"]:
             lines += [words, ""]
-        lines += _rows(section["rows"])
-        for table in section["tables"]:
-            lines += [_line(table["columns"]), _line(["---"] * len(table["columns"]))]
-            lines += [*(_line(row) for row in table["rows"]), ""]
-        if section["studies"]:
-            names = [f"`{s['id']}` {s['name']} ({s['points']} points)" for s in section["studies"]]
-            lines += [f"Studies: {'; '.join(names)}.", ""]
+        lines += [
+            '<details markdown="1"><summary>Numbers and studies</summary>',
+            "",
+            *_numbers(section),
+            "</details>",
+            "",
+        ]
     return "\n".join(lines)
+
+
+def _numbers(section: dict[str, Any]) -> list[str]:
+    lines = _rows(section["rows"])
+    for table in section["tables"]:
+        lines += [_line(table["columns"]), _line(["---"] * len(table["columns"]))]
+        lines += [*(_line(row) for row in table["rows"]), ""]
+    if section["studies"]:
+        names = [f"`{s['id']}` {s['name']} ({s['points']} points)" for s in section["studies"]]
+        lines += [f"Studies: {'; '.join(names)}.", ""]
+    return lines
 
 
 def _rows(rows: list[dict[str, Any]]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,8 @@ from damperlab.studies.reading import named_study
 Solve = Callable[[Study], xr.Dataset]
 """Computes a study, or finds it computed, and gives its cube."""
 
+MET = 0.1
+"""Share by which a number may differ from the paper's and counts as met."""
 QUICK_VALUES = 5
 """Most values of an axis in the short form, beside the few that a section asks for by name."""
 
@@ -76,6 +78,8 @@ class Section:
     ----------
     title : str
         Its name in the paper.
+    verdict : str
+        What comes out, in a sentence or two.
     rows : list of Row
         Numbers.
     words : list of str
@@ -89,6 +93,7 @@ class Section:
     """
 
     title: str
+    verdict: str = ""
     rows: list[Row] = field(default_factory=list)
     words: list[str] = field(default_factory=list)
     figures: dict[str, Figure] = field(default_factory=dict)
@@ -101,10 +106,22 @@ class Section:
             self.studies.append(study)
         return solve(study)
 
+    @property
+    def met(self) -> tuple[int, int]:
+        """How many of the paper's numbers some reading meets within `MET`, and how many there are."""
+        best: dict[tuple[str, float], float] = {}
+        for row in self.rows:
+            if row.paper is not None and row.difference is not None:
+                key = (row.quantity, row.paper.value)
+                best[key] = min(best.get(key, inf), abs(row.difference))
+        return sum(each <= MET for each in best.values()), len(best)
+
     def document(self) -> dict[str, Any]:
         """Return the section as JSON-able data."""
         return {
             "title": self.title,
+            "verdict": self.verdict,
+            "met": self.met,
             "rows": [row.document() for row in self.rows],
             "words": self.words,
             "figures": list(self.figures),

@@ -44,6 +44,7 @@ def table_4(solve: Solve, quick: bool) -> Section:
         Row("peak with the structure's own damping", None, highest(least, damping).value,
             f"numerical minimax, ζ of the structure {damping:g}: γ = {least.tuning:.6g}, ζ = {least.damping_ratio:.6g}")
     )  # fmt: skip
+    section.verdict = f"The frequency is right. The damping {printed.value:g} is over the structure's frequency; by (15) it is {right.damping_ratio:.4g}."
     section.words = [
         "Table 4's 0.1679 is not what (15) gives. It is √(3μ/(8(1+μ)³)), the same optimum quoted as c/(2 m ω_n), over the "
         "structure's natural frequency in place of the absorber's own. Both name one dashpot; put into (13), whose ζ is "
@@ -90,6 +91,11 @@ def figure_14(solve: Solve, quick: bool) -> Section:
         name: amplitude_ratio(lam, tuned(criterion, mass), damping) for name, criterion in absorbers.items()
     }
     section.figures["figure-14.png"] = draw_beside_tuned_mass(lam, beside, without_absorber(lam, damping), curves)  # fmt: skip
+    section.verdict = "The paper prints no number. " + (
+        f"The hybrid comes within {ALIKE:.0%} of the tuned mass damper's peak at γ_F = {listing(alike)}."
+        if alike
+        else f"The hybrid does not come within {ALIKE:.0%} of the tuned mass damper's peak."
+    )
     section.words = [
         "The paper prints no number of its Figure 14; it says that the tuned mass damper has the smaller peak at resonance "
         "and the hybrid is effective over a wider band. "
