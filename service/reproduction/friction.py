@@ -54,7 +54,10 @@ def figure_9(solve: Solve, quick: bool) -> Section:
             at(cube, "amplitude_error", friction_ratio=above, frequency_ratio=1.0)),
     ]  # fmt: skip
     section.figures["figure-9.png"] = draw_finite_time(r, friction, steady.values, finite, cycles)
-    section.verdict = f"The peak of {wanted.value:g} is that of {seconds:.3g} s from rest; the steady one is {section.rows[0].ours:.4g}."
+    section.verdict = (
+        f"The peak of {wanted.value:g} is that of {seconds:.3g} s from rest; the steady one is "
+        f"{section.rows[0].ours:.4g}."
+    )
     section.words = [
         f"The paper's peak of about 20 is that of a finite time, which it does not print. The steady peak is "
         f"{section.rows[0].ours:.4g}; a start from rest passes {wanted.value:g} in cycle {cycles}, after {seconds:.3g} s.",

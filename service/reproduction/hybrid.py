@@ -82,7 +82,10 @@ def figure_11(solve: Solve, quick: bool) -> Section:
                 float(column[place]), f"at γ_F = {float(column['friction_ratio'][place]):.4g}; the paper's is measured",
                 float(line["amplitude_error"][place]), INSTANT)
         )  # fmt: skip
-    section.verdict = "The paper prints no values of its contours. Over the band other designs are best than at r = 1, where it draws them."
+    section.verdict = (
+        "The paper prints no values of its contours. Over the band other designs are best than at r = 1, "
+        "where it draws them."
+    )
     section.words = [
         "The paper draws its contours at resonance only and prints none of their values; the number beside ours is the "
         "lowest of Table 3. Designs that look superb at r = 1 are not those that are good over the band, since a "
@@ -120,7 +123,10 @@ def figure_12(solve: Solve, quick: bool) -> Section:
                 )  # fmt: skip
         panels.append(panel)
     section.figures["figure-12.png"] = draw_responses(panels)
-    section.verdict = "The paper prints neither values of its curves nor their friction; beside ours stand the hybrid's entries of Table 3."
+    section.verdict = (
+        "The paper prints neither values of its curves nor their friction; beside ours stand the hybrid's "
+        "entries of Table 3."
+    )
     section.words = [
         "The paper draws measured curves for several compressions of the friction spring and prints none of their values; "
         "the number beside ours is the hybrid's entry in Table 3 for the same cavity. The friction ratio of a compression "

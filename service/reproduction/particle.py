@@ -61,7 +61,8 @@ def figure_7(solve: Solve, quick: bool) -> Section:
     bare = float(without_absorber(1.0, damping))
     section.figures["figure-7.png"] = draw_responses(panels)
     section.verdict = (
-        f"The labels d/Z do not explain the measured peaks: without contact time {best[INSTANT]:g} mm are best, the paper's text "
+        f"The labels d/Z do not explain the measured peaks: without contact time {best[INSTANT]:g} mm are "
+        "best, the paper's text "
         "names 37.5 mm, its Table 3 22.5 mm."
     )
     section.words = [
@@ -114,7 +115,10 @@ def figure_8(solve: Solve, quick: bool) -> Section:
         for e in (soft, hard)
     }
     section.figures["figure-8.png"] = draw_histories(histories)
-    section.verdict = f"The paper says that a harder wall is worse; in {worse} of {counted(3 * len(SOFT), 'pair')} of clearance and contact it is."
+    section.verdict = (
+        f"The paper says that a harder wall is worse; in {worse} of {counted(3 * len(SOFT), 'pair')} of "
+        "clearance and contact it is."
+    )
     section.words = [
         "The paper says that a higher restitution degrades the damper; it prints no number. In "
         f"{worse} of {counted(3 * len(SOFT), 'pair')} of a clearance and a contact model the harder wall is the worse "

@@ -68,8 +68,10 @@ def table_3_rubbing(solve: Solve, quick: bool) -> Section:
         names, measured, {name: list(peaks.values()) for name, peaks in found.items()}
     )
     section.verdict = (
-        f"Explained to {deviation_of(best):.1%} (rms) by μ_i = {best.particle_friction:.2g} and Z = {1e3 * best.base_amplitude_m:.3g} mm, "
-        f"at {best.damping_ratio / known['damping_ratio'].value:.2g} times the measured ζ; without μ_i to {deviation_of(without):.0%}."
+        f"Explained to {deviation_of(best):.1%} (rms) by μ_i = {best.particle_friction:.2g} and Z = "
+        f"{1e3 * best.base_amplitude_m:.3g} mm, "
+        f"at {best.damping_ratio / known['damping_ratio'].value:.2g} times the measured ζ; without μ_i to "
+        f"{deviation_of(without):.0%}."
     )
     section.words = _words(best, found[WITH], intervals(best, FREE))
     return section

@@ -44,7 +44,10 @@ def table_4(solve: Solve, quick: bool) -> Section:
         Row("peak with the structure's own damping", None, highest(least, damping).value,
             f"numerical minimax, ζ of the structure {damping:g}: γ = {least.tuning:.6g}, ζ = {least.damping_ratio:.6g}")
     )  # fmt: skip
-    section.verdict = f"The frequency is right. The damping {printed.value:g} is over the structure's frequency; by (15) it is {right.damping_ratio:.4g}."
+    section.verdict = (
+        f"The frequency is right. The damping {printed.value:g} is over the structure's frequency; by (15) "
+        f"it is {right.damping_ratio:.4g}."
+    )
     section.words = [
         "Table 4's 0.1679 is not what (15) gives. It is √(3μ/(8(1+μ)³)), the same optimum quoted as c/(2 m ω_n), over the "
         "structure's natural frequency in place of the absorber's own. Both name one dashpot; put into (13), whose ζ is "
