@@ -33,6 +33,7 @@ _OTHERS = {
     "a frequency": (r"\bfreq\w*|\bfourier\b|\bfft\b|\bfas\b", f"{_OVER_TIME}; `damperlab fit` reads a response over frequency"),
     "a velocity": (r"\bvel(?:ocity)?\b|\bspeed\b|^v$", "give the file of the acceleration, or differentiate this one"),
     "a displacement": (r"\bdisp(?:l(?:acement)?)?\b", "give the file of the acceleration, or differentiate this one twice"),
+    "a list of peak values": (r"^pg[avd]\b", _OVER_TIME),
     "a count of samples": (r"^(?:no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#)$", WRITE_STEP),
 }  # fmt: skip
 """What is no record: by its words, and what to do."""

@@ -184,6 +184,7 @@ BROKEN: dict[str, tuple[str | bytes, str | None, str, str, str]] = {
     "another step": (columns("UNITS OF G\nNPTS= 40, DT= 0.01"), None, "line 2", "0.01 s apart, but", "correct the line"),
     "density": (columns("Frequency (Hz), PSD (g2/Hz)"), None, "line 1", "a spectral density", "random_vibration"),
     "spectrum given a unit": (columns("T,Sa"), "g", "line 1", "a response spectrum", "over time"),
+    "peak values": (columns("T (s), PGA (g)"), None, "line 1", "a list of peak values", "over time"),
     "two units in one heading": (columns("time (s), acc (g) [m/s2]"), None, "line 1", '1, but "m/s2"', "correct or"),
     "two units of time": (columns("Units of time: ms\ntime (s), acc (g)"), None, "line 2", '"ms" in line 1', "correct or"),
     "a factor behind": (columns("time (s), acc (g) x 1000"), None, "line 1", "x 1000", "convert"),
