@@ -47,6 +47,24 @@ MUTANTS = (
         "tests/worker/fit/test_estimate.py::test_the_linear_structure_gives_its_damping_back_with_the_error_of_least_squares",
     ),
     Mutant(
+        "worker/kernel_cache.py",
+        "return (head, kernel) if whole else None",
+        "return (head, kernel)",
+        "tests/worker/test_kernel_cache.py::test_a_damaged_kernel_counts_as_none",
+    ),
+    Mutant(
+        "worker/fingerprint.py",
+        "            yield from _value(function.__globals__[name], seen)\n",
+        "",
+        "tests/worker/test_kernel_cache.py::test_a_function_is_known_by_its_code_and_by_the_values_that_it_takes",
+    ),
+    Mutant(
+        "studies/answers/largest_acceleration.py",
+        "return relative_amplitude + friction_ratio",
+        "return relative_amplitude",
+        "tests/worker/test_acceleration.py::test_the_largest_acceleration_is_that_where_the_structure_turns",
+    ),
+    Mutant(
         "worker/steady/stopping_rules.py",
         "        and mean.stationary\n",
         "",
