@@ -293,6 +293,7 @@ def _accuracy(scene: Scene) -> None:
     from damperlab.worker.accuracy.march import march_from_rest, march_halves
     from damperlab.worker.rk4 import march_rk4_wall
     from damperlab.worker.solver.observe.meter import METERS, Meter
+    from damperlab.worker.steady.response.standard_errors import mean_and_error
     from damperlab.worker.steady.start import at_rest
 
     friction, particle = 0.5 if scene.friction else None, _particle(scene)
@@ -300,6 +301,7 @@ def _accuracy(scene: Scene) -> None:
         march_from_rest(0.1, 1.0, friction, particle, 1, meter)
     if scene.friction or scene.contact:
         march_halves(0.1, 1.0, friction, particle, at_rest(1.0, friction, particle), 0, np.empty((1, 3)))
+        mean_and_error(np.zeros(2), 0, 2)
     if scene.contact == "compliant":
         march_rk4_wall(0.1, 1.0, friction, particle, 20, 1)
 
