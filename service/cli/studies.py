@@ -285,7 +285,7 @@ def _defined(record: "Record") -> "Iterator[tuple[str, str]]":
     """Give what a study was defined as, line by line; without what every study has unless it says otherwise."""
     from damperlab.studies.definition import Study
 
-    plain = Study(damping_ratio=0, axes={"clearance_ratio": 1, "frequency_ratio": 1}).document()
+    plain = Study(axes={"clearance_ratio": 1, "frequency_ratio": 1}).document() | {"damping_ratio": None}
     for key, value in record.definition.items():
         if key in ("axes", "physical"):
             yield from ((name, _spell(one)) for name, one in value.items())
