@@ -86,9 +86,9 @@ def names_a_design(meanings: Mapping[str, str], listed: str = "") -> Callable[[C
     Parameters
     ----------
     meanings : mapping of str
-        What each is, with its default.
+        What each is, with its default; empty texts where the help lists them at ``--at``.
     listed : str, optional
-        What the help says of all of them at ``--at``, in place of a line for each.
+        What it says there, in place of a line for each.
 
     Returns
     -------

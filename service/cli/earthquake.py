@@ -69,13 +69,6 @@ COLUMNS = (
 )
 
 
-def _meaning(name: str) -> str:
-    """Say what a parameter is, and the prototype's value where it has one of its own."""
-    quantity, default = QUANTITIES[name]
-    meaning = quantity.meaning.replace(" [", ", in ").replace("]", "")
-    return meaning if isnan(default) else f"{meaning}; {default:g} by default"
-
-
 def records(
     file: Annotated[
         Path | None,
@@ -145,7 +138,7 @@ def records(
 
 
 @names_a_design(
-    {name: _meaning(name) for name in QUANTITIES},
+    dict.fromkeys(QUANTITIES, ""),
     "Other values than the prototype's, as --at mass_kg=2 or --mass-kg 2: "
     + ", ".join(
         name if isnan(default) else f"{name} {default:g}" for name, (_, default) in QUANTITIES.items()

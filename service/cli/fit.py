@@ -44,31 +44,22 @@ STUDIES = (".yaml", ".yml", ".json")
 Direction = Literal["rest", "up", "down"]
 """Where each response starts."""
 
-MEANINGS = {
-    **{name: meaning for name, meaning in DIMENSION_LONG_NAMES.items() if name != "frequency_ratio"},
-    "mass_kg": "mass of the structure, in kg",
-    "natural_frequency_hz": "natural frequency of the structure, in Hz; for frequencies in Hz",
-    "base_amplitude_m": "amplitude of the base, in m; for amplitudes in units of length",
-    "damping_n_s_per_m": "damping coefficient of the structure, in N s/m",
-    "friction_force_n": "friction force, in N",
-    "clearance_m": "clearance on either side of the particle, in m",
-    "particle_mass_kg": "mass of the particle, in kg",
-    "particle_friction_coefficient": "friction coefficient μ_i between particle and cavity",
-    "tilt_deg": "tilt α of the cavity, in degrees: 0 lies, 90 stands",
-}
-
-OPTIONS = {name: option_of(name) for name in (*MEANINGS, "deviation", "confidence", "seed")} | {
-    f"fit.{name}": f"--fit {name}" for name in MEANINGS
+NAMES = (
+    *(name for name in DIMENSION_LONG_NAMES if name != "frequency_ratio"),
+    *("mass_kg", "natural_frequency_hz", "base_amplitude_m", "damping_n_s_per_m", "friction_force_n"),
+    *("clearance_m", "particle_mass_kg", "particle_friction_coefficient", "tilt_deg"),
+)
+"""What may be known of a prototype."""
+OPTIONS = {name: option_of(name) for name in (*NAMES, "deviation", "confidence", "seed")} | {
+    f"fit.{name}": f"--fit {name}" for name in NAMES
 }
 """Fields of a fit as options."""
 
 
-LISTED = ", ".join(name for name in MEANINGS if not name.endswith("_ratio"))
-
-
 @names_a_design(
-    MEANINGS,
-    f"Known values, as --at restitution=0.5 or --restitution 0.5: {LISTED}, and the ratios of a study.",
+    dict.fromkeys(NAMES, ""),
+    "Known values, as --at restitution=0.5 or --restitution 0.5: "
+    f"damping_ratio, {', '.join(name for name in NAMES if not name.endswith('_ratio'))}, and the ratios of a study.",
 )
 def fit(
     design: Values,

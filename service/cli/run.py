@@ -108,8 +108,12 @@ def _stored(study: str, data_dir: Path | None) -> "Record | None":
 
     if is_known(study) or not has_store(data_dir):
         return None
-    with suppress(StudyNotFound), closing(open_store(data_dir)) as store:
-        return store.find(study)
+    with closing(open_store(data_dir)) as store:
+        try:
+            return store.find(study)
+        except StudyNotFound as error:
+            if "damperlab studies" not in error.fault.advice:  # one is near, or several begin so
+                raise
     return None
 
 

@@ -24,11 +24,6 @@ LISTED_BY = dict.fromkeys(("axis", "from", "to"), "--within") | {
 """What studies are listed by, as options."""
 
 
-UNSAID = ("name", "metrics", "steady")
-PLAIN = {"particle": True, "contact": {"model": "instant"}, "solver": {"method": "event"}, "start": "rest"}
-"""What is not shown of a definition: settings, and what every study has unless it says otherwise."""
-
-
 def studies(
     data_dir: DataDir = None,
     state: Annotated[
@@ -171,7 +166,7 @@ def show(
 ) -> None:
     """Show a study: its state, progress and definition. Tag it."""
     if accuracy:
-        from damperlab.service.cli.precision import precision
+        from damperlab.service.cli.accuracy import precision
 
         check_alone({"--tags": tags is not None, "--note": text is not None}, "a study that is shown")
         precision(study, data_dir, as_json)
@@ -287,7 +282,10 @@ def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
 
 
 def _defined(record: "Record") -> "Iterator[tuple[str, str]]":
-    """Give what a study was defined as, line by line."""
+    """Give what a study was defined as, line by line; without what every study has unless it says otherwise."""
+    from damperlab.studies.definition import Study
+
+    plain = Study(axes={"clearance_ratio": 1, "frequency_ratio": 1}).document() | {"damping_ratio": None}
     for key, value in record.definition.items():
         if key in ("axes", "physical"):
             yield from ((name, _spell(one)) for name, one in value.items())
@@ -295,7 +293,7 @@ def _defined(record: "Record") -> "Iterator[tuple[str, str]]":
             yield (key, EXCITATIONS[value])
         elif key == "records":
             yield (key, ", ".join(one["id"] for one in value))
-        elif key not in UNSAID and value != PLAIN.get(key):
+        elif key != "name" and value != plain.get(key):
             yield (key, _spell(value))
 
 

@@ -10,10 +10,9 @@ import nbformat
 import pytest
 import yaml
 from docs.console import put_files
-from typer.main import get_command
+from tests.service.cli.commands import every_command
 
 from damperlab.service.app import create_app
-from damperlab.service.cli.main import app
 from damperlab.service.settings import Settings
 from damperlab.studies.reading import read_study
 
@@ -97,7 +96,7 @@ def test_equations_are_drawn_and_keep_their_words(hooks: Any) -> None:
 
 def test_command_reference_has_every_command_and_option(hooks: Any) -> None:
     page = hooks.command_reference()
-    for name, command in get_command(app).commands.items():  # type: ignore[attr-defined]
+    for name, command in every_command():
         section = page.partition(f"\n## damperlab {name}\n")[2].partition("\n## ")[0]
         assert command.help in section
         for parameter in command.params:

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.main import get_command
+from tests.service.cli.commands import every_command
 
 from damperlab.service.app import create_app
-from damperlab.service.cli.main import app
 from damperlab.service.settings import Settings
 
 ROOT = Path(__file__).parents[2]
@@ -39,7 +38,7 @@ def refused_in(text: str) -> list[str]:
 
 
 def command_texts() -> Iterator[tuple[str, str]]:
-    for name, command in get_command(app).commands.items():  # type: ignore[attr-defined]
+    for name, command in every_command():
         yield name, command.help
         for parameter in command.params:
             if not getattr(parameter, "hidden", False):

@@ -4,14 +4,16 @@ import io
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
 from tests.ready import ready
+from typer.main import get_command
 
-from damperlab.service.cli.main import _run
+from damperlab.service.cli.main import _run, app
 
 COMMAND = "damperlab.service.cli.main"
 
@@ -26,6 +28,14 @@ LINEAR: dict[str, Any] = {
     "steady": {"max_cycles": 50},
 }
 """Closed form without friction, locked with γ_F = 2 ≥ r² for r ≤ 1.4: milliseconds."""
+
+
+def every_command(group: Any = None, before: str = "") -> Iterator[tuple[str, Any]]:
+    """Give each command, and those of groups, by what is written for it."""
+    for name, each in (group or get_command(app)).commands.items():
+        yield before + name, each
+        if hasattr(each, "commands"):
+            yield from every_command(each, f"{before}{name} ")
 
 
 def command(*arguments: str | Path) -> list[str]:

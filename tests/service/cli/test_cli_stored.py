@@ -238,6 +238,10 @@ def test_run_goes_on_with_a_stored_study_by_its_name_or_id(store: Store) -> None
     (record,) = store.page().records
     for name in (record.id[:4], record.name):
         assert "is complete" in run("run", name, "--data-dir", store.data_dir).stderr
+    assert (
+        f"Did you mean {record.name}?"
+        in run("run", record.name[:-1], "--data-dir", store.data_dir, status=2).stderr
+    )
     refused = run("run", record.id, "--retry", "--data-dir", store.data_dir, status=1).stderr
     assert "has no block that failed" in refused or "recompute" in refused
 

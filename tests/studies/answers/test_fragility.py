@@ -79,6 +79,16 @@ def test_results_that_grow_as_a_power_of_the_scale_reach_the_limit_where_they_do
     assert answer.attrs["dispersion"] == pytest.approx(np.log(capacity).std(), rel=1e-6)
 
 
+def test_a_short_answer_names_the_structure_where_there_are_several() -> None:
+    one = suite_of(np.array([[0.01, 0.03, 0.05, 0.06], [0.001, 0.002, 0.021, 0.03]]))
+    two = xr.concat(
+        [one, one.assign_coords(natural_frequency_hz=[2.0])], "natural_frequency_hz", data_vars="all"
+    )
+    sentence = fragility(two.transpose(*SUITE.dimensions), Fragile(0.02)).attrs["brief"]["sentences"][0]
+    assert "of the structure with natural_frequency_hz = 1 " in sentence  # no units here
+    assert "structure" not in fragility(one, Fragile(0.02)).attrs["brief"]["sentences"][0]
+
+
 def test_the_curve_is_that_of_the_scales_at_which_records_first_exceed() -> None:
     values = np.array([[0.01, 0.03, 0.015, 0.05], [0.001, 0.002, 0.021, 0.03], [0.001, 0.002, 0.003, 0.004]])
     answer = fragility(suite_of(values), Fragile(0.02))
