@@ -2,10 +2,9 @@
 
 from typing import Any
 
-from damperlab.service.answers import map_document
+from damperlab.service.questions.forms import MAP
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.resonance_map import resonance_map
-from damperlab.studies.answers.selection import main_metric
 from damperlab.studies.coarse import coarse
 from damperlab.studies.definition import Study
 from damperlab.studies.questions import Plane, Selection
@@ -48,9 +47,8 @@ def map_preview(
     if found is None or not found.blocks_done:
         return None
     try:
-        cube = store.cube(found.id)
-        answer = resonance_map(cube, x, y, selection, plane.over, plane.reduce)
+        answer = resonance_map(store.cube(found.id), x, y, selection, plane.over, plane.reduce)
     except (QueryFault, StudyNotFound):
         return None  # as where values are to be interpolated between points that it does not have
-    document = map_document(answer, selection.metric or main_metric(cube))
+    document = MAP.write(answer)
     return {"study": found.id, **{name: document[name] for name in SHOWN}}

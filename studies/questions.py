@@ -90,7 +90,11 @@ class Ranking(Listed):
         example="amplitude,mass",
     )
     with_: tuple[str, ...] = asked(
-        (), "Rank the designs of this follow-up study as well.", form="ID", options=_WITH
+        (),
+        "Rank the designs of this follow-up study as well.",
+        form="ID",
+        options=_WITH,
+        studies=True,
     )
     metric: str | None = asked(
         None,
@@ -208,6 +212,7 @@ class Second:
         "A second study to compare with, such as the downward continuation of a hysteresis.",
         form="ID",
         options=_WITH,
+        studies=True,
     )
 
 
@@ -219,6 +224,7 @@ class Subtracted:
         None,
         "A second study with the same axes, shown beside the first and subtracted from it.",
         form="ID",
+        studies=True,
     )
 
 
@@ -263,6 +269,7 @@ class FollowUps:
         "Id of a follow-up study that is done.",
         form="ID",
         options=_WITH,
+        studies=True,
         # the command computes its follow-ups itself, and finds them again
         doors=("http", "client"),
     )

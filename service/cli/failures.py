@@ -104,7 +104,7 @@ def report(error: Exception, as_json: bool) -> int:
     else:
         raise error
     if as_json:
-        _print_problem(kind, status, text, faults)
+        _print_problem(kind, status, text if isinstance(error, StudyFaults) else _spelled(text), faults)
     else:
         # of a study's own fields one may be called like an option
         lines = [str(fault) for fault in faults] or [text]

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from damperlab.service.cli.accuracy import accuracy
+from damperlab.service.cli.asked import Command
 from damperlab.service.cli.design import design
 from damperlab.service.cli.doctor import doctor
 from damperlab.service.cli.earthquake import earthquake, records
@@ -16,11 +17,9 @@ from damperlab.service.cli.failures import BAD_USAGE, DONE, FAILED, report
 from damperlab.service.cli.fit import fit
 from damperlab.service.cli.keep import backup, gc, rebuild, restore
 from damperlab.service.cli.keys import keys
-from damperlab.service.cli.maps import map_
 from damperlab.service.cli.members import certificates, worker
 from damperlab.service.cli.output import note, say
-from damperlab.service.cli.precision import precision
-from damperlab.service.cli.queries import fragility, importance, optimum, response
+from damperlab.service.cli.queries import command_of
 from damperlab.service.cli.report import report as write_report
 from damperlab.service.cli.reproduce import reproduce
 from damperlab.service.cli.run import resume, run
@@ -29,10 +28,10 @@ from damperlab.service.cli.serve import serve
 from damperlab.service.cli.simulate import simulate
 from damperlab.service.cli.store import warn_of_unknown_variables
 from damperlab.service.cli.studies import cancel, delete, remark, show, studies
-from damperlab.service.cli.tmd import tmd
 from damperlab.service.cli.verify import verify
 from damperlab.service.cli.versions import recompute, retry
 from damperlab.service.cli.warm import warm
+from damperlab.service.questions.every import EVERY
 
 INTERRUPTED = 130
 """What typer returns for Ctrl-C in a command that does not handle it itself."""
@@ -72,7 +71,7 @@ def _before(
     warn_of_unknown_variables()
 
 
-for name, command, panel in (
+_COMMANDS: tuple[tuple[str, Command, str], ...] = (
     ("run", run, "Compute"),
     ("resume", resume, "Compute"),
     ("retry", retry, "Compute"),
@@ -84,13 +83,7 @@ for name, command, panel in (
     ("reproduce", reproduce, "Compute"),
     ("earthquake", earthquake, "Compute"),
     ("records", records, "Compute"),
-    ("map", map_, "Ask"),
-    ("response", response, "Ask"),
-    ("optimum", optimum, "Ask"),
-    ("tmd", tmd, "Ask"),
-    ("importance", importance, "Ask"),
-    ("fragility", fragility, "Ask"),
-    ("precision", precision, "Ask"),
+    *((question.command, command_of(question), "Ask") for question in EVERY),
     ("report", write_report, "Ask"),
     ("export", export, "Ask"),
     ("studies", studies, "Keep"),
@@ -109,7 +102,8 @@ for name, command, panel in (
     ("accuracy", accuracy, "Serve"),
     ("doctor", doctor, "Serve"),
     ("warm", warm, "Serve"),
-):
+)
+for name, command, panel in _COMMANDS:
     app.command(name, rich_help_panel=panel)(command)
 
 

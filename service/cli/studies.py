@@ -184,9 +184,10 @@ def show(
 ) -> None:
     """Show one study: its state, progress and definition."""
     if accuracy:
-        from damperlab.service.cli.precision import precision
+        from damperlab.service.cli.queries import command_of
+        from damperlab.service.questions.work_precision import WORK_PRECISION
 
-        precision(study, data_dir, as_json)
+        command_of(WORK_PRECISION)(study=study, data_dir=data_dir, output=None, as_json=as_json)
         return
     record = open_store(data_dir).find(study)
     if as_json:

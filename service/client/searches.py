@@ -42,9 +42,15 @@ class Searches(Asked, ABC):
         Refinement
             With the follow-up to wait for, then to give as ``with_``.
         """
-        judging = Judging(objective, band, exclude_locked, max_impact_speed, ranges)
-        search = Search(tolerance, value_tolerance, budget)
-        return self._search("/refine", search, judging, FollowUps(ids(with_), dry_run))
+        judging = Judging(
+            objective=objective,
+            band=band,
+            exclude_locked=exclude_locked,
+            max_impact_speed=max_impact_speed,
+            ranges=ranges,
+        )
+        search = Search(tolerance=tolerance, value_tolerance=value_tolerance, budget=budget)
+        return self._search("/refine", search, judging, FollowUps(with_=ids(with_), dry_run=dry_run))
 
     @explained(Boundary, Step, FollowUps)
     def refine_boundary(
@@ -62,8 +68,8 @@ class Searches(Asked, ABC):
         Refinement
             With the follow-up to wait for, then to give as ``with_``.
         """
-        questions = (Boundary(along, at), Step(tolerance), FollowUps(ids(with_), dry_run))
-        return self._search("/refine-boundary", *questions)
+        boundary, step = Boundary(along=along, at=at), Step(tolerance=tolerance)
+        return self._search("/refine-boundary", boundary, step, FollowUps(with_=ids(with_), dry_run=dry_run))
 
     def _search(self, path: str, *questions: object) -> Refinement:
         answer = self._ask("POST", path, params=parameters(*questions))
