@@ -11,6 +11,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from damperlab.service.questions.every import EVERY
+from damperlab.service.questions.refinement import Refinement
 from damperlab.service.questions.shapes import InShort, Notes
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.store.record import PREPARATIONS, Record
@@ -116,11 +117,6 @@ def _measured(variable: Variable) -> Schema:
     }
 
 
-def _asked(**properties: Schema) -> Schema:
-    """Describe the answer to a question to one study."""
-    return _object(study=TEXT, name=TEXT, state=_enum(STATES), **properties)
-
-
 def schema_of(kind: Any) -> Schema:
     """Make the schema of a type of `questions.shapes`, whole, without titles and without what readers of the code are told."""
     found = TypeAdapter(list[kind]).json_schema(mode="serialization")
@@ -135,32 +131,20 @@ def _whole(schema: Any, parts: Schema) -> Any:
     if not isinstance(schema, dict):
         return schema
     about = {key: value for key, value in schema.items() if not (key == "title" and isinstance(value, str))}
-    if about.get("additionalProperties") is True:
-        del about["additionalProperties"]
     if (reference := about.pop("$ref", None)) is not None:
         part = parts[reference.rpartition("/")[2]]
         about = {key: value for key, value in part.items() if key not in ("title", "description")} | about
-    choices = about.get("anyOf", ())
+    if about.get("additionalProperties") is True:
+        del about["additionalProperties"]
+    found = {key: _whole(value, parts) for key, value in about.items()}
+    choices = found.get("anyOf", ())
     if choices and all(each.keys() == {"type"} for each in choices):
-        del about["anyOf"]
-        about["type"] = [each["type"] for each in choices]
-    return {key: _whole(value, parts) for key, value in about.items()}
+        del found["anyOf"]
+        found["type"] = [each["type"] for each in choices]
+    return found
 
 
 _BRIEF, _NOTES = schema_of(InShort), schema_of(Notes)
-_REFINEMENT_FIELDS: Schema = {
-    "known": FLAG,
-    "found": TABLE,
-    "steps": _by_name(NUMBER),
-    "points": COUNT,
-    "fine_points": COUNT,
-    "spent": _by_name(NUMBER),
-    "definition": {"type": ["object", "null"]},
-    "definitions": _list({"type": "object"}),
-    "note": TEXT,
-    "notes": _NOTES,
-    "brief": _or_null(_BRIEF),
-}
 _GROUND_MOTION: Schema = {
     "id": TEXT,
     "name": TEXT,
@@ -376,6 +360,7 @@ def answer_schemas() -> dict[str, Schema]:
     """Return the schema of every JSON answer, by name."""
     record = _record()
     summary = _without(record, WITHOUT_DEFINITION)
+    refinement = schema_of(Refinement)
     metrics = {name: _measured(variable) for name, variable in VARIABLES.items()}
     case = {each.name: COUNT if each.type in (int, "int") else NUMBER for each in fields(GroundResponse)}
     differences = TypeAdapter(Differences).json_schema(
@@ -422,9 +407,9 @@ def answer_schemas() -> dict[str, Schema]:
             variables=TEXTS,
         ),
         **{question.gives.__name__: schema_of(question.gives) for question in EVERY},
-        "Refinement": _asked(**_REFINEMENT_FIELDS),
-        "FollowUps": _asked(
-            **_REFINEMENT_FIELDS,
+        "Refinement": refinement,
+        "FollowUps": _object(
+            **refinement["properties"],
             follow_up=_without(record, ("definition",)),
             follow_ups=_list(_without(record, ("definition",))),
         ),

@@ -121,7 +121,7 @@ class Pursuit:
                     raise typer.Exit(FAILED)
                 ids.append(follow_up.id)
         if as_json:
-            from damperlab.service.refinements import refinement_document
+            from damperlab.service.questions.refinement import refinement_document
 
             print_json(in_front(record, {**refinement_document(found), "with": ids[1:]}))
             return

@@ -43,8 +43,8 @@ class Questions(Asked):
         definition: Mapping[str, Any] = self._ask("GET")["definition"]
         return definition
 
-    def _answer(self, question: Question[A], **given: Any) -> A:
-        """Ask a question, by the names of its fields."""
+    def _answer(self, question: Question[A], given: Mapping[str, Any]) -> A:
+        """Ask a question with arguments that are called like its fields; what else is given is not looked at."""
         from damperlab.service.client.answers import read
         from damperlab.studies.answers.quantities import with_quantities
 
@@ -78,8 +78,7 @@ class Questions(Asked):
             See `damperlab.studies.answers.resonance_map` and `damperlab.studies.answers.map_difference`.
         """
         x, y = shown_axes(self._sizes, x, y, {*at, over})
-        given = {"x": x, "y": y, "metric": metric, "over": over, "reduce": reduce, "interpolate": interpolate}
-        return self._answer(RESONANCE_MAP, minus=minus, at=at, **given)
+        return self._answer(RESONANCE_MAP, locals())
 
     @explained(*FREQUENCY_RESPONSE.asks)
     def frequency_response(
@@ -99,7 +98,7 @@ class Questions(Asked):
         FrequencyResponse
             See `damperlab.studies.answers.frequency_response` and `damperlab.studies.answers.compared_response`.
         """
-        return self._answer(FREQUENCY_RESPONSE, metric=metric, interpolate=interpolate, with_=with_, at=at)
+        return self._answer(FREQUENCY_RESPONSE, locals())
 
     @explained(*OPTIMAL_DESIGNS.asks)
     def optimal_designs(
@@ -124,17 +123,9 @@ class Questions(Asked):
         Designs
             See `optimal_designs`, `pareto`, `merged` and `suite` of `damperlab.studies.answers`.
         """
-        judging = {
-            "objective": objective,
-            "band": band,
-            "exclude_locked": exclude_locked,
-            "max_impact_speed": max_impact_speed,
-            "ranges": ranges,
-        }
         if top is None:
             top = Ranking.top if pareto is None else MOST_DESIGNS
-        listed = {"top": top, "pareto": pareto, "with_": with_, "metric": metric, "records": records}
-        return self._answer(OPTIMAL_DESIGNS, **judging, **listed)
+        return self._answer(OPTIMAL_DESIGNS, locals())
 
     @explained(*TMD_COMPARISON.asks)
     def tmd_comparison(
@@ -154,16 +145,7 @@ class Questions(Asked):
         TmdComparison
             See `damperlab.studies.answers.tmd_comparison`; the peaks and their ratio are attributes.
         """
-        return self._answer(
-            TMD_COMPARISON,
-            criterion=criterion,
-            mass_ratio=mass_ratio,
-            detuning=detuning,
-            damping_detuning=damping_detuning,
-            excitation=excitation,
-            tmd_mass_ratio=tmd_mass_ratio,
-            at=at,
-        )
+        return self._answer(TMD_COMPARISON, locals())
 
     @explained(*IMPORTANCE.asks)
     def importance(self, metric: str | None = None, **ranges: Range) -> "Importance":
@@ -174,7 +156,7 @@ class Questions(Asked):
         Importance
             See `damperlab.studies.answers.importance`.
         """
-        return self._answer(IMPORTANCE, metric=metric, ranges=ranges)
+        return self._answer(IMPORTANCE, locals())
 
     @explained(*FRAGILITY.asks)
     def fragility(
@@ -191,7 +173,7 @@ class Questions(Asked):
         Fragility
             See `damperlab.studies.answers.fragility`.
         """
-        return self._answer(FRAGILITY, threshold=threshold, metric=metric, quantile=quantile, at=at)
+        return self._answer(FRAGILITY, locals())
 
     def work_precision(self) -> "WorkPrecision":
         """Sort the points by run time, and say how exact those of each time are.
@@ -201,7 +183,7 @@ class Questions(Asked):
         WorkPrecision
             See `damperlab.studies.answers.work_precision`.
         """
-        return self._answer(WORK_PRECISION)
+        return self._answer(WORK_PRECISION, {})
 
 
 def _untyped(question: Question[Any]) -> Callable[..., Any]:
@@ -214,7 +196,7 @@ def _untyped(question: Question[Any]) -> Callable[..., Any]:
         plain = {each.name for each in fields if not each.is_named}
         if named is not None:
             given[named] = {name: given.pop(name) for name in given.keys() - plain}
-        return self._answer(question, **given)
+        return self._answer(question, given)
 
     ask.__name__ = question.method
     ask.__doc__ = f"{question.summary}.\n\n{ask.__doc__}"

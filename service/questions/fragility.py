@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, NotRequired
 from damperlab.service.questions.forms import along
 from damperlab.service.questions.question import Question, Subject, Words
 from damperlab.service.questions.shapes import Count, InShort, Number, Numbers, OfPoints
+from damperlab.studies.kinds import SUITE
 from damperlab.studies.questions import Fragile
 
 if TYPE_CHECKING:
@@ -79,4 +80,5 @@ FRAGILITY: "Question[answers.Fragility]" = Question(
     form=along("scale"),
     draw=draw,
     tell=tell,
+    kinds=(SUITE,),
 )

@@ -37,6 +37,9 @@ class Preview(TypedDict):
     note: str
 
 
+PREVIEWED = tuple(name for name in Preview.__annotations__ if name != "study")
+
+
 class ResonanceMap(OfMetric):
     """One metric over two dimensions."""
 
@@ -112,15 +115,29 @@ def _check(study: Subject, axes: Axes, x: str, y: str) -> None:
 def meanwhile(
     study: Subject, axes: Axes, selection: Selection, second: Subtracted, shown: Window
 ) -> dict[str, Any] | None:
-    """Show the same map of the coarse grid that a large study computes first; it grows, or is deleted, by itself."""
-    from damperlab.service.previews import coarse_of, map_preview
+    """Show the same map of the coarse grid that a large study computes first; other dimensions are taken at the nearest value
+    that it has."""
+    from damperlab.studies.answers.query_fault import QueryFault
+    from damperlab.studies.answers.resonance_map import resonance_map
+    from damperlab.studies.coarse import coarse
+    from damperlab.studies.store.cube.definition import parse_stored
+    from damperlab.studies.store.faults import StudyNotFound
 
-    first = coarse_of(study.record) if second.minus is None else None
+    first = (
+        coarse(parse_stored(study.record.definition, study.record.digest)) if second.minus is None else None
+    )
     if first is None:
         return None
+    found = study.store.newest(first.digest)
+    if found is None or not found.blocks_done:
+        return {}
     x, y = _axes(study, axes, selection)
-    preview = map_preview(study.store, first, x, y, axes, selection)
-    return {} if preview is None else {"preview": preview}
+    try:
+        answer = resonance_map(study.store.cube(found.id), x, y, selection, axes.over, axes.reduce)
+    except (QueryFault, StudyNotFound):
+        return {}  # as where values are to be interpolated between points that it does not have
+    document = MAP.write(answer)
+    return {"preview": {"study": found.id, **{name: document[name] for name in PREVIEWED}}}
 
 
 def draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":

@@ -14,7 +14,7 @@ from damperlab.service.parameters import asks
 from damperlab.service.problems import documented, lacking
 from damperlab.service.questions.optimal_designs import with_follow_ups
 from damperlab.service.questions.question import Subject
-from damperlab.service.refinements import refinement_document
+from damperlab.service.questions.refinement import refinement_document
 from damperlab.service.routes.questions import answered
 from damperlab.service.routes.questions import router as questions
 from damperlab.service.settings import Settings
