@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from damperlab.service.client.asked import Asked, explained, ids, parameters
+from damperlab.service.client.asked import Asked, explained, parameters, values_of
 from damperlab.service.client.results import Refinement
 from damperlab.studies.field import Range
 from damperlab.studies.questions import Boundary, FollowUps, Judging, Search, Step
@@ -42,15 +42,7 @@ class Searches(Asked, ABC):
         Refinement
             With the follow-up to wait for, then to give as ``with_``.
         """
-        judging = Judging(
-            objective=objective,
-            band=band,
-            exclude_locked=exclude_locked,
-            max_impact_speed=max_impact_speed,
-            ranges=ranges,
-        )
-        search = Search(tolerance=tolerance, value_tolerance=value_tolerance, budget=budget)
-        return self._search("/refine", search, judging, FollowUps(with_=ids(with_), dry_run=dry_run))
+        return self._search("/refine", (Search, Judging, FollowUps), locals())
 
     @explained(Boundary, Step, FollowUps)
     def refine_boundary(
@@ -68,11 +60,10 @@ class Searches(Asked, ABC):
         Refinement
             With the follow-up to wait for, then to give as ``with_``.
         """
-        boundary, step = Boundary(along=along, at=at), Step(tolerance=tolerance)
-        return self._search("/refine-boundary", boundary, step, FollowUps(with_=ids(with_), dry_run=dry_run))
+        return self._search("/refine-boundary", (Boundary, Step, FollowUps), locals())
 
-    def _search(self, path: str, *questions: object) -> Refinement:
-        answer = self._ask("POST", path, params=parameters(*questions))
+    def _search(self, path: str, asks: Iterable[type], given: Mapping[str, Any]) -> Refinement:
+        answer = self._ask("POST", path, params=parameters(*values_of(asks, given)))
         names = ("known", "found", "steps", "points", "fine_points", "note")
         studies = tuple(self._handle(each) for each in answer.get("follow_ups", ()))
         more = {

@@ -51,14 +51,13 @@ def answer(study: Subject, fragile: Fragile) -> "xr.Dataset":
     return fragility(study.cube, fragile)
 
 
-def draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
-    """Draw the results over the scale, and below them how likely they exceed the limit."""
+def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
     from damperlab.service.figures.fragility import draw_fragility
 
     return draw_fragility(found)
 
 
-def tell(study: Subject, found: "xr.Dataset", details: bool, fragile: Fragile) -> Words:
+def _tell(study: Subject, found: "xr.Dataset", details: bool, fragile: Fragile) -> Words:
     """Say at which scale half of the records exceed the limit."""
     from damperlab.service.cli.words import rows_table
     from damperlab.studies.answers.phrases import Phrases
@@ -78,7 +77,7 @@ FRAGILITY: "Question[answers.Fragility]" = Question(
     answer=answer,
     gives=Fragility,
     form=along("scale"),
-    draw=draw,
-    tell=tell,
+    draw=_draw,
+    tell=_tell,
     kinds=(SUITE,),
 )

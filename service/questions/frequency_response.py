@@ -49,15 +49,14 @@ def answer(study: Subject, selection: Followed, second: Second) -> "xr.Dataset":
     return found
 
 
-def draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
-    """Draw the curve, or both."""
+def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
     from damperlab.service.figures.curves import draw_compared, draw_response
 
     metric = metric_of(found)
     return draw_compared(found, metric, (names[0], names[1])) if names else draw_response(found, metric)
 
 
-def tell(study: Subject, found: "xr.Dataset", details: bool, selection: Followed, second: Second) -> Words:
+def _tell(study: Subject, found: "xr.Dataset", details: bool, selection: Followed, second: Second) -> Words:
     """Say where the curve is least and largest."""
     from damperlab.service.cli import words
     from damperlab.service.cli.store import label
@@ -83,8 +82,8 @@ FREQUENCY_RESPONSE: "Question[answers.FrequencyResponse]" = Question(
     answer=answer,
     gives=FrequencyResponse,
     form=CURVE,
-    draw=draw,
-    tell=tell,
+    draw=_draw,
+    tell=_tell,
     check=check,
     kinds=(HARMONIC, AMPLITUDES),
 )

@@ -38,14 +38,13 @@ def answer(study: Subject, varied: Varied) -> "xr.Dataset":
     return importance(study.cube, varied)
 
 
-def draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
-    """Draw the shares as bars."""
+def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
     from damperlab.service.figures.importance import draw_importance
 
     return draw_importance(found)
 
 
-def tell(study: Subject, found: "xr.Dataset", details: bool, varied: Varied) -> Words:
+def _tell(study: Subject, found: "xr.Dataset", details: bool, varied: Varied) -> Words:
     """List the parameters."""
     from damperlab.service.cli.output import number
     from damperlab.service.cli.words import words_of
@@ -70,7 +69,7 @@ IMPORTANCE: "Question[answers.Importance]" = Question(
     answer=answer,
     gives=Importance,
     form=along("dimension"),
-    draw=draw,
-    tell=tell,
+    draw=_draw,
+    tell=_tell,
     details=False,
 )

@@ -105,14 +105,13 @@ def with_follow_ups(study: Subject, follow_ups: Iterable[str]) -> "dict[str, xr.
     return {each.record.id: each.cube for each in opened}
 
 
-def draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
-    """Draw the ranking, or the front."""
+def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
     from damperlab.service.figures.curves import draw_ranking
 
     return draw_ranking(found)
 
 
-def tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, ranking: Ranking) -> Words:
+def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, ranking: Ranking) -> Words:
     """Say which design is the best, how well that is known, and what comes after it."""
     from damperlab.service.cli.words import axes_of, rows_table, words_of
     from damperlab.studies.answers.phrases import Phrases
@@ -144,7 +143,7 @@ OPTIMAL_DESIGNS: "Question[answers.Designs]" = Question(
     answer=answer,
     gives=RankedDesigns,
     form=RANKING,
-    draw=draw,
-    tell=tell,
+    draw=_draw,
+    tell=_tell,
     operation="ask_designs",
 )

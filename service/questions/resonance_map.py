@@ -140,8 +140,7 @@ def meanwhile(
     return {"preview": {"study": found.id, **{name: document[name] for name in PREVIEWED}}}
 
 
-def draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
-    """Draw the map, or three of them."""
+def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
     from damperlab.service.figures.map_difference import draw_difference
     from damperlab.service.figures.resonance_map import draw_map
 
@@ -151,7 +150,7 @@ def draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
     return draw_map(found, metric)
 
 
-def tell(
+def _tell(
     study: Subject, found: "xr.Dataset", details: bool, axes: Axes, selection: Selection, *_: object
 ) -> Words:
     """Say where the map is least and largest."""
@@ -183,7 +182,7 @@ RESONANCE_MAP: "Question[answers.ResonanceMap]" = Question(
     answer=answer,
     gives=ResonanceMap,
     form=MAP,
-    draw=draw,
-    tell=tell,
+    draw=_draw,
+    tell=_tell,
     meanwhile=meanwhile,
 )

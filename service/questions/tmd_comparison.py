@@ -82,14 +82,13 @@ def answer(study: Subject, tuning: Tuning, design: Design) -> "xr.Dataset":
     return said_of_it(tmd_comparison(cube, tuning, at), cube, study.cube)
 
 
-def draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
-    """Draw both curves and that of the bare structure."""
+def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
     from damperlab.service.figures.comparison import draw_comparison
 
     return draw_comparison(found)
 
 
-def tell(study: Subject, found: "xr.Dataset", details: bool, tuning: Tuning, design: Design) -> Words:
+def _tell(study: Subject, found: "xr.Dataset", details: bool, tuning: Tuning, design: Design) -> Words:
     """Say which of the two is better, and where."""
     from damperlab.service.cli.words import completeness_sentence, rows_table, words_of
     from damperlab.studies.answers.excited import excitation_of
@@ -117,7 +116,7 @@ TMD_COMPARISON: "Question[answers.TmdComparison]" = Question(
     answer=answer,
     gives=TmdComparison,
     form=along("frequency_ratio"),
-    draw=draw,
-    tell=tell,
+    draw=_draw,
+    tell=_tell,
     kinds=(HARMONIC, AMPLITUDES),
 )

@@ -32,14 +32,13 @@ def answer(study: Subject) -> "xr.Dataset":
     return work_precision(study.cube)
 
 
-def draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
-    """Draw the error against the run time."""
+def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
     from damperlab.service.figures.curves import draw_precision
 
     return draw_precision(found)
 
 
-def tell(study: Subject, found: "xr.Dataset", details: bool) -> Words:
+def _tell(study: Subject, found: "xr.Dataset", details: bool) -> Words:
     """List the errors of each run time."""
     from damperlab.service.cli.output import number
 
@@ -58,8 +57,8 @@ WORK_PRECISION: "Question[answers.WorkPrecision]" = Question(
     answer=answer,
     gives=WorkPrecision,
     form=along("run_time"),
-    draw=draw,
-    tell=tell,
+    draw=_draw,
+    tell=_tell,
     kinds=(HARMONIC,),
     details=False,
 )

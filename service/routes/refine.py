@@ -19,7 +19,7 @@ from damperlab.service.routes.questions import answered
 from damperlab.service.routes.questions import router as questions
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service, TheService, TheStudy
-from damperlab.service.work.own_store import store_of
+from damperlab.service.work.apart import store_of
 from damperlab.studies.answers.follow_up import Refinement
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.answers.selection import dimensions_of

@@ -22,8 +22,7 @@ from damperlab.service.problems import Problem, documented
 from damperlab.service.security.caller import Caller, TheCaller
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service, TheExactStudy, TheService, TheStudy
-from damperlab.service.work.apart import computed
-from damperlab.service.work.own_store import store_of
+from damperlab.service.work.apart import computed, store_of
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.plan import make_plan

@@ -1,6 +1,7 @@
 """Answers made of a study's cube: where it is large, in a process that can be ended and stops nobody; else in a thread."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import BinaryIO, TypeVar
@@ -11,9 +12,9 @@ from starlette.requests import Request
 
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
-from damperlab.service.work.own_store import store_of
 from damperlab.studies.store.faults import cannot_use
 from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
 
 EXPORT_POINTS = 1_000_000
 """Points of an export for which a request has its processor time once more."""
@@ -76,6 +77,12 @@ async def written(
         # the process may have been killed, which leaves all that it had written
         with CancelScope(shield=True):
             await run_sync(folder.cleanup)
+
+
+@lru_cache(maxsize=1)
+def store_of(settings: Settings) -> Store:
+    """Open the store that the settings name, once in a process that computes for requests."""
+    return settings.open_store(wait_seconds=settings.catalogue_wait_seconds)
 
 
 def _there(
