@@ -3,10 +3,11 @@
 from dataclasses import MISSING, dataclass
 
 from damperlab.studies.field import NONE, At, Range, Ranges, asked, asked_at
+from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import EVERY_DIMENSION, EVERY_VARIABLE
 from damperlab.studies.quantity import GRAVITY_RATIO, PARTICLE_FRICTION_RATIO
 from damperlab.studies.unit_names import COORDINATES, RESULTS
-from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.variables import DIMENSIONS, VARIABLES
 from damperlab.studies.vocabulary import (
     CASES,
     CRITERIA,
@@ -23,6 +24,12 @@ EVERY_AXIS: tuple[str, ...] = tuple(dict.fromkeys((*EVERY_DIMENSION, *COORDINATE
 """Whatever a point may be named by: dimensions, and coordinates of studies in SI units."""
 EVERY_METRIC: tuple[str, ...] = (*EVERY_VARIABLE, *RESULTS)
 """Whatever may be shown: results, and those in units."""
+RANGED: tuple[str, ...] = (
+    *(name for name in EVERY_AXIS if name != RECORD),
+    *(name for name, variable in VARIABLES.items() if variable.flags is None),
+    *RESULTS,
+)
+"""What may be kept within a range: dimensions, and results that are quantities."""
 MOST_DESIGNS = 10_000
 """Most designs in one answer."""
 FINEST = 1e-9

@@ -17,20 +17,12 @@ from damperlab.service.cli.options import read_named, read_number, read_range
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.field import At, Field, Ranges, admits, fields_of, option_of, words_of
 from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.questions import EVERY_AXIS
-from damperlab.studies.unit_names import ALIASES, RESULTS
-from damperlab.studies.variables import VARIABLES
+from damperlab.studies.questions import EVERY_AXIS, RANGED
+from damperlab.studies.unit_names import ALIASES
 
 Command = Callable[..., None]
 Values = dict[str, float]
 """Numbers by name."""
-
-RANGED: tuple[str, ...] = (
-    *EVERY_AXIS,
-    *(name for name, variable in VARIABLES.items() if variable.flags is None),
-    *RESULTS,
-)
-"""What may be kept within a range: dimensions, and results that are quantities."""
 
 
 def asks(command: Command) -> Command:

@@ -39,29 +39,19 @@ def export(
 ) -> None:
     """Write a study's results to a file."""
     file_format = file_format or _format_of(output)
-    from damperlab.studies.store.export.export import csv_lines, without_names, write_netcdf
-    from damperlab.studies.store.export.parquet import parquet_pieces
+    from damperlab.studies.store.export.file import write_file
 
     store = open_store(data_dir)
     record = store.find(study)
-    cube = store.cube(record.id)
-    cube = cube if names else without_names(cube)
     make_parent(output)
     with working(f"Writing {output}"):
-        if file_format == "netcdf":
-            write_netcdf(cube, output)
-        else:
-            # Renamed when it is whole: an interrupted export leaves no half file under the name asked for.
-            partial = output.with_name(f"{output.name}.{os.getpid()}.partial")
-            try:
-                with partial.open("wb") as file:
-                    if file_format == "csv":
-                        file.writelines(line.encode() for line in csv_lines(cube))
-                    else:
-                        file.writelines(parquet_pieces(cube))
-                partial.replace(output)
-            finally:
-                partial.unlink(missing_ok=True)
+        # Renamed when it is whole: an interrupted export leaves no half file under the name asked for.
+        partial = output.with_name(f"{output.name}.{os.getpid()}.partial")
+        try:
+            write_file(store.cube(record.id), partial, file_format, names)
+            partial.replace(output)
+        finally:
+            partial.unlink(missing_ok=True)
     missing = record.points_total - record.points_done
     unfinished = f"; {missing} of them are not computed yet (status -1)" if missing else ""
     note(f"Wrote {record.points_total} points of {label(record)} to {output}{unfinished}.")

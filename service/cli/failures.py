@@ -5,19 +5,11 @@ import re
 import typer
 
 from damperlab.service.cli.output import note, print_json
+from damperlab.service.questions.every import EVERY
 from damperlab.studies.faults import Fault, StudyFaults, nearest
 from damperlab.studies.field import fields_of, option_of
 from damperlab.studies.kinds import EVERY_DIMENSION
-from damperlab.studies.questions import (
-    EVERY_AXIS,
-    Boundary,
-    Judging,
-    Plane,
-    Ranking,
-    Search,
-    Selection,
-    Tuning,
-)
+from damperlab.studies.questions import EVERY_AXIS, Boundary, Search
 
 DONE = 0
 FAILED = 1
@@ -56,8 +48,11 @@ class UsageFault(Exception):
 
 SPELLED = {
     name: each.options[0]
-    for question in (Judging, Ranking, Selection, Plane, Tuning, Search, Boundary)
-    for each in fields_of(question)
+    for each in (
+        *(each for question in EVERY for each in question.fields),
+        *fields_of(Search),
+        *fields_of(Boundary),
+    )
     for name in (each.key, each.name)
     if "command" in each.doors and name not in EVERY_DIMENSION
 }

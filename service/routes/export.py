@@ -1,7 +1,5 @@
 """The whole cube as a download, written and sent piece by piece."""
 
-import re
-from collections.abc import Iterator
 from hashlib import blake2b
 from os import SEEK_END
 from pathlib import Path
@@ -14,10 +12,10 @@ from starlette.responses import Response, StreamingResponse
 
 from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import documented
+from damperlab.service.routes.report import stem
 from damperlab.service.state import TheService, TheStudy
-from damperlab.service.work.apart import written
-from damperlab.studies.store.export.export import csv_lines, without_names, write_netcdf
-from damperlab.studies.store.export.parquet import parquet_pieces
+from damperlab.service.work.apart import pieces, written
+from damperlab.studies.store.export.file import write_file
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import ExportFormat
@@ -31,7 +29,6 @@ FILES: dict[ExportFormat, tuple[str, str]] = {
     "parquet": (".parquet", PARQUET),
 }
 """Suffix and media type of each format."""
-PIECE_BYTES = 1 << 20
 COMPLETE = "X-Complete"
 CACHING = "private, no-cache"
 """A client may keep an export, and asks each time whether it is still the one."""
@@ -91,17 +88,8 @@ async def export(
 
 
 def _write(store: Store, study: Record, place: Path, written_as: ExportFormat, names: bool) -> None:
-    """Write the cube into a file; what is damaged is met before anything is sent."""
-    cube = store.cube(study.id)
-    cube = cube if names else without_names(cube)
-    if written_as == "netcdf":
-        write_netcdf(cube, place)
-        return
-    with place.open("wb") as file:
-        if written_as == "csv":
-            file.writelines(line.encode() for line in csv_lines(cube))
-        else:
-            file.writelines(parquet_pieces(cube))
+    """Write the whole cube: what is damaged is met before anything is sent."""
+    write_file(store.cube(study.id), place, written_as, names)
 
 
 def _download(
@@ -114,10 +102,10 @@ def _download(
     if part is not None and start == stop:
         file.close()
         return Response(status_code=416, headers={"Content-Range": f"bytes */{size}"})
-    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", study.name).strip("-.") or "study"
     suffix, media_type = FILES[written_as]
+    name = f"{stem(study.name, 'study')}-{study.id}{suffix}"
     headers = {
-        "Content-Disposition": f'attachment; filename="{stem}-{study.id}{suffix}"',
+        "Content-Disposition": f'attachment; filename="{name}"',
         "Content-Length": str(stop - start),
     }
     if tag is not None and written_as == "netcdf":
@@ -125,15 +113,7 @@ def _download(
     if part is not None:
         headers["Content-Range"] = f"bytes {start}-{stop - 1}/{size}"
     status = 200 if part is None else 206
-    return StreamingResponse(_pieces(file, start, stop), status, headers, media_type)
-
-
-def _pieces(file: BinaryIO, start: int, stop: int) -> Iterator[bytes]:
-    with file:
-        file.seek(start)
-        while piece := file.read(min(PIECE_BYTES, stop - start)):
-            start += len(piece)
-            yield piece
+    return StreamingResponse(pieces(file, start, stop), status, headers, media_type)
 
 
 def _tag(study: Record, query: ExportQuery) -> str | None:

@@ -1,7 +1,7 @@
 """The routes of all questions to a study's cube; a running study is asked for what is there, and the answer says how much."""
 
-from collections.abc import AsyncIterator
 from inspect import cleandoc
+from os import SEEK_END
 from pathlib import Path
 from typing import Annotated, Any, BinaryIO
 
@@ -17,12 +17,9 @@ from damperlab.service.problems import Problem, documented
 from damperlab.service.questions.every import BY_ROUTE, EVERY
 from damperlab.service.questions.question import Question, Subject, in_front
 from damperlab.service.state import TheService, TheStudy
-from damperlab.service.work.apart import is_large, written
+from damperlab.service.work.apart import PIECE_BYTES, is_large, pieces, written
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-
-PART_BYTES = 1 << 20
-"""Of a long answer, which is sent as its client reads it."""
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
 
@@ -38,7 +35,7 @@ def _add(question: Question[Any]) -> None:
         if not is_large(service, study):
             return await run_sync(_answer, service.store, study, question.route, asked)
         headers, file = await written(request, service, study, _write, question.route, asked)
-        return await _sent(file, headers)
+        return await run_sync(_sent, file, headers)
 
     router.add_api_route(
         f"/{question.route}",
@@ -75,21 +72,12 @@ def _write(store: Store, study: Record, place: Path, route: str, asked: tuple[An
     return dict(answer.headers)
 
 
-async def _sent(file: BinaryIO, headers: dict[str, str]) -> Response:
+def _sent(file: BinaryIO, headers: dict[str, str]) -> Response:
     """Send what lies in a file: whole where it is short, so that it can be kept."""
-    first = await run_sync(file.read, PART_BYTES)
-    if len(first) < PART_BYTES:
-        file.close()
-        return Response(first, headers=headers)
-    return StreamingResponse(_parts(first, file), headers=headers)
-
-
-async def _parts(first: bytes, file: BinaryIO) -> AsyncIterator[bytes]:
-    with file:
-        part = first
-        while part:
-            yield part
-            part = await run_sync(file.read, PART_BYTES)
+    size = file.seek(0, SEEK_END)
+    if size > PIECE_BYTES:
+        return StreamingResponse(pieces(file, 0, size), headers=headers)
+    return Response(b"".join(pieces(file, 0, size)), headers=headers)
 
 
 def answered(study: Record, answer: dict[str, Any]) -> Document:

@@ -1,6 +1,6 @@
 """Answers made of a study's cube: where it is large, in a process that can be ended and stops nobody; else in a thread."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,6 +16,8 @@ from damperlab.studies.store.faults import cannot_use
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
+PIECE_BYTES = 1 << 20
+"""Of a long answer, which is sent as its client reads it."""
 EXPORT_POINTS = 1_000_000
 """Points of an export for which a request has its processor time once more."""
 
@@ -77,6 +79,15 @@ async def written(
         # the process may have been killed, which leaves all that it had written
         with CancelScope(shield=True):
             await run_sync(folder.cleanup)
+
+
+def pieces(file: BinaryIO, start: int, stop: int) -> Iterator[bytes]:
+    """Read a part of a file, as its reader takes it."""
+    with file:
+        file.seek(start)
+        while piece := file.read(min(PIECE_BYTES, stop - start)):
+            start += len(piece)
+            yield piece
 
 
 @lru_cache(maxsize=1)

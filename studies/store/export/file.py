@@ -1,0 +1,22 @@
+"""A cube as one file, in any of the formats."""
+
+from pathlib import Path
+
+import xarray as xr
+
+from damperlab.studies.store.export.export import csv_lines, without_names, write_netcdf
+from damperlab.studies.store.export.parquet import parquet_pieces
+from damperlab.studies.vocabulary import ExportFormat
+
+
+def write_file(cube: xr.Dataset, path: Path, written_as: ExportFormat, names: bool) -> None:
+    """Write a cube; `names` of people and machines stay in it only where they are wanted."""
+    cube = cube if names else without_names(cube)
+    if written_as == "netcdf":
+        write_netcdf(cube, path)
+        return
+    with path.open("wb") as file:
+        if written_as == "csv":
+            file.writelines(line.encode() for line in csv_lines(cube))
+        else:
+            file.writelines(parquet_pieces(cube))
