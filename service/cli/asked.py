@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import typer
 
-from damperlab.service.cli.failures import UsageFault
+from damperlab.service.cli.failures import UsageFault, note_options
 from damperlab.service.cli.options import read_named, read_number, read_range
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.field import At, Field, Ranges, admits, fields_of, option_of, words_of
@@ -38,6 +38,7 @@ def asks(command: Command) -> Command:
         if isinstance(each.annotation, type) and is_dataclass(each.annotation)
     }
     offered = [each for kind in questions.values() for each in fields_of(kind) if "command" in each.doors]
+    note_options(offered)
     kept = [each for name, each in signature.parameters.items() if name not in questions]
     more = {each.name: (_option(each), _default(each)) for each in offered}
     if any(each.is_named and each.core != Ranges for each in offered):

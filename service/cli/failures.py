@@ -1,15 +1,15 @@
 """How an error leaves the command line: a message on standard error or, with --json, a problem document; a status."""
 
 import re
+from collections.abc import Iterable
 
 import typer
 
 from damperlab.service.cli.output import note, print_json
-from damperlab.service.questions.every import EVERY
 from damperlab.studies.faults import Fault, StudyFaults, nearest
-from damperlab.studies.field import fields_of, option_of
+from damperlab.studies.field import Field, option_of
 from damperlab.studies.kinds import EVERY_DIMENSION
-from damperlab.studies.questions import EVERY_AXIS, Boundary, Search
+from damperlab.studies.questions import EVERY_AXIS
 
 DONE = 0
 FAILED = 1
@@ -46,17 +46,16 @@ class UsageFault(Exception):
         self.faults = faults
 
 
-SPELLED = {
-    name: each.options[0]
-    for each in (
-        *(each for question in EVERY for each in question.fields),
-        *fields_of(Search),
-        *fields_of(Boundary),
-    )
-    for name in (each.key, each.name)
-    if "command" in each.doors and name not in EVERY_DIMENSION
-}
-"""Fields of questions as options; what is called like a dimension may be either."""
+SPELLED: dict[str, str] = {}
+"""Fields of questions as options, noted where a command is given its options; what is called like a dimension may be either."""
+
+
+def note_options(fields: Iterable[Field]) -> None:
+    """Note how fields are spelled here, so that messages name them so."""
+    for each in fields:
+        SPELLED.update(
+            {name: each.options[0] for name in (each.key, each.name) if name not in EVERY_DIMENSION}
+        )
 
 
 def report(error: Exception, as_json: bool) -> int:
