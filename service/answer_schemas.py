@@ -6,18 +6,18 @@ an answer is sent, since most of an answer is arrays. A number that is not finit
 
 from collections.abc import Iterable
 from dataclasses import fields
-from typing import Any, get_args
+from typing import Any
 
 from pydantic import TypeAdapter
 
-from damperlab.studies.answers.over_records import OverRecords
-from damperlab.studies.answers.verdict import DOUBTS
-from damperlab.studies.brief import Damper, Severity
+from damperlab.service.questions.every import EVERY
+from damperlab.service.questions.refinement import Refinement
+from damperlab.service.questions.shapes import InShort, Notes
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.store.record import PREPARATIONS, Record
 from damperlab.studies.store.reuse.differences import Differences
 from damperlab.studies.variables import VARIABLES, Variable
-from damperlab.studies.vocabulary import CASES, CRITERIA, OBJECTIVES, REDUCTIONS, RESPECTS, SCOPES, STATES
+from damperlab.studies.vocabulary import CASES, CRITERIA, OBJECTIVES, RESPECTS, SCOPES, STATES
 from damperlab.worker.ground.response import GroundResponse
 
 Schema = dict[str, Any]
@@ -29,7 +29,6 @@ NUMBER: Schema = {"type": ["number", "null"]}
 TABLE: Schema = {"type": "object", "description": "Beside one another, by name."}
 TEXTS: Schema = {"type": "array", "items": TEXT}
 NUMBERS: Schema = {"type": "array", "items": NUMBER}
-PLANE: Schema = {"type": "array", "items": {"type": "array", "items": {"type": ["number", "string", "null"]}}}
 RANGE: Schema = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
 
 WITHOUT_DEFINITION = ("definition", "provenance")
@@ -118,186 +117,34 @@ def _measured(variable: Variable) -> Schema:
     }
 
 
-def _asked(**properties: Schema) -> Schema:
-    """Describe the answer to a question to one study."""
-    return _object(study=TEXT, name=TEXT, state=_enum(STATES), **properties)
+def schema_of(kind: Any) -> Schema:
+    """Make the schema of a type of `questions.shapes`, whole, without titles and without what readers of the code are told."""
+    found = TypeAdapter(list[kind]).json_schema(mode="serialization")
+    schema: Schema = _whole(found["items"], found.get("$defs", {}))
+    return schema
 
 
-def _of_cube(optional: Iterable[str] = (), **properties: Schema) -> Schema:
-    """Describe an answer that is read from a cube, of which a part may not be there yet."""
-    share = {"type": "number", "minimum": 0, "maximum": 1, "description": "Share that is computed."}
-    found = _asked(
-        **properties, complete=share, note=TEXT, columns=_by_name(_object(dtype=TEXT)), points=COUNT,
-        points_failed=COUNT, at=_by_name({"type": ["number", "string", "null"]}), meanings=_by_name(_by_name(TEXT)),
-    )  # fmt: skip
-    found["required"] = [name for name in found["required"] if name not in set(optional)]
+def _whole(schema: Any, parts: Schema) -> Any:
+    """Put the parts where they are referred to, and types that are but names beside one another."""
+    if isinstance(schema, list):
+        return [_whole(each, parts) for each in schema]
+    if not isinstance(schema, dict):
+        return schema
+    about = {key: value for key, value in schema.items() if not (key == "title" and isinstance(value, str))}
+    if (reference := about.pop("$ref", None)) is not None:
+        part = parts[reference.rpartition("/")[2]]
+        about = {key: value for key, value in part.items() if key not in ("title", "description")} | about
+    if about.get("additionalProperties") is True:
+        del about["additionalProperties"]
+    found = {key: _whole(value, parts) for key, value in about.items()}
+    choices = found.get("anyOf", ())
+    if choices and all(each.keys() == {"type"} for each in choices):
+        del found["anyOf"]
+        found["type"] = [each["type"] for each in choices]
     return found
 
 
-_BRIEF = _object(damper=_or_null(_enum(get_args(Damper))), sentences=TEXTS, rows=_list(TEXTS), next=TEXT) | {
-    "description": "What to do in short: the decision, what comes second, and one next step."
-}
-_NOTES = _list(_object(kind=TEXT, severity=_enum(get_args(Severity)), values=TABLE)) | {
-    "description": "What is known beside it, as data: the gravest first; values in the units of this document."
-}
-
-_DESIGN = _object(
-    (*EVERY_DIMENSION, "error", "response_class"),
-    rank={"type": "integer", "minimum": 1},
-    value=NUMBER,
-    error=NUMBER,
-    response_class=TEXT,
-    **{name: TEXT if name == "record" else NUMBER for name in EVERY_DIMENSION},
-)
-_DESIGNS = _of_cube(
-    (
-        "points",
-        "points_failed",
-        "at",
-        "meanings",
-        "objective",
-        "band",
-        "frequencies",
-        "verdict",
-        "doubts",
-        "pareto",
-        "brief",
-        "notes",
-    ),
-    units=TEXT,
-    long_name=TEXT,
-    designs=_list(_DESIGN),
-    designs_total=COUNT,
-    objective=_enum(OBJECTIVES),
-    band=RANGE,
-    frequencies=COUNT,
-    verdict=TEXTS,
-    doubts=_list(_object(kind=_enum(DOUBTS), sentence=TEXT)),
-    brief=_BRIEF,
-    notes=_NOTES,
-    pareto=_list(_enum(RESPECTS)),
-)
-_MAP = _of_cube(
-    (
-        "over",
-        "reduce",
-        "status",
-        "computed_share",
-        "thinned",
-        "other",
-        "difference",
-        "studies",
-        "preview",
-        "notes",
-    ),
-    x_dimension=TEXT,
-    y_dimension=TEXT,
-    x=NUMBERS,
-    y=NUMBERS,
-    metric=TEXT,
-    units=TEXT,
-    long_name=TEXT,
-    values=PLANE | {"description": "values[y][x]"},
-    status=PLANE,
-    computed_share=PLANE,
-    over=TEXT,
-    reduce=_enum(REDUCTIONS),
-    thinned=FLAG,
-    other=PLANE,
-    difference=PLANE,
-    studies=TEXTS,
-    notes=_NOTES,
-    preview=_object(
-        study=TEXT, x=NUMBERS, y=NUMBERS, values=PLANE, at=_by_name(NUMBER), complete=NUMBER, note=TEXT
-    )
-    | {"description": "The same map of the study's coarse grid, until this one is complete."},
-)
-_RESPONSE = _of_cube(
-    ("status",),
-    frequency_ratio=NUMBERS,
-    metric=TEXT,
-    units=TEXT,
-    long_name=TEXT,
-    values=NUMBERS,
-    status=NUMBERS,
-)
-_TMD = _of_cube(
-    ("next_frequencies",),
-    next_frequencies=_object(start=NUMBER, stop=NUMBER, num=COUNT),
-    frequency_ratio=NUMBERS,
-    hybrid=NUMBERS,
-    tmd=NUMBERS,
-    no_damper=NUMBERS,
-    criterion=_enum(CRITERIA),
-    band=RANGE,
-    verdict=TEXTS,
-    brief=_BRIEF,
-    notes=_NOTES,
-    hybrid_better=_list(RANGE),
-    exact=_object(frequency_ratio=NUMBERS, tmd=NUMBERS, no_damper=NUMBERS),
-    judged=FLAG,
-    **dict.fromkeys(
-        (
-            "tmd_mass_ratio", "tmd_tuning", "tmd_damping_ratio", "hybrid_peak", "hybrid_peak_error", "hybrid_peak_at",
-            "tmd_peak", "tmd_peak_at", "ratio", "hybrid_bandwidth", "tmd_bandwidth", "hybrid_better_share",
-        ),
-        NUMBER,
-    ),
-)  # fmt: skip
-_PRECISION = _of_cube(
-    run_time=NUMBERS,
-    number=NUMBERS,
-    error_low=NUMBERS,
-    error_median=NUMBERS,
-    error_high=NUMBERS,
-    max_cycles_share=NUMBERS,
-)
-_FRAGILITY = _of_cube(
-    ("median_scale", "median_scale_interval", "dispersion", "dispersion_interval"),
-    scale=NUMBERS,
-    exceeded=NUMBERS,
-    probability=NUMBERS,
-    lowest=NUMBERS,
-    median=NUMBERS,
-    highest=NUMBERS,
-    **dict.fromkeys(OverRecords._fields, NUMBERS),
-    quantile_share=NUMBER,
-    threshold=NUMBER,
-    metric=TEXT,
-    records=COUNT,
-    brief=_BRIEF,
-    never=COUNT,
-    median_scale=NUMBER,
-    median_scale_interval=NUMBERS,
-    dispersion=NUMBER,
-    dispersion_interval=NUMBERS,
-)
-_IMPORTANCE = _of_cube(
-    dimension=_list(_enum(EVERY_DIMENSION)),
-    share=NUMBERS,
-    effect=NUMBERS,
-    number=NUMBERS,
-    metric=TEXT,
-    over=TEXT,
-    interactions=NUMBER,
-    mean=NUMBER,
-    standard_deviation=NUMBER,
-    designs=COUNT,
-    without=COUNT,
-)
-_REFINEMENT_FIELDS: Schema = {
-    "known": FLAG,
-    "found": TABLE,
-    "steps": _by_name(NUMBER),
-    "points": COUNT,
-    "fine_points": COUNT,
-    "spent": _by_name(NUMBER),
-    "definition": {"type": ["object", "null"]},
-    "definitions": _list({"type": "object"}),
-    "note": TEXT,
-    "notes": _NOTES,
-    "brief": _or_null(_BRIEF),
-}
+_BRIEF, _NOTES = schema_of(InShort), schema_of(Notes)
 _GROUND_MOTION: Schema = {
     "id": TEXT,
     "name": TEXT,
@@ -513,6 +360,7 @@ def answer_schemas() -> dict[str, Schema]:
     """Return the schema of every JSON answer, by name."""
     record = _record()
     summary = _without(record, WITHOUT_DEFINITION)
+    refinement = schema_of(Refinement)
     metrics = {name: _measured(variable) for name, variable in VARIABLES.items()}
     case = {each.name: COUNT if each.type in (int, "int") else NUMBER for each in fields(GroundResponse)}
     differences = TypeAdapter(Differences).json_schema(
@@ -558,16 +406,10 @@ def answer_schemas() -> dict[str, Schema]:
             axes=_by_name({"type": "array", "items": {"type": ["number", "string"]}}, EVERY_DIMENSION),
             variables=TEXTS,
         ),
-        "ResonanceMap": _MAP,
-        "FrequencyResponse": _RESPONSE,
-        "RankedDesigns": _DESIGNS,
-        "TmdComparison": _TMD,
-        "WorkPrecision": _PRECISION,
-        "Importance": _IMPORTANCE,
-        "Fragility": _FRAGILITY,
-        "Refinement": _asked(**_REFINEMENT_FIELDS),
-        "FollowUps": _asked(
-            **_REFINEMENT_FIELDS,
+        **{question.gives.__name__: schema_of(question.gives) for question in EVERY},
+        "Refinement": refinement,
+        "FollowUps": _object(
+            **refinement["properties"],
             follow_up=_without(record, ("definition",)),
             follow_ups=_list(_without(record, ("definition",))),
         ),

@@ -48,14 +48,13 @@ from damperlab.service.routes import (
     health,
     home,
     metrics,
-    queries,
+    questions,
     refine,
     remarks,
     report,
     session,
     simulate,
     studies,
-    tmd,
     zarr,
 )
 from damperlab.service.scrub import Scrub
@@ -69,7 +68,6 @@ from damperlab.service.work.kept import Kept
 from damperlab.service.work.later import Later
 from damperlab.service.work.processes import Work
 from damperlab.service.work.promises import Promises
-from damperlab.service.work.questions import Apart, prepare
 from damperlab.studies.store.care.sweep import remove_exports
 from damperlab.studies.store.catalogue.access_keys import AccessKeys
 from damperlab.worker.cores import core_count
@@ -149,8 +147,7 @@ def create_app(settings: Settings) -> FastAPI:
         studies,
         remarks,
         axes,
-        queries,
-        tmd,
+        questions,
         report,
         refine,
         export,
@@ -168,7 +165,6 @@ def create_app(settings: Settings) -> FastAPI:
         app.include_router(route.router, dependencies=[Depends(once), Depends(expected)])
     if settings.docs_dir is not None:
         app.mount(PLACE, Documentation(settings.docs_dir))
-    app.add_middleware(Apart, points=settings.question_points_apart)
     app.state.promises = Promises()
     app.add_middleware(Later, promises=app.state.promises)
     app.add_middleware(Tagged)
@@ -241,7 +237,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     try:
         async with create_task_group() as background:
             if settings.warm:
-                background.start_soon(work.start, prepare)
+                background.start_soon(work.start, _prepare)
             yield
             background.cancel_scope.cancel()
     finally:
@@ -254,6 +250,11 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await run_sync(dispatcher.close)
         await run_sync(store.close)
         await run_sync(runs.close)
+
+
+def _prepare() -> None:
+    """Import what computing needs beside the questions."""
+    import damperlab.service.work.functions  # noqa: F401
 
 
 class _Server(uvicorn.Server):

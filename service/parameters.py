@@ -15,20 +15,13 @@ from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.field import Field, Ranges, fields_of
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.questions import EVERY_AXIS
+from damperlab.studies.questions import EVERY_AXIS, RANGED
 from damperlab.studies.unit_names import ALIASES, COORDINATES, LONG_NAMES, RESULTS
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES
 
 FREQUENCY = "frequency_ratio"
 LONGEST = 2000
 """Most characters of a text."""
-
-RANGED: tuple[str, ...] = (
-    *(name for name in EVERY_AXIS if name != RECORD),
-    *(name for name, variable in VARIABLES.items() if variable.flags is None),
-    *RESULTS,
-)
-"""What may be kept within a range: dimensions, and results that are quantities."""
 
 
 async def once(request: Request) -> None:

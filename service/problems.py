@@ -112,6 +112,12 @@ class Problem(Exception):
         return type(self), (self.status, self.kind, self.detail, self.faults, self.headers)
 
 
+def lacking(names: Iterable[str], allowed: Iterable[str]) -> Problem:
+    """Refuse an address that leaves dimensions open; `allowed` are those of the study."""
+    faults = [Fault(name, NOTHING, f"one of {listing(allowed)}", "add it") for name in names]
+    return Problem(422, "invalid-parameters", "The address of the request has faults.", faults)
+
+
 def install(app: FastAPI) -> None:
     """Make `app` answer every error, its own and the framework's, with a problem document."""
     app.add_exception_handler(Problem, _problem)

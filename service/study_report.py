@@ -158,7 +158,7 @@ def _maps(cube: xr.Dataset, best: Mapping[str, Any] | None) -> Iterable[str]:
         yield said("Only one parameter varies, so there is no map.")
     for x, y in list(combinations(axes, 2))[:MAPS]:
         at = {} if best is None else {name: best[name] for name in designs if name not in (x, y)}
-        answer = resonance_map(cube, units.get(x, x), units.get(y, y), Selection(shown, at))
+        answer = resonance_map(cube, units.get(x, x), units.get(y, y), Selection(metric=shown, at=at))
         yield drawing(draw_map(answer, shown), f"{_captioned(cube, answer, shown)}. {_words(answer)['note']}")
 
 
@@ -173,7 +173,7 @@ def _best(cube: xr.Dataset, ranked: xr.Dataset) -> Iterable[str]:
     yield "<h2>The design beside a tuned mass damper</h2>"
     units = _units(cube)
     shown = units["amplitude_ratio"].name if "amplitude_ratio" in units else "amplitude_ratio"
-    curve = frequency_response(cube, Selection(shown, at))
+    curve = frequency_response(cube, Selection(metric=shown, at=at))
     if curve.sizes["frequency_ratio"] > 1:
         yield drawing(
             draw_response(_over_hertz(curve, units), shown),
@@ -230,7 +230,7 @@ def _matters(cube: xr.Dataset) -> Iterable[str]:
 
     metric = main_metric(cube)
     units = _units(cube)
-    answer = importance(cube, Varied(units[metric].name if metric in units else metric))
+    answer = importance(cube, Varied(metric=units[metric].name if metric in units else metric))
     if answer.sizes["dimension"] and np.isfinite(answer["share"]).all():
         names = [
             units[name].long_name if name in units else name for name in answer["dimension"].values.tolist()

@@ -3,12 +3,17 @@
 import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 Damper = Literal["hybrid", "friction_alone", "particle_alone", "tuned_mass_damper", "no_damper"]
 """What a verdict may be for."""
 Severity = Literal["danger", "caution", "hint"]
 """Of a note: it changes what is built; it changes the number; it says where to look further."""
+DoubtKind = Literal[
+    "one_frequency", "hidden_peak", "cut_off", "end_of_range", "neighbourhood_unknown", "rugged", "error"
+]
+"""Kinds of doubt, the gravest first; those after `hidden_peak` are about the optimum alone, not about the best with impacts."""
+DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 MOST_SENTENCES, MOST_ROWS = 3, 6
 PLACES = ("best", "second", "third", "fourth")
 """What rows of a ranking are called."""

@@ -52,6 +52,8 @@ class Field:
         Its spellings on the command line; a list is given by repeating it.
     doors : tuple of str
         Who offers it; what a door does itself needs no field there.
+    studies : bool
+        Whether it names further studies, whose results the answer is made of too.
     default : object
         Its default; `MISSING` for none.
     name, type
@@ -69,6 +71,7 @@ class Field:
     key: str = ""
     options: tuple[str, ...] = ()
     doors: tuple[Door, ...] = DOORS
+    studies: bool = False
     default: Any = None
     name: str = ""
     type: Any = str

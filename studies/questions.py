@@ -3,10 +3,11 @@
 from dataclasses import MISSING, dataclass
 
 from damperlab.studies.field import NONE, At, Range, Ranges, asked, asked_at
+from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import EVERY_DIMENSION, EVERY_VARIABLE
 from damperlab.studies.quantity import GRAVITY_RATIO, PARTICLE_FRICTION_RATIO
 from damperlab.studies.unit_names import COORDINATES, RESULTS
-from damperlab.studies.variables import DIMENSIONS
+from damperlab.studies.variables import DIMENSIONS, VARIABLES
 from damperlab.studies.vocabulary import (
     CASES,
     CRITERIA,
@@ -23,6 +24,12 @@ EVERY_AXIS: tuple[str, ...] = tuple(dict.fromkeys((*EVERY_DIMENSION, *COORDINATE
 """Whatever a point may be named by: dimensions, and coordinates of studies in SI units."""
 EVERY_METRIC: tuple[str, ...] = (*EVERY_VARIABLE, *RESULTS)
 """Whatever may be shown: results, and those in units."""
+RANGED: tuple[str, ...] = (
+    *(name for name in EVERY_AXIS if name != RECORD),
+    *(name for name, variable in VARIABLES.items() if variable.flags is None),
+    *RESULTS,
+)
+"""What may be kept within a range: dimensions, and results that are quantities."""
 MOST_DESIGNS = 10_000
 """Most designs in one answer."""
 FINEST = 1e-9
@@ -90,7 +97,11 @@ class Ranking(Listed):
         example="amplitude,mass",
     )
     with_: tuple[str, ...] = asked(
-        (), "Rank the designs of this follow-up study as well.", form="ID", options=_WITH
+        (),
+        "Rank the designs of this follow-up study as well.",
+        form="ID",
+        options=_WITH,
+        studies=True,
     )
     metric: str | None = asked(
         None,
@@ -208,6 +219,7 @@ class Second:
         "A second study to compare with, such as the downward continuation of a hysteresis.",
         form="ID",
         options=_WITH,
+        studies=True,
     )
 
 
@@ -219,6 +231,7 @@ class Subtracted:
         None,
         "A second study with the same axes, shown beside the first and subtracted from it.",
         form="ID",
+        studies=True,
     )
 
 
@@ -263,6 +276,7 @@ class FollowUps:
         "Id of a follow-up study that is done.",
         form="ID",
         options=_WITH,
+        studies=True,
         # the command computes its follow-ups itself, and finds them again
         doors=("http", "client"),
     )

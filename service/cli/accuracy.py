@@ -1,4 +1,4 @@
-"""Error against run time: of extreme cases, measured here and now, and of the points of a study."""
+"""The command check accuracy: error against run time, and extreme cases, measured here and now."""
 
 import json
 from math import nan
@@ -7,10 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from damperlab.service.cli.options import AsJson, DataDir, StudyId
+from damperlab.service.cli.options import AsJson, DataDir
 from damperlab.service.cli.output import note, number, print_json, print_table, say, working
 from damperlab.service.cli.places import folder_option
-from damperlab.service.cli.queries import ask, hand_out
 from damperlab.service.cli.store import data_folder
 from damperlab.service.cli.warm import have_ready
 
@@ -105,21 +104,3 @@ def _print(report: dict[str, Any]) -> None:
     say(
         f"Of {answers['answers compared']} random steady responses compared with plain integrations: {verdicts}."
     )
-
-
-def precision(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
-    """Show the error of a study's points against their run time (work-precision diagram)."""
-    record, cube = ask(study, data_dir, "precision")
-    from damperlab.service.comparisons import columns_document
-    from damperlab.studies.answers.work_precision import work_precision
-
-    with working("Reading the cube"):
-        answer = work_precision(cube)
-
-    def tell() -> None:
-        names = ("run_time", *(str(name) for name in answer.data_vars))
-        rows = zip(*(answer[name].values.tolist() for name in names), strict=True)
-        say(answer.attrs["note"])
-        print_table(("run_time [s]", *names[1:]), (tuple(number(value, 3) for value in row) for row in rows))
-
-    hand_out(record, answer, None, as_json, None, lambda: columns_document(answer), tell)

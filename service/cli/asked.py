@@ -12,14 +12,13 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 import typer
 
-from damperlab.service.cli.failures import UsageFault
+from damperlab.service.cli.failures import UsageFault, note_options
 from damperlab.service.cli.options import read_named, read_number, read_range
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.field import At, Field, Ranges, admits, fields_of, option_of, words_of
 from damperlab.studies.ground.variables import RECORD
-from damperlab.studies.questions import EVERY_AXIS
-from damperlab.studies.unit_names import ALIASES, RESULTS
-from damperlab.studies.variables import VARIABLES
+from damperlab.studies.questions import EVERY_AXIS, RANGED
+from damperlab.studies.unit_names import ALIASES
 
 Command = Callable[..., None]
 Values = dict[str, float]
@@ -29,13 +28,6 @@ WIDE = 14
 """Characters of the kind of a value in the help: a wider column would leave too little for its meaning."""
 LARGE = 1_000_000
 """A limit above it says nothing to who reads the help."""
-
-RANGED: tuple[str, ...] = (
-    *EVERY_AXIS,
-    *(name for name, variable in VARIABLES.items() if variable.flags is None),
-    *RESULTS,
-)
-"""What may be kept within a range: dimensions, and results that are quantities."""
 
 
 def asks(command: Command) -> Command:
@@ -51,6 +43,7 @@ def asks(command: Command) -> Command:
         if isinstance(each.annotation, type) and is_dataclass(each.annotation)
     }
     offered = [each for kind in questions.values() for each in fields_of(kind) if "command" in each.doors]
+    note_options(offered)
     kept = [each for name, each in signature.parameters.items() if name not in questions]
     more = {each.name: (_option(each), _default(each)) for each in offered}
     if any(each.is_named and each.core != Ranges for each in offered):

@@ -51,36 +51,29 @@ def export(
 ) -> None:
     """Write a study's results to a file."""
     file_format = file_format or _format_of(output)
-    from damperlab.studies.store.export import crate as crates
-    from damperlab.studies.store.export.export import csv_lines, without_names, write_netcdf
-    from damperlab.studies.store.export.parquet import parquet_pieces
+    from damperlab.studies.store.export.crate import FILE, write_crate
+    from damperlab.studies.store.export.export import without_names
+    from damperlab.studies.store.export.file import write_file
 
     store = open_store(data_dir)
     record = store.find(study)
     cube = store.cube(record.id)
     cube = cube if names else without_names(cube)
     cube = cube if licence is None else cube.assign_attrs(license=licence)
-    if crate and (output.parent / crates.FILE).exists():
-        found, advice = str(output.parent / crates.FILE), "write the file into a folder of its own"
-        raise UsageFault(Fault("--crate", found, f"no {crates.FILE} beside the file", advice))
+    if crate and (output.parent / FILE).exists():
+        found, advice = str(output.parent / FILE), "write the file into a folder of its own"
+        raise UsageFault(Fault("--crate", found, f"no {FILE} beside the file", advice))
     make_parent(output)
     with working(f"Writing {output}"):
-        if file_format == "netcdf":
-            write_netcdf(cube, output)
-        else:
-            # Renamed when it is whole: an interrupted export leaves no half file under the name asked for.
-            partial = output.with_name(f"{output.name}.{os.getpid()}.partial")
-            try:
-                with partial.open("wb") as file:
-                    if file_format == "csv":
-                        file.writelines(line.encode() for line in csv_lines(cube))
-                    else:
-                        file.writelines(parquet_pieces(cube))
-                partial.replace(output)
-            finally:
-                partial.unlink(missing_ok=True)
+        # Renamed when it is whole: an interrupted export leaves no half file under the name asked for.
+        partial = output.with_name(f"{output.name}.{os.getpid()}.partial")
+        try:
+            write_file(cube, partial, file_format)
+            partial.replace(output)
+        finally:
+            partial.unlink(missing_ok=True)
     if crate:
-        crates.write_crate(cube, output)
+        write_crate(cube, output)
     missing = record.points_total - record.points_done
     unfinished = f"; {missing} of them are not computed yet (status -1)" if missing else ""
     note(f"Wrote {record.points_total} points of {label(record)} to {output}{unfinished}.")

@@ -1,23 +1,15 @@
 """How an error leaves the command line: a message on standard error or, with --json, a problem document; a status."""
 
 import re
+from collections.abc import Iterable
 
 import typer
 
 from damperlab.service.cli.output import note, print_json
 from damperlab.studies.faults import Fault, StudyFaults, nearest
-from damperlab.studies.field import fields_of, option_of
+from damperlab.studies.field import Field, option_of
 from damperlab.studies.kinds import EVERY_DIMENSION
-from damperlab.studies.questions import (
-    EVERY_AXIS,
-    Boundary,
-    Judging,
-    Plane,
-    Ranking,
-    Search,
-    Selection,
-    Tuning,
-)
+from damperlab.studies.questions import EVERY_AXIS
 from damperlab.studies.unit_names import ALIASES, COORDINATE_SOURCES
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, MADE_BY
 
@@ -58,14 +50,16 @@ class UsageFault(Exception):
         self.faults = faults
 
 
-SPELLED = {
-    name: each.options[0]
-    for question in (Judging, Ranking, Selection, Plane, Tuning, Search, Boundary)
-    for each in fields_of(question)
-    for name in (each.key, each.name)
-    if "command" in each.doors and name not in EVERY_DIMENSION
-}
-"""Fields of questions as options; what is called like a dimension may be either."""
+SPELLED: dict[str, str] = {}
+"""Fields of questions as options, noted where a command is given its options; what is called like a dimension may be either."""
+
+
+def note_options(fields: Iterable[Field]) -> None:
+    """Note how fields are spelled here, so that messages name them so."""
+    for each in fields:
+        SPELLED.update(
+            {name: each.options[0] for name in (each.key, each.name) if name not in EVERY_DIMENSION}
+        )
 
 
 def report(error: Exception, as_json: bool) -> int:
@@ -108,7 +102,7 @@ def report(error: Exception, as_json: bool) -> int:
     else:
         raise error
     if as_json:
-        _print_problem(kind, status, text, faults)
+        _print_problem(kind, status, text if isinstance(error, StudyFaults) else _spelled(text), faults)
     else:
         # of a study's own fields one may be called like an option
         lines = [str(fault) for fault in faults] or [text]

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from damperlab.service.cli.accuracy import accuracy
+from damperlab.service.cli.asked import Command
 from damperlab.service.cli.design import design
 from damperlab.service.cli.doctor import doctor
 from damperlab.service.cli.earthquake import earthquake, records
@@ -16,10 +17,9 @@ from damperlab.service.cli.failures import BAD_USAGE, DONE, FAILED, report
 from damperlab.service.cli.fit import fit
 from damperlab.service.cli.keep import backup, gc, rebuild, restore
 from damperlab.service.cli.keys import keys
-from damperlab.service.cli.maps import map_
 from damperlab.service.cli.members import certificates, worker
 from damperlab.service.cli.output import note, say
-from damperlab.service.cli.queries import fragility, importance, optimum, response
+from damperlab.service.cli.queries import command_of
 from damperlab.service.cli.report import report as write_report
 from damperlab.service.cli.reproduce import reproduce
 from damperlab.service.cli.run import run
@@ -28,10 +28,10 @@ from damperlab.service.cli.serve import serve
 from damperlab.service.cli.simulate import simulate
 from damperlab.service.cli.store import warn_of_unknown_variables
 from damperlab.service.cli.studies import cancel, delete, show, studies
-from damperlab.service.cli.tmd import tmd
 from damperlab.service.cli.verify import verify
 from damperlab.service.cli.versions import recompute
 from damperlab.service.cli.warm import warm
+from damperlab.service.questions.every import EVERY
 
 INTERRUPTED = 130
 """What typer returns for Ctrl-C in a command that does not handle it itself."""
@@ -40,7 +40,6 @@ INTERRUPTED = 130
 RENAMED = {
     "resume": "run",
     "retry": "run --retry",
-    "precision": "show --accuracy",
     "remark": "show",
     **{name: f"store {name}" for name in ("verify", "backup", "restore", "rebuild", "gc")},
     **{name: f"admin {name}" for name in ("keys", "worker", "certificates")},
@@ -86,18 +85,21 @@ store = typer.Typer(help="Verify, back up, restore, rebuild and clear the store.
 admin = typer.Typer(help="Keys of a service; workers and certificates of a cluster.", no_args_is_help=True)
 check = typer.Typer(help="Measure the solver, or compute the paper again.", no_args_is_help=True)
 
-for group, panel, commands in (
+ASKED = {first: [command_of(each) for each in EVERY if each.first is first] for first in (True, False)}
+"""The commands of questions: those of newcomers, and others."""
+GROUPS: tuple[tuple[typer.Typer, str | None, tuple[Command, ...]], ...] = (
     (app, "Compute", (design, run, simulate, fit, earthquake)),
-    (app, "Ask a study", (optimum, map_, response, tmd, write_report, export)),
+    (app, "Ask a study", (*ASKED[True], write_report, export)),
     (app, "Look around", (studies, show, serve)),
-    (app, "More", (refine, recompute, importance, fragility, records, cancel, delete)),
+    (app, "More", (refine, recompute, *ASKED[False], records, cancel, delete)),
     (app, "Operate", (doctor, warm)),
     (store, None, (verify, backup, restore, rebuild, gc)),
     (admin, None, (worker, certificates)),
     (check, None, (accuracy,)),
-):
+)
+for group, panel, commands in GROUPS:
     for command in commands:
-        group.command(command.__name__.rstrip("_"), rich_help_panel=panel)(command)
+        group.command(command.__name__, rich_help_panel=panel)(command)
 check.command("paper")(reproduce)
 admin.add_typer(keys, name="keys")
 for name, group in (("store", store), ("admin", admin), ("check", check)):

@@ -18,9 +18,9 @@ from damperlab.service.cli.options import (
     check_name,
 )
 from damperlab.service.cli.output import note, print_brief, print_json, working
-from damperlab.service.cli.queries import answered
 from damperlab.service.cli.store import open_store
 from damperlab.service.cli.words import found_sentence
+from damperlab.service.questions.question import in_front
 from damperlab.studies.brief import Brief
 from damperlab.studies.field import fields_of, given
 from damperlab.studies.questions import Boundary, FollowUps, Judging, Search
@@ -124,9 +124,9 @@ class Pursuit:
                     raise typer.Exit(FAILED)
                 ids.append(follow_up.id)
         if as_json:
-            from damperlab.service.comparisons import refinement_document
+            from damperlab.service.questions.refinement import refinement_document
 
-            print_json(answered(record, {**refinement_document(found), "with": ids[1:]}))
+            print_json(in_front(record, {**refinement_document(found), "with": ids[1:]}))
             return
         details_told = [told, found_sentence(found.found, phrases)]
         brief = found.brief or Brief(None, (details_told[1][:1].upper() + details_told[1][1:] + ".",))

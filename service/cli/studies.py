@@ -150,9 +150,6 @@ def _read_range(within: str | None) -> "tuple[str | None, float | None, float | 
 def show(
     study: StudyId,
     data_dir: DataDir = None,
-    accuracy: Annotated[
-        bool, typer.Option("--accuracy", help="Show the error of its points against their run time instead.")
-    ] = False,
     tags: Annotated[
         str | None,
         typer.Option(
@@ -165,12 +162,6 @@ def show(
     as_json: AsJson = False,
 ) -> None:
     """Show a study: its state, progress and definition. Tag it."""
-    if accuracy:
-        from damperlab.service.cli.accuracy import precision
-
-        check_alone({"--tags": tags is not None, "--note": text is not None}, "a study that is shown")
-        precision(study, data_dir, as_json)
-        return
     given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
     said = {name: value for name, value in (("tags", given), ("note", text)) if value is not None}
     remarks = None

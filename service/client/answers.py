@@ -1,26 +1,26 @@
 """Answers as xarray Datasets: rebuilt from the service's documents just as `studies.answers` gives them, and drawn."""
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
-import numpy as np
 import xarray as xr
 from xarray.plot.accessor import DatasetPlotAccessor
 
 from damperlab.service.client.figure import finished
+from damperlab.service.questions.forms import array_of
+from damperlab.service.questions.fragility import FRAGILITY
+from damperlab.service.questions.frequency_response import FREQUENCY_RESPONSE
+from damperlab.service.questions.importance import IMPORTANCE
+from damperlab.service.questions.optimal_designs import OPTIMAL_DESIGNS
+from damperlab.service.questions.question import A, Question
+from damperlab.service.questions.resonance_map import RESONANCE_MAP
+from damperlab.service.questions.tmd_comparison import TMD_COMPARISON
+from damperlab.service.questions.work_precision import WORK_PRECISION
 from damperlab.studies.answers.classes import with_words
-from damperlab.studies.kinds import EVERY_DIMENSION
-from damperlab.studies.variables import ResponseClass
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-ENVELOPE = frozenset(
-    ("study", "name", "state", "metric", "units", "long_name", "values", "meanings", "at", "columns")
-)
-"""What stands in a document beside the columns and the attributes of the answer."""
 
 
 class _Plot(DatasetPlotAccessor):
@@ -45,9 +45,13 @@ class _Plot(DatasetPlotAccessor):
 
 
 class Answer(xr.Dataset):
-    """A Dataset that knows how it is drawn: ``answer.plot()`` or ``answer.plot("figure.png")``."""
+    """A Dataset that knows how it is drawn: ``answer.plot()`` or ``answer.plot("figure.png")``.
+
+    Those of the questions to a study have a class each, so that a reader of a program, and its checker, know which it is.
+    """
 
     __slots__ = ()
+    _question: ClassVar[Question[Any]]
 
     @property
     def plot(self) -> _Plot:  # type: ignore[override]
@@ -55,96 +59,56 @@ class Answer(xr.Dataset):
         return _Plot(self)
 
     def _draw(self) -> "Figure":
-        raise NotImplementedError
-
-    @property
-    def _metric(self) -> str:
-        # every answer of one metric has it in front of what stands beside it
-        return str(next(iter(self.data_vars)))
+        return self._question.draw(self, tuple(self.attrs.get("studies", ())))
 
 
 class ResonanceMap(Answer):
     """One metric over two dimensions."""
 
     __slots__ = ()
-
-    def _draw(self) -> "Figure":
-        from damperlab.service.figures.map_difference import draw_difference
-        from damperlab.service.figures.resonance_map import draw_map
-
-        if "difference" in self:
-            first, second = self.attrs["studies"]
-            return draw_difference(self, self._metric, (first, second))
-        return draw_map(self, self._metric)
+    _question = RESONANCE_MAP
 
 
 class FrequencyResponse(Answer):
     """One metric over the frequency ratio."""
 
     __slots__ = ()
-
-    def _draw(self) -> "Figure":
-        from damperlab.service.figures.curves import draw_compared, draw_response
-
-        if "differs" in self:
-            first, second = self.attrs["studies"]
-            return draw_compared(self, self._metric, (first, second))
-        return draw_response(self, self._metric)
+    _question = FREQUENCY_RESPONSE
 
 
 class Designs(Answer):
     """Designs along ``rank``, the best first."""
 
     __slots__ = ()
-
-    def _draw(self) -> "Figure":
-        from damperlab.service.figures.curves import draw_ranking
-
-        return draw_ranking(self)
+    _question = OPTIMAL_DESIGNS
 
 
 class TmdComparison(Answer):
     """A design beside a tuned mass damper over the frequency ratio."""
 
     __slots__ = ()
-
-    def _draw(self) -> "Figure":
-        from damperlab.service.figures.comparison import draw_comparison
-
-        return draw_comparison(self)
+    _question = TMD_COMPARISON
 
 
 class Importance(Answer):
     """Shares of a result's variance along ``dimension``, and the span of the mean."""
 
     __slots__ = ()
-
-    def _draw(self) -> "Figure":
-        from damperlab.service.figures.importance import draw_importance
-
-        return draw_importance(self)
+    _question = IMPORTANCE
 
 
 class Fragility(Answer):
     """How likely a damper exceeds a limit along ``scale``."""
 
     __slots__ = ()
-
-    def _draw(self) -> "Figure":
-        from damperlab.service.figures.fragility import draw_fragility
-
-        return draw_fragility(self)
+    _question = FRAGILITY
 
 
 class WorkPrecision(Answer):
     """Error against run time over the points of a study."""
 
     __slots__ = ()
-
-    def _draw(self) -> "Figure":
-        from damperlab.service.figures.curves import draw_precision
-
-        return draw_precision(self)
+    _question = WORK_PRECISION
 
 
 class DamperComparison(Answer):
@@ -158,51 +122,11 @@ class DamperComparison(Answer):
         return draw_measures(self)
 
 
-def read_map(document: Mapping[str, Any]) -> ResonanceMap:
-    """Rebuild a map, dimensions (y, x); see `damperlab.studies.answers.resonance_map`."""
-    x, y = document["x_dimension"], document["y_dimension"]
-    arrays = {**document, document["metric"]: document["values"], x: document["x"], y: document["y"]}
-    parts = _parts(document, arrays, (y, x), ("x_dimension", "y_dimension", "x", "y"))
-    return with_words(ResonanceMap(*parts))
-
-
-def read_response(document: Mapping[str, Any]) -> FrequencyResponse:
-    """Rebuild a frequency response; see `damperlab.studies.answers.frequency_response`."""
-    arrays = {**document, document["metric"]: document["values"]}
-    return with_words(FrequencyResponse(*_parts(document, arrays, ("frequency_ratio",))))
-
-
-def read_designs(document: Mapping[str, Any]) -> Designs:
-    """Rebuild ranked designs; see `studies.answers.optimal_designs`, of a suite `studies.answers.suite`."""
-    designs = document["designs"]
-    arrays: dict[str, Any] = {name: [design[name] for design in designs] for name in document["columns"]}
-    if "response_class" in arrays:
-        arrays["response_class"] = [ResponseClass[kind.upper()].value for kind in arrays["response_class"]]
-    data, coordinates, attributes = _parts(document, arrays, ("rank",), ("designs", "designs_total"))
-    for name in EVERY_DIMENSION:
-        if name in data:
-            coordinates[name] = data.pop(name)
-    return with_words(Designs(data, coordinates, {**attributes, "designs": document["designs_total"]}))
-
-
-def read_tmd(document: Mapping[str, Any]) -> TmdComparison:
-    """Rebuild a comparison with a tuned mass damper; see `damperlab.studies.answers.tmd_comparison`."""
-    return with_words(TmdComparison(*_parts(document, document, ("frequency_ratio",))))
-
-
-def read_importance(document: Mapping[str, Any]) -> Importance:
-    """Rebuild shares of variance; see `damperlab.studies.answers.importance`."""
-    return Importance(*_parts(document, document, ("dimension",)))
-
-
-def read_fragility(document: Mapping[str, Any]) -> Fragility:
-    """Rebuild a fragility curve; see `damperlab.studies.answers.fragility`."""
-    return Fragility(*_parts(document, document, ("scale",)))
-
-
-def read_precision(document: Mapping[str, Any]) -> WorkPrecision:
-    """Rebuild error against run time; see `damperlab.studies.answers.work_precision`."""
-    return WorkPrecision(*_parts(document, document, ("run_time",)))
+def read(question: Question[A], document: Mapping[str, Any]) -> A:
+    """Rebuild the answer to a question from its document."""
+    known = [each for each in Answer.__subclasses__() if getattr(each, "_question", None) is question]
+    kind = known[0] if known else type("Answer", (Answer,), {"__slots__": (), "_question": question})
+    return cast(A, with_words(kind(*question.form.read(document))))
 
 
 HISTORY = {
@@ -223,43 +147,9 @@ def read_history(columns: Mapping[str, Any]) -> xr.Dataset:
     arrays = {
         name: (
             ("time",),
-            _array(values, {"dtype": "f8"}),
+            array_of(values, "f8"),
             dict(zip(("long_name", "units"), HISTORY.get(name, (name, "1")), strict=True)),
         )
         for name, values in columns.items()
     }
     return xr.Dataset(arrays).set_coords("time") if arrays else xr.Dataset()
-
-
-_Part = tuple[tuple[str, ...], np.ndarray, dict[str, Any]]
-
-
-def _parts(
-    document: Mapping[str, Any],
-    arrays: Mapping[str, Any],
-    dimensions: tuple[str, ...],
-    beside: tuple[str, ...] = (),
-) -> tuple[dict[str, _Part], dict[str, _Part], dict[str, Any]]:
-    """Give variables, coordinates and attributes of a Dataset."""
-    data: dict[str, _Part] = {}
-    coordinates: dict[str, _Part] = {}
-    for name, described in document["columns"].items():
-        attributes = {key: value for key, value in described.items() if key != "dtype"}
-        if name in dimensions:
-            coordinates[name] = ((name,), _array(arrays[name], described), attributes)
-        elif name in document.get("at", {}):
-            coordinates[name] = ((), _array(document["at"][name], described), attributes)
-        else:
-            data[name] = (dimensions, _array(arrays[name], described), attributes)
-    ours = {*ENVELOPE, *document["columns"], *beside}
-    said = {name: _number(value) for name, value in document.items() if name not in ours}
-    return data, coordinates, said
-
-
-def _array(values: Any, described: Mapping[str, Any]) -> np.ndarray:
-    # JSON has no NaN, and numpy takes null for it where the type is a float's
-    return np.asarray(values, np.dtype(described["dtype"]))
-
-
-def _number(value: Any) -> Any:
-    return math.nan if value is None else value

@@ -31,9 +31,24 @@ class Asked:
     def _ask(self, method: str, path: str = "", **how: Any) -> Any:
         return self._transport.ask(method, f"/studies/{self.id}{path}", **how)
 
-    def _question(self, what: str, *questions: object) -> Mapping[str, Any]:
-        answer: Mapping[str, Any] = self._ask("GET", f"/{what}", params=parameters(*questions))
-        return answer
+
+def values_of(kinds: Iterable[type], given: Mapping[str, Any]) -> list[Any]:
+    """Make the values of a question from arguments by the names of their fields; what is not given is as by default."""
+    found = []
+    for kind in kinds:
+        mine: dict[str, Any] = {}
+        for each in fields_of(kind):
+            if each.name not in given:
+                continue
+            value = given[each.name]
+            if each.studies:
+                named = () if value is None else ids(value)
+                value = named if each.is_list else next(iter(named), None)
+            elif each.is_list and value is not None:
+                value = tuple(value)
+            mine[each.name] = value
+        found.append(kind(**mine))
+    return found
 
 
 def parameters(*questions: object) -> dict[str, Any]:

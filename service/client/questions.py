@@ -1,33 +1,27 @@
 """Questions to a study of a service: maps, curves, rankings and comparisons, each answered with a Dataset."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, cast
 
-from damperlab.service.client.asked import Asked, explained, ids
+from damperlab.service.client.asked import Asked, explained, parameters, values_of
+from damperlab.service.questions.every import EVERY
+from damperlab.service.questions.fragility import FRAGILITY
+from damperlab.service.questions.frequency_response import FREQUENCY_RESPONSE
+from damperlab.service.questions.importance import IMPORTANCE
+from damperlab.service.questions.optimal_designs import OPTIMAL_DESIGNS
+from damperlab.service.questions.question import A, Question
+from damperlab.service.questions.resonance_map import RESONANCE_MAP
+from damperlab.service.questions.tmd_comparison import TMD_COMPARISON
+from damperlab.service.questions.work_precision import WORK_PRECISION
 from damperlab.studies.answers.shown import shown_axes
 from damperlab.studies.field import Range
-from damperlab.studies.questions import (
-    MOST_DESIGNS,
-    Design,
-    Followed,
-    Fragile,
-    Judging,
-    Plane,
-    Ranking,
-    Second,
-    Selection,
-    Subtracted,
-    Tuning,
-    Varied,
-)
+from damperlab.studies.questions import MOST_DESIGNS, Fragile, Ranking, Tuning
 from damperlab.studies.vocabulary import Criterion, Excitation, Objective, Reduction
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from damperlab.service.client.answers import (
+        Answer,
         Designs,
         Fragility,
         FrequencyResponse,
@@ -36,8 +30,6 @@ if TYPE_CHECKING:
         TmdComparison,
         WorkPrecision,
     )
-
-D = TypeVar("D", bound="xr.Dataset")
 
 
 class Questions(Asked):
@@ -51,12 +43,16 @@ class Questions(Asked):
         definition: Mapping[str, Any] = self._ask("GET")["definition"]
         return definition
 
-    def _in_units(self, answer: D) -> D:
+    def _answer(self, question: Question[A], given: Mapping[str, Any]) -> A:
+        """Ask a question with arguments that are called like its fields; what else is given is not looked at."""
+        from damperlab.service.client.answers import read
         from damperlab.studies.answers.quantities import with_quantities
 
-        return with_quantities(answer, self._definition)
+        document = self._ask("GET", f"/{question.route}", params=parameters(*values_of(question.asks, given)))
+        answer = cast("Answer", read(question, document))
+        return cast(A, with_quantities(answer, self._definition))
 
-    @explained(Plane, Selection, Subtracted)
+    @explained(*RESONANCE_MAP.asks)
     def resonance_map(
         self,
         x: str | None = None,
@@ -81,14 +77,10 @@ class Questions(Asked):
         ResonanceMap
             See `damperlab.studies.answers.resonance_map` and `damperlab.studies.answers.map_difference`.
         """
-        from damperlab.service.client.answers import read_map
-
         x, y = shown_axes(self._sizes, x, y, {*at, over})
-        plane, selection = Plane(x, y, over, reduce), Selection(metric, at, interpolate)
-        second = Subtracted(None if minus is None else ids(minus)[0])
-        return self._in_units(read_map(self._question("resonance-map", plane, selection, second)))
+        return self._answer(RESONANCE_MAP, locals())
 
-    @explained(Followed, Second)
+    @explained(*FREQUENCY_RESPONSE.asks)
     def frequency_response(
         self,
         metric: str | None = None,
@@ -106,13 +98,9 @@ class Questions(Asked):
         FrequencyResponse
             See `damperlab.studies.answers.frequency_response` and `damperlab.studies.answers.compared_response`.
         """
-        from damperlab.service.client.answers import read_response
+        return self._answer(FREQUENCY_RESPONSE, locals())
 
-        second = Second(None if with_ is None else ids(with_)[0])
-        selection = Followed(metric, at, interpolate)
-        return self._in_units(read_response(self._question("frequency-response", selection, second)))
-
-    @explained(Judging, Ranking)
+    @explained(*OPTIMAL_DESIGNS.asks)
     def optimal_designs(
         self,
         objective: Objective | None = None,
@@ -135,21 +123,11 @@ class Questions(Asked):
         Designs
             See `optimal_designs`, `pareto`, `merged` and `suite` of `damperlab.studies.answers`.
         """
-        from damperlab.service.client.answers import read_designs
+        if top is None:
+            top = Ranking.top if pareto is None else MOST_DESIGNS
+        return self._answer(OPTIMAL_DESIGNS, locals())
 
-        judging = Judging(objective, band, exclude_locked, max_impact_speed, ranges)
-        ranking = Ranking(
-            Ranking.top if pareto is None else MOST_DESIGNS,
-            None if pareto is None else tuple(pareto),
-            ids(with_),
-            metric,
-            None if records is None else tuple(records),
-        )
-        if top is not None:
-            ranking = replace(ranking, top=top)
-        return self._in_units(read_designs(self._question("optimal-designs", judging, ranking)))
-
-    @explained(Tuning, Design)
+    @explained(*TMD_COMPARISON.asks)
     def tmd_comparison(
         self,
         criterion: Criterion = Tuning.criterion,
@@ -167,12 +145,9 @@ class Questions(Asked):
         TmdComparison
             See `damperlab.studies.answers.tmd_comparison`; the peaks and their ratio are attributes.
         """
-        from damperlab.service.client.answers import read_tmd
+        return self._answer(TMD_COMPARISON, locals())
 
-        tuning = Tuning(criterion, mass_ratio, detuning, damping_detuning, excitation, tmd_mass_ratio)
-        return self._in_units(read_tmd(self._question("tmd-comparison", tuning, Design(at))))
-
-    @explained(Varied)
+    @explained(*IMPORTANCE.asks)
     def importance(self, metric: str | None = None, **ranges: Range) -> "Importance":
         """Share out the variance of a result over the grid: what each parameter explains alone, and what combinations do.
 
@@ -181,11 +156,9 @@ class Questions(Asked):
         Importance
             See `damperlab.studies.answers.importance`.
         """
-        from damperlab.service.client.answers import read_importance
+        return self._answer(IMPORTANCE, locals())
 
-        return read_importance(self._question("importance", Varied(metric, ranges)))
-
-    @explained(Fragile)
+    @explained(*FRAGILITY.asks)
     def fragility(
         self,
         threshold: float,
@@ -200,9 +173,7 @@ class Questions(Asked):
         Fragility
             See `damperlab.studies.answers.fragility`.
         """
-        from damperlab.service.client.answers import read_fragility
-
-        return read_fragility(self._question("fragility", Fragile(threshold, metric, quantile, at)))
+        return self._answer(FRAGILITY, locals())
 
     def work_precision(self) -> "WorkPrecision":
         """Sort the points by run time, and say how exact those of each time are.
@@ -212,6 +183,26 @@ class Questions(Asked):
         WorkPrecision
             See `damperlab.studies.answers.work_precision`.
         """
-        from damperlab.service.client.answers import read_precision
+        return self._answer(WORK_PRECISION, {})
 
-        return read_precision(self._question("work-precision"))
+
+def _untyped(question: Question[Any]) -> Callable[..., Any]:
+    """Make the method of a question that has none above: the same, but for what a checker of types knows of it."""
+    fields = [each for each in question.fields if "client" in each.doors]
+
+    @explained(*question.asks)
+    def ask(self: Questions, **given: Any) -> Any:
+        named = next((each.name for each in fields if each.is_named), None)
+        plain = {each.name for each in fields if not each.is_named}
+        if named is not None:
+            given[named] = {name: given.pop(name) for name in given.keys() - plain}
+        return self._answer(question, given)
+
+    ask.__name__ = question.method
+    ask.__doc__ = f"{question.summary}.\n\n{ask.__doc__}"
+    return ask
+
+
+for _question in EVERY:
+    if _question.method not in vars(Questions):
+        setattr(Questions, _question.method, _untyped(_question))

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from damperlab.service.client.asked import Asked, explained, ids, parameters
+from damperlab.service.client.asked import Asked, explained, parameters, values_of
 from damperlab.service.client.results import Refinement
 from damperlab.studies.field import Range
 from damperlab.studies.questions import Boundary, FollowUps, Judging, Search, Step
@@ -42,9 +42,7 @@ class Searches(Asked, ABC):
         Refinement
             With the follow-up to wait for, then to give as ``with_``.
         """
-        judging = Judging(objective, band, exclude_locked, max_impact_speed, ranges)
-        search = Search(tolerance, value_tolerance, budget)
-        return self._search("/refine", search, judging, FollowUps(ids(with_), dry_run))
+        return self._search("/refine", (Search, Judging, FollowUps), locals())
 
     @explained(Boundary, Step, FollowUps)
     def refine_boundary(
@@ -62,11 +60,10 @@ class Searches(Asked, ABC):
         Refinement
             With the follow-up to wait for, then to give as ``with_``.
         """
-        questions = (Boundary(along, at), Step(tolerance), FollowUps(ids(with_), dry_run))
-        return self._search("/refine-boundary", *questions)
+        return self._search("/refine-boundary", (Boundary, Step, FollowUps), locals())
 
-    def _search(self, path: str, *questions: object) -> Refinement:
-        answer = self._ask("POST", path, params=parameters(*questions))
+    def _search(self, path: str, asks: Iterable[type], given: Mapping[str, Any]) -> Refinement:
+        answer = self._ask("POST", path, params=parameters(*values_of(asks, given)))
         names = ("known", "found", "steps", "points", "fine_points", "note")
         studies = tuple(self._handle(each) for each in answer.get("follow_ups", ()))
         more = {

@@ -2,6 +2,7 @@
 
 import { address, ask, follow, Refusal, studyPath } from "./api.js";
 import { besideTab } from "./beside.js";
+import { catalogue } from "./catalogue.js";
 import { comparisonTab } from "./comparison.js";
 import { dampersTab } from "./dampers_tab.js";
 import { earthquakeTab } from "./earthquake.js";
@@ -215,6 +216,8 @@ function dataTab(session, place) {
         el("p", {}, el("a", { class: "button", href: address(studyPath(record.id, "report")).href, target: "_blank", rel: "noopener" }, "Open the report"), " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep or to print."),
         el("h2", {}, "The study"),
         facts(record),
+        el("h2", {}, "What it answers"),
+        catalogue(record),
         el("h2", {}, "Tags and note"),
         remarksForm(record),
       ),

@@ -6,6 +6,8 @@ export type SpecifiedField = { name: string; label: string; unit: string; scale:
 
 /** The module `words.js`, which `service/page/words.py` writes: the words of the service that the page shows. */
 export const WORDS: {
+  /** The questions to a study: by which kinds of study each is answered, and its name behind every door. */
+  questions: { summary: string; route: string; command: string; method: string; kinds: string[] }[];
   /** Symbols of the dimensions of a harmonic study, as the paper writes them. */
   symbols: Record<string, string>;
   /** Dimensions that every harmonic study has. */

@@ -3,6 +3,7 @@
 import json
 from typing import Any
 
+from damperlab.service.questions.every import EVERY
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
 from damperlab.studies.answers.phrases import PRINTED
@@ -59,6 +60,9 @@ _IN_SI = AMPLITUDES | ACCELERATIONS | {"impact_speed_max": SPEED, "dissipation_p
 _RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"} | dict.fromkeys(ACCELERATIONS.values(), "m/s²")
 """Of results that are no lengths."""
 
+_KINDS = {"harmonic": HARMONIC, "suite": SUITE, "amplitudes": AMPLITUDES_KIND}
+"""Kinds of study by what the page calls them."""
+
 MODULE = "words.js"
 """Under this name the page's modules import it; `words.d.ts` has its types."""
 
@@ -72,6 +76,11 @@ def words_module() -> bytes:
 def _words() -> dict[str, Any]:
     prototype = _prototype()
     return {
+        "questions": [
+            {name: getattr(question, name) for name in ("summary", "route", "command", "method")}
+            | {"kinds": [name for name, kind in _KINDS.items() if kind in question.kinds]}
+            for question in EVERY
+        ],
         "symbols": SYMBOLS,
         "dimensions": DIMENSIONS,
         "before": MADE_BY,

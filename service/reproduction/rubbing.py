@@ -134,7 +134,7 @@ def _figures(section: Section, solve: Solve, best: Prototype, peaks: dict[str, f
     cavity = lengths[1] * 1e-3 / best.base_amplitude_m
     beside = tmd_comparison(
         section.solve(solve, best.study()),
-        Tuning("den_hartog_table4"),
+        Tuning(criterion="den_hartog_table4"),
         {"clearance_ratio": cavity, "friction_ratio": best.friction_ratio},
     ).attrs
     return [

@@ -67,7 +67,7 @@ def figure_14(solve: Solve, quick: bool) -> Section:
         study = variant("figure-14", contact, quick, contact=model, friction_ratio=list(SHOWN_FRICTION))
         cube = section.solve(solve, study)
         for g in SHOWN_FRICTION:
-            answer = tmd_comparison(cube, Tuning("den_hartog_table4"), at={"friction_ratio": g})
+            answer = tmd_comparison(cube, Tuning(criterion="den_hartog_table4"), at={"friction_ratio": g})
             said = answer.attrs
             if not section.rows:
                 section.rows.append(

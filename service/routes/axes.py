@@ -5,11 +5,11 @@ from fastapi import APIRouter
 from damperlab.service.answer_schemas import gives
 from damperlab.service.documents import Document
 from damperlab.service.problems import documented
-from damperlab.service.routes.queries import router as queries
+from damperlab.service.routes.questions import router as questions
 from damperlab.service.state import TheService, TheStudy
 from damperlab.studies.store.export.export import dimensions_of
 
-router = APIRouter(prefix=queries.prefix, tags=["queries"])
+router = APIRouter(prefix=questions.prefix, tags=["queries"])
 
 
 @router.get(

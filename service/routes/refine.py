@@ -9,17 +9,20 @@ from fastapi import APIRouter
 from starlette.requests import Request
 
 from damperlab.service.answer_schemas import gives
-from damperlab.service.comparisons import refinement_document
 from damperlab.service.documents import Document
 from damperlab.service.parameters import asks
-from damperlab.service.problems import documented
-from damperlab.service.routes.queries import answered, named, with_follow_ups
-from damperlab.service.routes.queries import router as queries
+from damperlab.service.problems import documented, lacking
+from damperlab.service.questions.optimal_designs import with_follow_ups
+from damperlab.service.questions.question import Subject
+from damperlab.service.questions.refinement import refinement_document
+from damperlab.service.routes.questions import answered
+from damperlab.service.routes.questions import router as questions
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service, TheService, TheStudy
-from damperlab.service.work.own_store import store_of
+from damperlab.service.work.apart import store_of
 from damperlab.studies.answers.follow_up import Refinement
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
+from damperlab.studies.answers.selection import dimensions_of
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.plan import make_plan
 from damperlab.studies.questions import Boundary, FollowUps, Judging, Search, Step
@@ -29,7 +32,7 @@ from damperlab.studies.variables import BEFORE, DIMENSIONS
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
-router = APIRouter(prefix=queries.prefix)
+router = APIRouter(prefix=questions.prefix)
 
 FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
     200: gives(
@@ -94,12 +97,14 @@ def _bounded(
     settings: Settings, study: Record, known: FollowUps, boundary: Boundary, step: Step
 ) -> Refinement:
     cubes = _cubes(settings, study, known)
-    (along,) = named(cubes[study.id], {"along": boundary.along})
-    return refine_boundary(parse_harmonic(study.definition), cubes, along, boundary.at, step.tolerance)
+    if boundary.along is None:
+        raise lacking(["along"], dimensions_of(cubes[study.id]))
+    definition = parse_harmonic(study.definition)
+    return refine_boundary(definition, cubes, boundary.along, boundary.at, step.tolerance)
 
 
 def _cubes(settings: Settings, study: Record, known: FollowUps) -> Mapping[str, xr.Dataset]:
-    return with_follow_ups(store_of(settings), study, known.with_)
+    return with_follow_ups(Subject(study, store_of(settings), "refine"), known.with_)
 
 
 async def _follow(service: Service, study: Record, found: Refinement, dry_run: bool) -> Document:

@@ -3,7 +3,6 @@
 import re
 from typing import Annotated, Any
 
-from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
@@ -11,13 +10,15 @@ from starlette.responses import HTMLResponse, Response
 
 from damperlab.service.printing import printed
 from damperlab.service.problems import documented
-from damperlab.service.routes.queries import router as queries
+from damperlab.service.routes.questions import router as questions
 from damperlab.service.state import Service, TheService, TheStudy
 from damperlab.service.study_report import study_report
+from damperlab.service.work.apart import computed
 from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import DocumentFormat
 
-router = APIRouter(prefix=queries.prefix, tags=["queries"])
+router = APIRouter(prefix=questions.prefix, tags=["queries"])
 
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
@@ -72,9 +73,9 @@ async def ask_report(
     request: Request, service: TheService, study: TheStudy, query: Annotated[ReportQuery, Query()]
 ) -> Response:
     """Write maps, designs, a tuned mass damper beside the best, accuracy, cost and versions into one document."""
-    text = await run_sync(_written, service, study)
+    text = await computed(request, service, study, _report)
     return await document(request, service, query, text, f"{stem(study.name, 'study')}-{study.id}")
 
 
-def _written(service: Service, study: Record) -> str:
-    return study_report(study, service.store.cube(study.id))
+def _report(store: Store, study: Record) -> str:
+    return study_report(study, store.cube(study.id))

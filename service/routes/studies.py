@@ -1,7 +1,7 @@
 """Studies: submitted, listed, looked at, followed, cancelled, resumed, deleted."""
 
 from collections.abc import AsyncIterator
-from typing import Annotated
+from typing import Annotated, Any
 
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Depends, Header, Query
@@ -22,13 +22,15 @@ from damperlab.service.problems import Problem, documented
 from damperlab.service.security.caller import Caller, TheCaller
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service, TheExactStudy, TheService, TheStudy
-from damperlab.service.work.own_store import store_of
+from damperlab.service.work.apart import computed, store_of
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.life_cycle.wanted import Wanted
+from damperlab.studies.store.record import Record
 from damperlab.studies.store.reuse.differences import differences_of
+from damperlab.studies.store.store import Store
 from damperlab.studies.text import Format, load_text
 from damperlab.studies.vocabulary import PRIORITIES, State
 from damperlab.worker.dispatch.cost_model import seconds_per_point
@@ -320,14 +322,17 @@ def versions(service: TheService, study: TheStudy) -> Document:
     responses={200: gives("Differences"), **documented(404, 409, 422, 429, 503)},
     summary="How a version differs from an older one",
 )
-def differences(
-    service: TheService, study: TheStudy, query: Annotated[DifferencesQuery, Query()]
+async def differences(
+    request: Request, service: TheService, study: TheStudy, query: Annotated[DifferencesQuery, Query()]
 ) -> Document:
     """Compare every point that both have: how many differ, by how much, and where by the most."""
-    older = service.store.find(query.older) if query.older else None
+    found = await computed(request, service, study, _differences, query.older)
     # which version is the one before may change while this study stays as it is
-    headers = {} if older else {"Cache-Control": "no-store"}
-    return Document(differences_of(service.store, study, older).document(), headers=headers)
+    return Document(found, headers={} if query.older else {"Cache-Control": "no-store"})
+
+
+def _differences(store: Store, study: Record, older: str | None) -> dict[str, Any]:
+    return differences_of(store, study, store.find(older) if older else None).document()
 
 
 @router.delete(

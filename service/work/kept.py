@@ -11,18 +11,19 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from damperlab.service.edge.conditional import has_seen
 from damperlab.service.problems import store_problem
+from damperlab.service.questions.every import EVERY
 from damperlab.service.state import Service
-from damperlab.service.work.questions import EXPORT, QUESTION
 from damperlab.service.work.shared import Shared
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.record import Record
 
+STUDIES = "/api/v1/studies"
 KEPT = 512
 """Most answers that are kept."""
 KEPT_BYTES = 1 << 20
 """Largest of them."""
-OTHERS = ("with", "minus", "older")
-"""Parameters that name further studies, which an answer reads too."""
+READS = {question.route: question.studies for question in EVERY} | {"report": (), "differences": ("older",)}
+"""What is answered from cubes, and the parameters of each that name further studies, which the answer is made of too."""
 OTHERS_KEPT = 32
 """Most further studies of an answer that is kept."""
 PASSING = ("definition", "phase", "phase_done", "phase_total", "seconds_left", "owner")
@@ -51,27 +52,28 @@ class Kept:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Serve one request."""
-        asked = QUESTION.fullmatch(scope["path"]) if scope["type"] == "http" else None
-        if asked is None or scope["method"] != "GET":
+        asked = _asked(scope["path"]) if scope["type"] == "http" and scope["method"] == "GET" else None
+        if asked is None:
             await self.app(scope, receive, send)
             return
+        study_id, what = asked
         if self._studies is None:
             service: Service = scope["app"].state.service
             self._studies = Shared(service.store.find)
         query = scope["query_string"]
-        named = _others(query)
+        named = _others(query, READS[what])
         try:
-            study = scope["study"] = await self._studies.ask(asked[1])
+            study = scope["study"] = await self._studies.ask(study_id)
             others = [await self._studies.ask(name) for name in named[:OTHERS_KEPT]]
         except StudyNotFound:
             others = None
         except StoreFault as fault:
             # a large cube is not known as one, so the question must not reach the service's own threads
-            within = Request({**scope, "path_params": {"study_id": asked[1]}})
+            within = Request({**scope, "path_params": {"study_id": study_id}})
             problem_document = await run_sync(store_problem, within, fault)
             await problem_document(scope, receive, send)
             return
-        if others is None or len(named) > OTHERS_KEPT or asked[2] == EXPORT:
+        if others is None or len(named) > OTHERS_KEPT:
             await self.app(scope, receive, send)  # which says what is wrong
             return
         headers = Headers(scope=scope)
@@ -127,9 +129,15 @@ class Kept:
             mine.set_result(answered)
 
 
-def _others(query: bytes) -> list[str]:
+def _asked(path: str) -> tuple[str, str] | None:
+    """Read which study is asked, and what; None of what is not answered from a cube."""
+    *first, study, what = path.split("/")
+    return (study, what) if "/".join(first) == STUDIES and study and what in READS else None
+
+
+def _others(query: bytes, keys: tuple[str, ...]) -> list[str]:
     """Name the further studies that a query is about."""
-    named = [value for name, value in QueryParams(query).multi_items() if name in OTHERS]
+    named = [value for name, value in QueryParams(query).multi_items() if name in keys]
     return list(filter(None, (each.strip() for value in named for each in value.split(","))))
 
 

@@ -213,7 +213,7 @@ def refine_boundary(
     QueryFault
         If an argument is not allowed, or the class does not change along the line.
     """
-    check(Step(tolerance))
+    check(Step(tolerance=tolerance))
     parent = next(iter(cubes.values()))
     check_dimension(parent, "along", along)
     require_stored(parent, "boundary", "response_class", otherwise="")

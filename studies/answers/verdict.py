@@ -18,7 +18,17 @@ from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.ranked_peaks import hidden_peaks
-from damperlab.studies.brief import PLACES, Brief, Damper, Note, command, damper_of, listed, notes_document
+from damperlab.studies.brief import (
+    DOUBTS,
+    PLACES,
+    Brief,
+    Damper,
+    Note,
+    command,
+    damper_of,
+    listed,
+    notes_document,
+)
 from damperlab.studies.faults import counted
 from damperlab.studies.tmd.transfer import highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
@@ -29,16 +39,6 @@ UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
 HELD = 0.1
 """Share of the frequencies at which friction holds a mass that is called clamped."""
-DOUBTS = (
-    "one_frequency",
-    "hidden_peak",
-    "cut_off",
-    "end_of_range",
-    "neighbourhood_unknown",
-    "rugged",
-    "error",
-)
-"""Kinds of doubt, the gravest first; those after `hidden_peak` are about the optimum alone, not about the best with impacts."""
 NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
 """Frequencies to compute next, where a study has one."""
 OTHERS = 2

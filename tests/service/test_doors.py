@@ -11,6 +11,7 @@ from typer.main import get_command
 from damperlab.service.app import create_app
 from damperlab.service.cli.main import app
 from damperlab.service.client import Client, Study
+from damperlab.service.questions.every import EVERY
 from damperlab.service.settings import Settings
 from damperlab.studies.field import Field, fields_of
 from damperlab.studies.ground.quantities import QUANTITIES
@@ -19,34 +20,26 @@ from damperlab.studies.questions import (
     EVERY_AXIS,
     Boundary,
     Compared,
-    Design,
     Followed,
     FollowUps,
-    Fragile,
     Judging,
-    Plane,
     Ranking,
     Search,
-    Second,
     Selection,
     Simulated,
     Step,
-    Subtracted,
-    Tuning,
     Varied,
-    Window,
 )
 from damperlab.studies.unit_names import RESULTS
 from damperlab.studies.variables import BEFORE, DIMENSIONS, VARIABLES
 
 STUDY = "/api/v1/studies/{study_id}"
 QUESTIONS: list[tuple[str, str, Any, tuple[type, ...]]] = [
-    (f"{STUDY}/resonance-map", "map", Study.resonance_map, (Plane, Selection, Subtracted, Window)),
-    (f"{STUDY}/frequency-response", "response", Study.frequency_response, (Followed, Second)),
-    (f"{STUDY}/optimal-designs", "optimum", Study.optimal_designs, (Judging, Ranking)),
-    (f"{STUDY}/tmd-comparison", "tmd", Study.tmd_comparison, (Tuning, Design)),
-    (f"{STUDY}/importance", "importance", Study.importance, (Varied,)),
-    (f"{STUDY}/fragility", "fragility", Study.fragility, (Fragile,)),
+    *(
+        (f"{STUDY}/{each.route}", each.command, getattr(Study, each.method), each.asks)
+        for each in EVERY
+        if each.asks
+    ),
     (f"{STUDY}/refine", "refine", Study.refine, (Search, Judging, FollowUps)),
     (f"{STUDY}/refine-boundary", "refine", Study.refine_boundary, (Boundary, Step, FollowUps)),
     ("/api/v1/simulate", "simulate", Client.simulate, (Simulated,)),

@@ -9,7 +9,7 @@ import httpx
 import pytest
 from anyio.to_thread import run_sync
 
-from damperlab.service.work.kept import OTHERS, Kept
+from damperlab.service.work.kept import READS, Kept
 from damperlab.service.work.shared import Shared
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StoreAway, StudyNotFound
@@ -140,52 +140,61 @@ def test_refusals_are_not_kept() -> None:
 def test_a_question_whose_study_is_not_known_is_not_computed(away: str) -> None:
     async def steps(service: _Service, client: httpx.AsyncClient) -> None:
         service.away = away
-        answer = await client.get(f"{URL}?with=two")
+        answer = await client.get(f"{URL}?minus=two")
         assert (answer.status_code, answer.json()["type"]) == (503, "urn:damperlab:problem:store-unavailable")
         assert service.computed == 0
 
     _ask(200, steps)
 
 
-@pytest.mark.parametrize("named", ["with=two", "minus=two", "older=two", "with=three,two"])
+@pytest.mark.parametrize(
+    "question",
+    [
+        "frequency-response?with=two",
+        "resonance-map?minus=two",
+        "differences?older=two",
+        "optimal-designs?with=three,two",
+    ],
+)
 @pytest.mark.parametrize(
     "change",
     [{"revision": 2}, {"created": 9}, {"state": "done"}, {"message": "lost"}, {"tags": ("a",)}, None],
 )
 def test_an_answer_made_of_several_studies_is_kept_while_all_stay_as_they_are(
-    named: str, change: dict[str, Any] | None
+    question: str, change: dict[str, Any] | None
 ) -> None:
     async def steps(service: _Service, client: httpx.AsyncClient) -> None:
         other = {"created": 0, "revision": 1, "state": "running", "message": None, "tags": ()}
         service.others = {"two": {"id": "two", **other}, "three": {"id": "three", **other}}
+        url = URL.replace("resonance-map", question)
         for _ in range(2):
-            assert (await client.get(f"{URL}?{named}")).content == b"1 of 1"
+            assert (await client.get(url)).content == b"1 of 1"
         if change is None:
             del service.others["two"]
         else:
             service.others["two"] |= change
         # of one that was deleted the application itself says so
-        assert (await client.get(f"{URL}?{named}")).content == b"2 of 1"
+        assert (await client.get(url)).content == b"2 of 1"
 
     _ask(200, steps)
 
 
-def test_every_parameter_that_names_a_study_is_one_of_others(
+def test_every_parameter_that_names_a_study_is_known_as_one(
     client: httpx.Client, curve: dict[str, Any]
 ) -> None:
     """A new one cannot be forgotten: what answers that there is no such study has read it as one."""
     prefix, found = "/api/v1/studies/{study_id}/", set()
     for path, operations in client.get("/openapi.json").json()["paths"].items():
         for parameter in operations.get("get", {}).get("parameters", []) if path.startswith(prefix) else []:
-            if parameter["in"] != "query" or parameter["name"] in found:
+            if parameter["in"] != "query":
                 continue
             url = path.replace("{study_id}", curve["id"]).replace("{key}", "zarr.json")
             query = {"x": "frequency_ratio", "y": "friction_ratio"} if "resonance-map" in path else {}
             answer = client.get(url, params={**query, parameter["name"]: "0" * 12})
             if answer.status_code == 404:
                 assert answer.json()["type"].endswith("study-not-found"), answer.text
-                found.add(parameter["name"])
-    assert found == set(OTHERS)
+                found.add((path.removeprefix(prefix), parameter["name"]))
+    assert found == {(question, name) for question, names in READS.items() for name in names}
 
 
 def test_an_answer_that_its_reader_takes_slowly_keeps_nobody_waiting() -> None:

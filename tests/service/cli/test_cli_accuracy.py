@@ -65,10 +65,3 @@ def test_accuracy_writes_its_report_and_keeps_it(tmp_path: Path) -> None:
         (paper,) = (one for one in diagrams[scene.name]["curves"] if one["method"] == PAPER.name)
         # stiffer than its longest steps can be: they end in no number
         assert (paper["points"][0]["error"] is None) == scene.gives_way
-
-
-def test_show_accuracy_is_the_work_precision_of_a_study(stored: tuple[Path, dict[str, str]]) -> None:
-    data_dir, record = stored
-    shown = run("show", record["id"], "--accuracy", "--data-dir", data_dir, "--json").stdout
-    asked = run("show", record["id"], "--accuracy", "--data-dir", data_dir, "--json").stdout
-    assert json.loads(shown) == json.loads(asked)

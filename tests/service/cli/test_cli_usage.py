@@ -94,7 +94,7 @@ COMPUTING = ("numba", "dask.array", "distributed", "fastapi", "matplotlib", "xar
                 "response 'bare structure' --at friction_ratio=0",
                 "optimum 'bare structure'",
                 "tmd 'bare structure' --mass-ratio 0.1",
-                "show 'bare structure' --accuracy",
+                "precision 'bare structure'",
             ],
             {"xarray", "dask.array"},
         ),

@@ -9,8 +9,7 @@ from scipy import integrate, stats
 
 from damperlab.studies.answers.comparing import chance_of_another, contend, limits
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
-from damperlab.studies.answers.verdict import DOUBTS
-from damperlab.studies.brief import lines_of
+from damperlab.studies.brief import DOUBTS, lines_of
 from damperlab.studies.questions import Judging
 from damperlab.studies.variables import DIMENSIONS, ResponseClass, Status
 

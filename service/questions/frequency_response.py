@@ -1,0 +1,90 @@
+"""The question for a frequency response: one design followed along the frequency, in one study or in two."""
+
+from typing import TYPE_CHECKING, NotRequired
+
+from damperlab.service.questions.forms import CURVE, metric_of
+from damperlab.service.questions.question import Question, Subject, Words
+from damperlab.service.questions.shapes import Numbers, OfMetric
+from damperlab.studies.faults import Fault
+from damperlab.studies.kinds import AMPLITUDES, HARMONIC
+from damperlab.studies.questions import Followed, Second
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from damperlab.service.client import answers
+
+
+class FrequencyResponse(OfMetric):
+    """One metric over the frequency ratio."""
+
+    frequency_ratio: Numbers
+    values: Numbers
+    status: NotRequired[Numbers]
+
+
+def check(selection: Followed, second: Second) -> None:
+    """Refuse to interpolate where two studies are compared: their classes change at different places."""
+    if selection.interpolate and second.with_ is not None:
+        from damperlab.studies.answers.query_fault import QueryFault
+
+        told = "`interpolate` and `with` cannot be combined."
+        allowed = "false where `with` is given"
+        raise QueryFault(Fault("interpolate", "true", allowed, "leave one of the two out", told))
+
+
+def answer(study: Subject, selection: Followed, second: Second) -> "xr.Dataset":
+    """Follow one design along the frequency; it is named by `<dimension>=value`."""
+    from damperlab.studies.answers.compared_response import compared_response
+    from damperlab.studies.answers.frequency_response import frequency_response
+    from damperlab.studies.answers.suite import require_harmonic
+
+    if second.with_ is None:
+        return frequency_response(study.cube, selection)
+    other = study.beside(second.with_)
+    require_harmonic(other.record.dimensions, study.called, amplitudes=True)
+    found = compared_response(study.cube, other.cube, selection)
+    found.attrs["studies"] = [study.record.id, other.record.id]
+    return found
+
+
+def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
+    from damperlab.service.figures.curves import draw_compared, draw_response
+
+    metric = metric_of(found)
+    return draw_compared(found, metric, (names[0], names[1])) if names else draw_response(found, metric)
+
+
+def _tell(study: Subject, found: "xr.Dataset", details: bool, selection: Followed, second: Second) -> Words:
+    """Say where the curve is least and largest."""
+    from damperlab.service.cli import words
+    from damperlab.service.cli.store import label
+    from damperlab.studies.answers.phrases import Phrases
+
+    metric = metric_of(found)
+    phrases = Phrases.of(study.cube).as_named(selection.metric)
+    meant = {"other": metric, "other_amplitude_error": "amplitude_error"}
+    return Words(
+        words.response_brief(found, metric, phrases).document(),
+        [words.slice_sentence(found, metric, label(study.record), phrases)],
+        words.rows_table(found, phrases, meant) if details else None,
+        (words.completeness_sentence(found),),
+    )
+
+
+FREQUENCY_RESPONSE: "Question[answers.FrequencyResponse]" = Question(
+    route="frequency-response",
+    command="response",
+    first=True,
+    summary="One metric over the frequency ratio",
+    help="Show a frequency response of one design, or compare that of two studies.",
+    asks=(Followed, Second),
+    answer=answer,
+    gives=FrequencyResponse,
+    form=CURVE,
+    draw=_draw,
+    tell=_tell,
+    check=check,
+    kinds=(HARMONIC, AMPLITUDES),
+)

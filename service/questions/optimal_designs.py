@@ -1,0 +1,150 @@
+"""The question for the best designs of a study, and of its follow-ups with it."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated, Any, NotRequired
+
+from typing_extensions import TypedDict
+
+from damperlab.service.questions.forms import RANKING
+from damperlab.service.questions.question import Question, Subject, Words
+from damperlab.service.questions.shapes import (
+    Count,
+    InShort,
+    Notes,
+    OfCube,
+    Range,
+    Says,
+    Sentences,
+)
+from damperlab.studies.brief import MOST_ROWS, DoubtKind
+from damperlab.studies.kinds import EVERY_DIMENSION
+from damperlab.studies.questions import Judging, Ranking
+from damperlab.studies.vocabulary import RESPECTS, Objective
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from damperlab.service.client import answers
+    from damperlab.studies.answers.phrases import Phrases
+
+RANKED = {
+    "value": "amplitude_ratio",
+    "error": "amplitude_error",
+    "amplitude": "amplitude_ratio",
+    "mass": "mass_ratio",
+    "clearance": "clearance_ratio",
+    "impact_speed": "impact_speed_max",
+}
+"""What columns of a ranking mean."""
+
+_NUMBER = {"type": ["number", "null"]}
+_TEXT = {"type": "string"}
+Design = Annotated[
+    dict[str, Any],
+    Says(
+        required=["rank", "value"],
+        properties={
+            "rank": {"type": "integer", "minimum": 1},
+            "value": _NUMBER,
+            "error": _NUMBER,
+            "response_class": _TEXT,
+            **{name: _TEXT if name == "record" else _NUMBER for name in EVERY_DIMENSION},
+        },
+    ),
+]
+"""A design: its dimensions are those of its kind of study."""
+
+
+class Doubt(TypedDict):
+    """Why the best value may not hold."""
+
+    kind: DoubtKind
+    sentence: str
+
+
+class RankedDesigns(OfCube):
+    """Designs, the best first."""
+
+    units: str
+    long_name: str
+    designs: list[Design]
+    designs_total: Count
+    points: NotRequired[Count]
+    points_failed: NotRequired[Count]
+    at: NotRequired[dict[str, float | str | None]]
+    meanings: NotRequired[dict[str, dict[str, str]]]
+    objective: NotRequired[Objective]
+    band: NotRequired[Range]
+    frequencies: NotRequired[Count]
+    verdict: NotRequired[Sentences]
+    doubts: NotRequired[list[Doubt]]
+    brief: NotRequired[InShort]
+    notes: NotRequired[Notes]
+    pareto: NotRequired[list[Annotated[str, Says(enum=list(RESPECTS))]]]
+
+
+def answer(study: Subject, judging: Judging, ranking: Ranking) -> "xr.Dataset":
+    """Rank the designs of a study over its frequencies; `<dimension>=lower,higher` narrows the choice.
+
+    Dampers of a ground-motion suite are ranked by their worst case over its records, scales and structures, those of a
+    study over base amplitudes by theirs over amplitudes and frequencies.
+    """
+    from damperlab.studies.answers.ranking import ranked_designs
+
+    return ranked_designs(study.cube, judging, ranking, lambda others: with_follow_ups(study, others))
+
+
+def with_follow_ups(study: Subject, follow_ups: Iterable[str]) -> "dict[str, xr.Dataset]":
+    """Open a study's cube and those of its follow-ups, by id."""
+    from damperlab.studies.answers.suite import require_harmonic
+
+    opened = [study, *map(study.beside, follow_ups)]
+    for each in opened:
+        require_harmonic(each.record.dimensions, "follow-ups")
+    return {each.record.id: each.cube for each in opened}
+
+
+def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
+    from damperlab.service.figures.curves import draw_ranking
+
+    return draw_ranking(found)
+
+
+def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, ranking: Ranking) -> Words:
+    """Say which design is the best, how well that is known, and what comes after it."""
+    from damperlab.service.cli.words import axes_of, rows_table, words_of
+    from damperlab.studies.answers.phrases import Phrases
+
+    phrases, words = Phrases.of(study.cube), words_of(found)
+    told = [*(doubt["sentence"] for doubt in words.get("doubts", ())), words["note"]]
+    # a front is its designs
+    if found.sizes["rank"] < 2 or not (details or "pareto" in found.attrs):
+        return Words(words["brief"], told)
+    shown = found.drop_vars(["lowest", "highest"], errors="ignore")
+    shown = shown if details else shown.isel(rank=slice(MOST_ROWS))
+    table = rows_table(shown, phrases, RANKED | _worst_of(found, phrases), axes_of(study.cube))
+    return Words(words["brief"], told, table)
+
+
+def _worst_of(found: "xr.Dataset", phrases: "Phrases") -> dict[str, str]:
+    """Say what value and error mean where dampers are ranked by their worst case."""
+    metric = str(found.attrs.get("metric", RANKED["value"]))
+    error = metric.replace("amplitude", "amplitude_error", 1)
+    return {"value": metric} | ({"error": error} if phrases.unit(error) else {})
+
+
+OPTIMAL_DESIGNS: "Question[answers.Designs]" = Question(
+    route="optimal-designs",
+    command="optimum",
+    first=True,
+    summary="Designs in the order of their response",
+    help="Rank the designs of a study, the best first; dampers of a suite or over base amplitudes by their worst case.",
+    asks=(Judging, Ranking),
+    answer=answer,
+    gives=RankedDesigns,
+    form=RANKING,
+    draw=_draw,
+    tell=_tell,
+    operation="ask_designs",
+)

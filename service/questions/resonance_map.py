@@ -1,0 +1,189 @@
+"""The question for a map: one metric of a study over two of its dimensions, or of two studies and their difference."""
+
+from typing import TYPE_CHECKING, Annotated, Any, NotRequired
+
+from typing_extensions import TypedDict
+
+from damperlab.service.questions.forms import MAP, metric_of
+from damperlab.service.questions.question import Question, Subject, Words
+from damperlab.service.questions.shapes import Notes, Number, Numbers, OfMetric, Plane, Says
+from damperlab.studies.answers.shown import shown_axes
+from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.field import given
+from damperlab.studies.questions import Plane as Axes
+from damperlab.studies.questions import Selection, Subtracted, Window
+from damperlab.studies.vocabulary import Reduction
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from damperlab.service.client import answers
+
+
+MOST_POINTS = 4_000_000
+"""Of a map that a request gets; a screen has as many, and a larger answer would be built in memory."""
+
+
+class Preview(TypedDict):
+    """What the coarse grid of a study shows."""
+
+    study: str
+    x: Numbers
+    y: Numbers
+    values: Plane
+    at: dict[str, Number]
+    complete: Number
+    note: str
+
+
+PREVIEWED = tuple(name for name in Preview.__annotations__ if name != "study")
+
+
+class ResonanceMap(OfMetric):
+    """One metric over two dimensions."""
+
+    x_dimension: str
+    y_dimension: str
+    x: Numbers
+    y: Numbers
+    values: Annotated[Plane, Says(description="values[y][x]")]
+    status: NotRequired[Plane]
+    computed_share: NotRequired[Plane]
+    over: NotRequired[str]
+    reduce: NotRequired[Reduction]
+    thinned: NotRequired[bool]
+    other: NotRequired[Plane]
+    difference: NotRequired[Plane]
+    studies: NotRequired[list[str]]
+    notes: NotRequired[Notes]
+    preview: NotRequired[
+        Annotated[
+            Preview, Says(description="The same map of the study's coarse grid, until this one is complete.")
+        ]
+    ]
+
+
+def answer(
+    study: Subject, axes: Axes, selection: Selection, second: Subtracted, shown: Window
+) -> "xr.Dataset":
+    """Slice the cube: `values[y][x]`. Others are fixed by `<dimension>=value`, or reduced with `over`.
+
+    Without a word on the frequency the map shows the largest value over the study's band. With `minus` the answer has
+    `other`, the values of the second study, and `difference`, those of the first less those of the second. A large study has
+    a coarse grid, computed first; until the map is complete `preview` is the same map of that.
+    """
+    from damperlab.studies.answers.map_difference import map_difference
+    from damperlab.studies.answers.resonance_map import resonance_map
+    from damperlab.studies.answers.window import window
+
+    x, y = _axes(study, axes, selection)
+    if study.http:
+        _check(study, axes, x, y)
+    if second.minus is None:
+        found = resonance_map(study.cube, x, y, selection, axes.over, axes.reduce)
+    else:
+        other = study.beside(second.minus)
+        found = map_difference(study.cube, other.cube, x, y, selection, axes.over, axes.reduce)
+        found.attrs["studies"] = [study.record.id, other.record.id]
+    return window(found, {x: shown.x_range, y: shown.y_range}, shown.most) if given(shown) else found
+
+
+def _axes(study: Subject, axes: Axes, selection: Selection) -> tuple[str, str]:
+    sizes = {str(name): size for name, size in study.cube.sizes.items()}
+    return shown_axes(sizes, axes.x, axes.y, {*selection.at, axes.over})
+
+
+def _check(study: Subject, axes: Axes, x: str, y: str) -> None:
+    """Refuse a request that leaves an axis open, or whose map would be too large."""
+    from damperlab.service.problems import lacking
+    from damperlab.studies.answers.selection import dimensions_of
+    from damperlab.studies.units import in_ratios
+
+    cube = study.cube
+    if missing := [name for name in ("x", "y") if getattr(axes, name) is None]:
+        raise lacking(missing, [name for name in dimensions_of(cube) if cube[name].dtype.kind == "f"])
+    x, y = in_ratios(cube, (x, y))
+    points = cube.sizes.get(x, 1) * cube.sizes.get(y, 1)
+    if points > MOST_POINTS:
+        advice = "export the cube, or choose shorter dimensions"
+        allowed = f"at most {MOST_POINTS} points"
+        told = f"The map would have {points:,} points; at most {MOST_POINTS:,} are allowed."
+        raise StudyFaults([Fault("x, y", f"{describe(points)} points", allowed, advice, told)])
+
+
+def meanwhile(
+    study: Subject, axes: Axes, selection: Selection, second: Subtracted, shown: Window
+) -> dict[str, Any] | None:
+    """Show the same map of the coarse grid that a large study computes first; other dimensions are taken at the nearest value
+    that it has."""
+    from damperlab.studies.answers.query_fault import QueryFault
+    from damperlab.studies.answers.resonance_map import resonance_map
+    from damperlab.studies.coarse import coarse
+    from damperlab.studies.store.cube.definition import parse_stored
+    from damperlab.studies.store.faults import StudyNotFound
+
+    first = (
+        coarse(parse_stored(study.record.definition, study.record.digest)) if second.minus is None else None
+    )
+    if first is None:
+        return None
+    found = study.store.newest(first.digest)
+    if found is None or not found.blocks_done:
+        return {}
+    x, y = _axes(study, axes, selection)
+    try:
+        answer = resonance_map(study.store.cube(found.id), x, y, selection, axes.over, axes.reduce)
+    except (QueryFault, StudyNotFound):
+        return {}  # as where values are to be interpolated between points that it does not have
+    document = MAP.write(answer)
+    return {"preview": {"study": found.id, **{name: document[name] for name in PREVIEWED}}}
+
+
+def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
+    from damperlab.service.figures.map_difference import draw_difference
+    from damperlab.service.figures.resonance_map import draw_map
+
+    metric = metric_of(found)
+    if "difference" in found:
+        return draw_difference(found, metric, (names[0], names[1]))
+    return draw_map(found, metric)
+
+
+def _tell(
+    study: Subject, found: "xr.Dataset", details: bool, axes: Axes, selection: Selection, *_: object
+) -> Words:
+    """Say where the map is least and largest."""
+    from damperlab.service.cli import words
+    from damperlab.service.cli.store import label
+    from damperlab.studies.answers.phrases import Phrases
+
+    metric, two = metric_of(found), "difference" in found
+    phrases = Phrases.of(study.cube).as_named(selection.metric)
+    brief = words.map_brief(found, metric, phrases, two).document()
+    whose = label(study.record)
+    if two:
+        whose += f" less {label(study.beside(found.attrs['studies'][1]).record)}"
+    return Words(
+        brief,
+        [words.slice_sentence(found, metric, whose, phrases)],
+        words.map_table(found, metric, phrases, "difference" if two else None) if details else None,
+        (words.columns_left_out(found, metric), words.completeness_sentence(found)),
+    )
+
+
+RESONANCE_MAP: "Question[answers.ResonanceMap]" = Question(
+    route="resonance-map",
+    command="map",
+    first=True,
+    summary="One metric over two dimensions",
+    help="Show a result over two dimensions of a study.\n\n"
+    "As the amplitude at resonance over clearance and friction. With --minus the maps of two studies and their difference.",
+    asks=(Axes, Selection, Subtracted, Window),
+    answer=answer,
+    gives=ResonanceMap,
+    form=MAP,
+    draw=_draw,
+    tell=_tell,
+    meanwhile=meanwhile,
+)

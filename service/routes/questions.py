@@ -1,0 +1,97 @@
+"""The routes of all questions to a study's cube; a running study is asked for what is there, and the answer says how much."""
+
+from inspect import cleandoc
+from os import SEEK_END
+from pathlib import Path
+from typing import Annotated, Any, BinaryIO
+
+from anyio.to_thread import run_sync
+from fastapi import APIRouter
+from starlette.requests import Request
+from starlette.responses import Response, StreamingResponse
+
+from damperlab.service.answer_schemas import gives
+from damperlab.service.documents import Document
+from damperlab.service.parameters import asks
+from damperlab.service.problems import Problem, documented
+from damperlab.service.questions.every import BY_ROUTE, EVERY
+from damperlab.service.questions.question import Question, Subject, in_front
+from damperlab.service.state import TheService, TheStudy
+from damperlab.service.work.apart import PIECE_BYTES, is_large, pieces, written
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+
+router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
+
+
+def _add(question: Question[Any]) -> None:
+    """Give a question its route."""
+    values = asks(*question.asks, dimensions=question.dimensions)
+
+    async def ask(
+        request: Request, service: TheService, study: TheStudy, asked: Annotated[tuple[Any, ...], values]
+    ) -> Response:
+        question.require(*asked)
+        if not is_large(service, study):
+            return await run_sync(_answer, service.store, study, question.route, asked)
+        headers, file = await written(request, service, study, _write, question.route, asked)
+        return await run_sync(_sent, file, headers)
+
+    router.add_api_route(
+        f"/{question.route}",
+        ask,
+        response_class=Document,
+        responses={200: gives(question.gives.__name__), **documented(404, 409, 422, 429, 503)},
+        summary=question.summary,
+        description=cleandoc(question.answer.__doc__ or ""),
+        name=question.operation or f"ask_{question.command}",
+    )
+
+
+for _question in EVERY:
+    _add(_question)
+
+
+def _answer(store: Store, study: Record, route: str, asked: tuple[Any, ...]) -> Document:
+    question = BY_ROUTE[route]
+    subject = Subject(study, store, question.route, http=True)
+    document = question.form.write(question.of(subject, *asked))
+    more = None
+    if question.meanwhile is not None and document["complete"] < 1:
+        more = question.meanwhile(subject, *asked)
+    answer = answered(study, document | (more or {}))
+    if more is not None:
+        # the other study changes, or is deleted, while this one stays as it is
+        answer.headers["Cache-Control"] = "no-store"
+    return answer
+
+
+def _write(store: Store, study: Record, place: Path, route: str, asked: tuple[Any, ...]) -> dict[str, str]:
+    answer = _answer(store, study, route, asked)
+    place.write_bytes(answer.body)
+    return dict(answer.headers)
+
+
+def _sent(file: BinaryIO, headers: dict[str, str]) -> Response:
+    """Send what lies in a file: whole where it is short, so that it can be kept."""
+    size = file.seek(0, SEEK_END)
+    if size > PIECE_BYTES:
+        return StreamingResponse(pieces(file, 0, size), headers=headers)
+    return Response(b"".join(pieces(file, 0, size)), headers=headers)
+
+
+def answered(study: Record, answer: dict[str, Any]) -> Document:
+    """Put the study in front of its answer.
+
+    Raises
+    ------
+    Problem
+        409 if the study stopped before anything of the answer was computed: nobody will compute it unless asked.
+    """
+    if study.state in ("cancelled", "failed") and answer.get("complete", 1) < 1:
+        resume = f"POST /api/v1/studies/{study.id}/resume computes what is missing"
+        if answer["complete"] == 0:
+            detail = f"The study is {study.state}, and nothing of what was asked for is computed. {resume}."
+            raise Problem(409, f"study-{study.state}", detail)
+        answer = answer | {"note": f"{answer['note']} The study is {study.state}: {resume}."}
+    return Document(in_front(study, answer))

@@ -1,0 +1,117 @@
+"""Answers made of a study's cube: where it is large, in a process that can be ended and stops nobody; else in a thread."""
+
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import BinaryIO, TypeVar
+
+from anyio import CancelScope
+from anyio.to_thread import run_sync
+from starlette.requests import Request
+
+from damperlab.service.settings import Settings
+from damperlab.service.state import Service
+from damperlab.studies.store.faults import cannot_use
+from damperlab.studies.store.record import Record
+from damperlab.studies.store.store import Store
+
+PIECE_BYTES = 1 << 20
+"""Of a long answer, which is sent as its client reads it."""
+EXPORT_POINTS = 1_000_000
+"""Points of an export for which a request has its processor time once more."""
+
+Result = TypeVar("Result")
+
+
+def is_large(service: Service, study: Record) -> bool:
+    """Whether answers about a study are computed apart."""
+    return study.points_total >= service.settings.question_points_apart
+
+
+async def computed(
+    request: Request, service: Service, study: Record, function: Callable[..., Result], *more: object
+) -> Result:
+    """Call a function with a store, the study, and what follows; importable by name, and all that can be pickled."""
+    if is_large(service, study):
+        return await service.work.run(request, _there, service.settings, study, function, more)
+    return await run_sync(function, service.store, study, *more)
+
+
+async def written(
+    request: Request,
+    service: Service,
+    study: Record,
+    function: Callable[..., Result],
+    *more: object,
+    export: bool = False,
+) -> tuple[Result, BinaryIO]:
+    """Have a function write a long answer into a file.
+
+    Parameters
+    ----------
+    request, service, study : Request, Service, Record
+        Who asks whom, and about what.
+    function : callable
+        Called with a store, the study, the path of the file, and what follows. All else that it writes goes to its folder.
+    *more
+        What follows.
+    export : bool
+        Whether it takes the turn of an export, and time by its points; its file may be larger than what holds temporary ones.
+
+    Returns
+    -------
+    result, file
+        What the function gives; the file has no name any more, and goes with its last handle.
+    """
+    folder = await run_sync(_folder, service.settings.data_dir if export else None)
+    try:
+        place = Path(folder.name) / "body"
+        if is_large(service, study):
+            work = service.exports if export else service.work
+            shares = 1 + study.points_total // EXPORT_POINTS if export else 1
+            arguments = (service.settings, study, function, (place, *more))
+            found = await work.run(request, _there, *arguments, shares=shares)
+        else:
+            found = await run_sync(function, service.store, study, place, *more)
+        return found, await run_sync(_open, place)
+    finally:
+        # the process may have been killed, which leaves all that it had written
+        with CancelScope(shield=True):
+            await run_sync(folder.cleanup)
+
+
+def pieces(file: BinaryIO, start: int, stop: int) -> Iterator[bytes]:
+    """Read a part of a file, as its reader takes it."""
+    with file:
+        file.seek(start)
+        while piece := file.read(min(PIECE_BYTES, stop - start)):
+            start += len(piece)
+            yield piece
+
+
+@lru_cache(maxsize=1)
+def store_of(settings: Settings) -> Store:
+    """Open the store that the settings name, once in a process that computes for requests."""
+    return settings.open_store(wait_seconds=settings.catalogue_wait_seconds)
+
+
+def _there(
+    settings: Settings, study: Record, function: Callable[..., Result], more: tuple[object, ...]
+) -> Result:
+    """Call a function in a process of `Work`."""
+    return function(store_of(settings), study, *more)
+
+
+def _folder(where: Path | None) -> "TemporaryDirectory[str]":
+    try:
+        return TemporaryDirectory(dir=where, prefix="export-", ignore_cleanup_errors=True)
+    except OSError as error:
+        raise cannot_use(str(where or "the folder of temporary files"), error) from error
+
+
+def _open(place: Path) -> BinaryIO:
+    try:
+        return place.open("rb")
+    except OSError as error:
+        raise cannot_use(str(place.parent), error) from error

@@ -1,0 +1,197 @@
+"""A new question is one file and its lines in the list: it is behind every door then, and behind none without them."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.service.cli.commands import LINEAR, run
+
+from damperlab.service.questions.every import EVERY
+
+ROOT = Path(__file__).parents[2]
+
+QUESTION = '''"""The question which amplitude a share of the points stays below."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from damperlab.service.questions.forms import along
+from damperlab.service.questions.question import Question, Subject, Words
+from damperlab.service.questions.shapes import Numbers, OfPoints
+from damperlab.studies.field import asked
+from damperlab.studies.kinds import HARMONIC
+
+
+@dataclass(frozen=True)
+class Share:
+    """Which share."""
+
+    share: float = asked(0.5, "Share of the points.", least=0, most=1)
+    beside: str | None = asked(None, "Another study.", studies=True, doors=("http",))
+
+
+class AmplitudeShare(OfPoints):
+    """Amplitudes along ``share``."""
+
+    share: Numbers
+    amplitude_ratio: Numbers
+
+
+def answer(study: Subject, asked: Share) -> Any:
+    """Give the amplitude that a share of the points stays below."""
+    import numpy as np
+    import xarray as xr
+
+    values = study.cube["amplitude_ratio"].values
+    shares = np.array([0.0, asked.share, 1.0])
+    found = {"amplitude_ratio": ("share", np.quantile(values, shares), {"units": "1"})}
+    known = {"note": "Three amplitudes.", "complete": 1.0, "points": values.size, "points_failed": 0}
+    return xr.Dataset(found, {"share": shares}, known)
+
+
+def draw(found: Any, names: tuple[str, ...]) -> Any:
+    """Draw the amplitudes."""
+    from matplotlib.figure import Figure
+
+    figure = Figure()
+    figure.add_subplot().plot(found["share"], found["amplitude_ratio"])
+    return figure
+
+
+def tell(study: Subject, found: Any, details: bool, asked: Share) -> Words:
+    """List the amplitudes."""
+    rows = [(f"{share:g}", f"{float(value):.6g}") for share, value in found["amplitude_ratio"].to_series().items()]
+    return Words(None, [found.attrs["note"]], (("share", "amplitude"), rows))
+
+
+AMPLITUDE_SHARE: Question[Any] = Question(
+    route="amplitude-share",
+    command="share",
+    summary="The amplitude that a share of the points stays below",
+    help="Say which amplitude a share of the points stays below.",
+    asks=(Share,),
+    answer=answer,
+    gives=AmplitudeShare,
+    form=along("share"),
+    draw=draw,
+    tell=tell,
+    kinds=(HARMONIC,),
+    details=False,
+)
+'''
+
+DOORS = """
+import contextlib, io, json, sys, threading, time
+from pathlib import Path
+
+import httpx, uvicorn
+
+
+import damperlab.service
+assert Path(damperlab.service.__file__).is_relative_to(sys.argv[1]), damperlab.service.__file__
+from damperlab.service.app import create_app
+from damperlab.service.cli.main import app as commands
+from damperlab.service.client import Client
+from damperlab.service.page.words import words_module
+from damperlab.service.settings import Settings
+from damperlab.service.work.kept import READS
+from docs.hooks import command_reference, http_reference
+
+data, study = Path(sys.argv[2]), sys.argv[3]
+app = create_app(Settings(data_dir=data, warm=False, question_points_apart=int(sys.argv[4])))
+server = uvicorn.Server(uvicorn.Config(app, port=0, log_config=None))
+thread = threading.Thread(target=server.run)
+thread.start()
+while not server.started:
+    time.sleep(0.02)
+port = server.servers[0].sockets[0].getsockname()[1]
+url = f"http://127.0.0.1:{port}"
+try:
+    answer = httpx.get(f"{url}/api/v1/studies/{study}/amplitude-share", params={"share": 0.25}, timeout=300)
+    refused = httpx.get(f"{url}/api/v1/studies/{study}/amplitude-share", params={"share": 2}, timeout=300)
+    dataset = Client(url).study(study).amplitude_share(share=0.25)
+    dataset.plot(data / "share.png")
+    client = dataset["amplitude_ratio"].values.tolist()
+finally:
+    server.should_exit = True
+    thread.join()
+printed = io.StringIO()
+with contextlib.redirect_stdout(printed):
+    asked = ["share", study, "--share", "0.25", "--json", "--data-dir", str(data)]
+    commands(args=asked, standalone_mode=False)
+print(json.dumps({
+    "http": answer.json(), "status": answer.status_code, "refused": refused.json(), "client": client,
+    "command": json.loads(printed.getvalue()), "document": app.openapi(), "words": words_module().decode(),
+    "reads": READS.get("amplitude-share"), "references": [http_reference(), command_reference()],
+}))
+"""
+
+
+@pytest.fixture
+def extended(tmp_path: Path) -> Path:
+    """The package with one question more."""
+    package = tmp_path / "with" / "damperlab"
+    shutil.copytree(ROOT / "src" / "damperlab", package, symlinks=True, ignore=lambda *_: ["service"])
+    for name in ("studies", "worker"):
+        (package / name).unlink()
+        (package / name).symlink_to(ROOT / name)
+    shutil.copytree(
+        ROOT / "service", package / "service", ignore=shutil.ignore_patterns("__pycache__", "library")
+    )
+    questions = package / "service" / "questions"
+    (questions / "amplitude_share.py").write_text(QUESTION)
+    listed = (questions / "every.py").read_text()
+    importing = "from damperlab.service.questions.amplitude_share import AMPLITUDE_SHARE\n"
+    listed = listed.replace("from damperlab", f"{importing}from damperlab", 1)
+    (questions / "every.py").write_text(
+        listed.replace("    RESONANCE_MAP,\n", "    AMPLITUDE_SHARE,\n    RESONANCE_MAP,\n")
+    )
+    return package.parent
+
+
+@pytest.mark.parametrize("points_apart", [0, 10**6], ids=["apart", "here"])
+def test_a_new_question_is_one_file_and_its_line_in_the_list(
+    extended: Path, tmp_path: Path, points_apart: int
+) -> None:
+    (tmp_path / "study.json").write_text(json.dumps(LINEAR))
+    made = json.loads(run("run", tmp_path / "study.json", "--data-dir", tmp_path / "data", "--json").stdout)
+    asked = [str(extended), str(tmp_path / "data"), made["id"], str(points_apart)]
+    environment = os.environ | {"PYTHONPATH": f"{extended}{os.pathsep}{ROOT}"}
+    ended = subprocess.run(
+        [sys.executable, "-c", DOORS, *asked],
+        capture_output=True,
+        text=True,
+        env=environment,
+        cwd=tmp_path,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr
+    found: dict[str, Any] = json.loads(ended.stdout)
+
+    assert found["status"] == 200
+    assert found["http"] == found["command"]
+    assert found["client"] == found["http"]["amplitude_ratio"]
+    assert found["refused"]["errors"][0]["field"] == "share"
+    assert (tmp_path / "data" / "share.png").read_bytes().startswith(b"\x89PNG")
+    operation = found["document"]["paths"]["/api/v1/studies/{study_id}/amplitude-share"]["get"]
+    assert operation["description"] == "Give the amplitude that a share of the points stays below."
+    assert [each["name"] for each in operation["parameters"]] == ["study_id", "share", "beside"]
+    schema = found["document"]["components"]["schemas"]["AmplitudeShare"]
+    assert schema["properties"]["share"] == {"type": "array", "items": {"type": ["number", "null"]}}
+    assert found["reads"] == ["beside"]
+    assert '"method": "amplitude_share"' in found["words"]
+    http, commands = found["references"]
+    assert "/amplitude-share" in http
+    assert "## damperlab share" in commands
+
+
+def test_the_list_names_every_file_of_a_question() -> None:
+    folder = ROOT / "service" / "questions"
+    files = {path.stem for path in folder.glob("*.py") if " = Question(" in path.read_text()}
+    assert {question.answer.__module__.rpartition(".")[2] for question in EVERY} == files
+    assert "amplitude-share" not in {question.route for question in EVERY}
