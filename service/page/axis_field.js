@@ -2,9 +2,12 @@
  * One quantity of a study: a single value, a range or a list, as the study's JSON writes it.
  *
  * @typedef {number | number[] | {start: number, stop: number, num: number, spacing?: "linear" | "log"}} Spec
- * @typedef {{field: string, label: string, unit?: string, scale?: number, low: number, high: number, step: number,
- *   usual: number, help?: string}} Quantity `field` is its path in the JSON; `scale` turns what is stored into what is
- *   shown (1000 for metres in mm); `low`, `high` and `step` are those of the slider, not the limits of the quantity
+ * @typedef {{field: string, label: string, unit?: string, scale?: number, low: number, high: number, step:
+ *   number,
+ *   usual: number, help?: string}} Quantity `field` is its path in the JSON; `scale` turns what is stored
+ *   into what is
+ *   shown (1000 for metres in mm); `low`, `high` and `step` are those of the slider, not the limits of the
+ *   quantity
  */
 
 import { el, fill } from "./dom.js";
@@ -80,9 +83,19 @@ export function axisField(quantity, spec, onChange) {
   );
 }
 
-/** What a spec becomes when it is given in another way. @param {any} spec @param {string} mode @param {Quantity} quantity */
+/**
+ * What a spec becomes when it is given in another way.
+ *
+ * @param {any} spec
+ * @param {string} mode
+ * @param {Quantity} quantity
+ */
 function converted(spec, mode, quantity) {
-  const values = Array.isArray(spec) ? spec : typeof spec === "object" && spec ? [spec.start, spec.stop] : [spec];
+  const values = Array.isArray(spec)
+    ? spec
+    : typeof spec === "object" && spec
+      ? [spec.start, spec.stop]
+      : [spec];
   const first = Number.isFinite(values[0]) ? values[0] : quantity.usual;
   const last = Number.isFinite(values.at(-1)) ? values.at(-1) : first;
   if (mode === "one") return first;
@@ -119,7 +132,13 @@ function number(quantity, label, value, onChange, bare = false) {
     if (box.value !== "") slider.value = box.value;
     onChange(box.value === "" ? null : Number(box.value));
   });
-  return el("div", { class: "number" }, !bare && el("span", { "aria-hidden": "true" }, label.split(": ").at(-1)), slider, box);
+  return el(
+    "div",
+    { class: "number" },
+    !bare && el("span", { "aria-hidden": "true" }, label.split(": ").at(-1)),
+    slider,
+    box,
+  );
 }
 
 /** @param {Quantity} quantity @param {any} spec @param {(spec: any) => void} onChange */
@@ -164,7 +183,11 @@ function listInput(quantity, spec, onChange) {
   return box;
 }
 
-/** Numbers where they are numbers, the text where not: the service says what is wrong with it. @param {string} text */
+/**
+ * Numbers where they are numbers, the text where not: the service says what is wrong with it.
+ *
+ * @param {string} text
+ */
 function numbersOf(text) {
   return text
     .split(/[,;\s]+/)

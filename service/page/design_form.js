@@ -1,4 +1,7 @@
-/** A new design: the fields of a specification and its JSON are two views of one document, and either can be edited. */
+/**
+ * A new design: the fields of a specification and its JSON are two views of one document, and either can be
+ * edited.
+ */
 
 import { ask, faultText, Refusal, refusalBox, send } from "./api.js";
 import { debounced, el, fill, picker, prose, say, typedObject } from "./dom.js";
@@ -16,7 +19,11 @@ import { WORDS } from "./words.js";
 const { structure, damper, ratios, limits, numbers, contact_time: contactTime } = WORDS.specification;
 const FIRST = "prototype";
 /** How a quantity of the damper is said. */
-const WAYS = /** @type {[string, string][]} */ ([["given", "given"], ["range", "in a range"], ["list", "from a list"]]);
+const WAYS = /** @type {[string, string][]} */ ([
+  ["given", "given"],
+  ["range", "in a range"],
+  ["list", "from a list"],
+]);
 
 /** @type {import("./main.js").View} */
 export async function designForm(root, { query }) {
@@ -28,7 +35,12 @@ export async function designForm(root, { query }) {
 
   const about = el("div", { class: "quiet about" });
   const fields = el("div", { class: "fields" });
-  const text = el("textarea", { spellcheck: "false", rows: 24, "aria-label": "The specification as JSON", oninput: () => typed() });
+  const text = el("textarea", {
+    spellcheck: "false",
+    rows: 24,
+    "aria-label": "The specification as JSON",
+    oninput: () => typed(),
+  });
   const wrong = el("p", { class: "faults", role: "alert" });
   const budget = el("div", { class: "estimate", role: "status" });
   const elsewhere = el("div", { class: "faults" });
@@ -38,13 +50,19 @@ export async function designForm(root, { query }) {
   function choose(name) {
     const chosen = named.find((/** @type {any} */ one) => one.name === name);
     asked = structuredClone(chosen.definition);
-    fill(about, chosen.about.map((/** @type {string} */ paragraph) => el("p", {}, prose(paragraph))));
+    fill(
+      about,
+      chosen.about.map((/** @type {string} */ paragraph) => el("p", {}, prose(paragraph))),
+    );
     draw();
     changed();
   }
 
   function draw() {
-    fill(fields, ...fieldsOf({ get: (path) => at(asked, path), set, again: () => (draw(), changed()) }, records));
+    fill(
+      fields,
+      ...fieldsOf({ get: (path) => at(asked, path), set, again: () => (draw(), changed()) }, records),
+    );
   }
 
   /** @param {string} path @param {any} value undefined takes it away */
@@ -75,15 +93,30 @@ export async function designForm(root, { query }) {
       const found = await send("designs", asked, { dry_run: true });
       if (mine !== number) return;
       showFaults([]);
-      fill(budget, `To be chosen: ${found.chosen.map((/** @type {string} */ name) => damper.find((each) => each.name === name)?.label ?? name).join("; ")}. At most ${count(found.budget_points)} points. ${found.understood.join(" ")}`);
+      fill(
+        budget,
+        "To be chosen: " +
+          `${found.chosen.map(labelOf).join("; ")}. ` +
+          "" +
+          `At most ${count(found.budget_points)} points. ${found.understood.join(" ")}`,
+      );
     } catch (error) {
       if (mine !== number || !(error instanceof Refusal)) return;
       showFaults(error.faults);
-      fill(budget, error.faults.length ? `${counted(error.faults.length, "fault")} to fix before it can be searched.` : refusalBox(error));
+      fill(
+        budget,
+        error.faults.length
+          ? `${counted(error.faults.length, "fault")} to fix before it can be searched.`
+          : refusalBox(error),
+      );
     }
   });
 
-  /** Put each fault at the field that it names; what has no field here goes above the button. @param {any[]} faults */
+  /**
+   * Put each fault at the field that it names; what has no field here goes above the button.
+   *
+   * @param {any[]} faults
+   */
   function showFaults(faults) {
     for (const place of root.querySelectorAll(".faults")) if (place !== wrong) fill(place);
     for (const marked of root.querySelectorAll("[aria-invalid]")) marked.removeAttribute("aria-invalid");
@@ -114,7 +147,12 @@ export async function designForm(root, { query }) {
   const start = named.some((/** @type {any} */ one) => one.name === first) ? first : named[0].name;
   fill(
     root,
-    el("div", { class: "row spread" }, el("h1", {}, "New design"), help("how-to/design/#what-a-specification-holds", "specifications")),
+    el(
+      "div",
+      { class: "row spread" },
+      el("h1", {}, "New design"),
+      help("how-to/design/#what-a-specification-holds", "specifications"),
+    ),
     el("div", { class: "row" }, picker("Start from", options, start, choose)),
     about,
     el(
@@ -145,46 +183,110 @@ export async function designForm(root, { query }) {
 async function copy(id) {
   const design = await ask(`designs/${encodeURIComponent(id)}`);
   const name = design.name || design.id;
-  return { name: `copy of ${name}`, about: [`A copy of ${name}. Points that it shares with the original are not computed again.`], definition: { ...design.specification, name: `${name}, changed` } };
+  return {
+    name: `copy of ${name}`,
+    about: [`A copy of ${name}. Points that it shares with the original are not computed again.`],
+    definition: { ...design.specification, name: `${name}, changed` },
+  };
 }
 
-/** Every field of a specification. @param {Held} held @param {any[]} records ground-motion records that the service has */
+/** What a quantity of the damper is called. @param {string} name */
+function labelOf(name) {
+  return damper.find((each) => each.name === name)?.label ?? name;
+}
+
+/**
+ * Every field of a specification.
+ *
+ * @param {Held} held
+ * @param {any[]} records ground-motion records that the service has
+ */
 function fieldsOf(held, records) {
   const measures = measuresOf(held);
   // what a document holds is shown even where it cannot hold
   const { bands } = shakenBy(held);
-  const limited = limits.filter((each) => (!each.over_bands || bands) || held.get(`limits.${each.name}`) !== undefined);
-  const name = el("input", { type: "text", value: held.get("name") ?? "", oninput: () => held.set("name", name.value) });
+  const limited = limits.filter(
+    (each) => !each.over_bands || bands || held.get(`limits.${each.name}`) !== undefined,
+  );
+  const name = el("input", {
+    type: "text",
+    value: held.get("name") ?? "",
+    oninput: () => held.set("name", name.value),
+  });
   return [
-    el("label", { class: "field wide", "data-field": "name" }, el("span", {}, "Name"), name, el("span", { class: "faults" })),
-    group("Structure", "structure", structure.filter((each) => each.usual || held.get(`structure.${each.name}`) !== undefined).map((each) => [number(held, `structure.${each.name}`, each), each.loose && tolerance(held, each)])),
+    el(
+      "label",
+      { class: "field wide", "data-field": "name" },
+      el("span", {}, "Name"),
+      name,
+      el("span", { class: "faults" }),
+    ),
+    group(
+      "Structure",
+      "structure",
+      structure
+        .filter((each) => each.usual || held.get(`structure.${each.name}`) !== undefined)
+        .map((each) => [number(held, `structure.${each.name}`, each), each.loose && tolerance(held, each)]),
+    ),
     excitationFields(held, records),
     ...damper.map((each) => damperField(held, each)),
     group("Contact", contactTime.name, [number(held, contactTime.name, contactTime)]),
-    group("Limits", "limits", limited.map((each) => number(held, `limits.${each.name}`, each))),
+    group(
+      "Limits",
+      "limits",
+      limited.map((each) => number(held, `limits.${each.name}`, each)),
+    ),
     group("What is judged", "measure", [
-      picker("Least", Object.entries(measures), held.get("measure") ?? Object.keys(measures)[0], (value) => held.set("measure", value)),
+      picker("Least", Object.entries(measures), held.get("measure") ?? Object.keys(measures)[0], (value) =>
+        held.set("measure", value),
+      ),
       ...numbers.map((each) => number(held, each.name, each)),
     ]),
   ];
 }
 
-/** A quantity of the damper: given, or what it may be; and its tolerance. @param {Held} held @param {SpecifiedField & {ratio: string}} unit */
+/**
+ * A quantity of the damper: given, or what it may be; and its tolerance.
+ *
+ * @param {Held} held
+ * @param {SpecifiedField & {ratio: string}} unit
+ */
 function damperField(held, unit) {
-  const inRatio = [unit.ratio, `choose.${unit.ratio}`].some((path) => held.get(path) !== undefined) && unit.ratio !== unit.name;
+  const inRatio =
+    [unit.ratio, `choose.${unit.ratio}`].some((path) => held.get(path) !== undefined) &&
+    unit.ratio !== unit.name;
   const each = inRatio ? ratios[unit.ratio] : unit;
   const place = `choose.${each.name}`;
   const chosen = held.get(place);
   const way = chosen === undefined ? "given" : Array.isArray(chosen) ? "list" : "range";
   const change = (/** @type {string} */ next) => {
     const last = held.get(place);
-    const values = last === undefined ? [held.get(each.name) ?? 0] : Array.isArray(last) ? last.map(valueOf(each)) : typeof last === "object" ? [last.start, last.stop] : [last];
+    const values =
+      last === undefined
+        ? [held.get(each.name) ?? 0]
+        : Array.isArray(last)
+          ? last.map(valueOf(each))
+          : typeof last === "object"
+            ? [last.start, last.stop]
+            : [last];
     const [low, high] = [Math.min(...values), Math.max(...values)];
     held.set(each.name, next === "given" ? low : undefined);
-    held.set(place, next === "range" ? { start: low, stop: high > low ? high : low + (low || 1) } : next === "list" ? [low, high > low ? high : low + (low || 1)] : undefined);
+    held.set(
+      place,
+      next === "range"
+        ? { start: low, stop: high > low ? high : low + (low || 1) }
+        : next === "list"
+          ? [low, high > low ? high : low + (low || 1)]
+          : undefined,
+    );
     held.again();
   };
-  const inputs = way === "given" ? number(held, each.name, each, "Value") : way === "range" ? span(held, place, each, "From and to") : list(held, place, each);
+  const inputs =
+    way === "given"
+      ? number(held, each.name, each, "Value")
+      : way === "range"
+        ? span(held, place, each, "From and to")
+        : list(held, place, each);
   return el(
     "fieldset",
     { "data-field": each.name },
@@ -194,19 +296,44 @@ function damperField(held, unit) {
   );
 }
 
-/** Values, each with a name where it has one. @param {Held} held @param {string} path @param {SpecifiedField} each */
+/**
+ * Values, each with a name where it has one.
+ *
+ * @param {Held} held
+ * @param {string} path
+ * @param {SpecifiedField} each
+ */
 function list(held, path, each) {
   const time = contactTime.name;
-  const one = (/** @type {any} */ value) => (typeof value === "object" ? `${value.name ?? ""} ${shown(value[each.name], each)}${value[time] ? ` (${short(1e3 * value[time], 4)} ms)` : ""}`.trim() : shown(value, each));
-  const box = el("input", { type: "text", value: held.get(path).map(one).join(", "), oninput: () => held.set(path, box.value.split(",").map(entry)) });
+  const one = (/** @type {any} */ value) => {
+    if (typeof value !== "object") return shown(value, each);
+    const ms = value[time] ? ` (${short(1e3 * value[time], 4)} ms)` : "";
+    return `${value.name ?? ""} ${shown(value[each.name], each)}${ms}`.trim();
+  };
+  const box = el("input", {
+    type: "text",
+    value: held.get(path).map(one).join(", "),
+    oninput: () => held.set(path, box.value.split(",").map(entry)),
+  });
   /** @param {string} part */
   function entry(part) {
     const [, name, value, ms] = /^\s*(.*?)\s*([^\s(]*)\s*(?:\(\s*(\S+)\s*ms\s*\))?\s*$/.exec(part) ?? [];
     const found = read(value, each) ?? null;
-    return name || ms ? { ...(name ? { name } : {}), [each.name]: found, ...(ms ? { [time]: Number(ms) / 1e3 } : {}) } : found;
+    return name || ms
+      ? { ...(name ? { name } : {}), [each.name]: found, ...(ms ? { [time]: Number(ms) / 1e3 } : {}) }
+      : found;
   }
-  const told = each.name === "restitution" ? "Values, with names as in rubber 0.3, steel 0.8; with a contact time as in rubber 0.3 (4 ms)" : "Values, with names as in light 1.2, heavy 2.5";
-  return el("label", { class: "field", "data-field": path }, el("span", {}, told), box, el("span", { class: "faults" }));
+  const told =
+    each.name === "restitution"
+      ? "Values, with names as in rubber 0.3, steel 0.8; with a contact time as in rubber 0.3 (4 ms)"
+      : "Values, with names as in light 1.2, heavy 2.5";
+  return el(
+    "label",
+    { class: "field", "data-field": path },
+    el("span", {}, told),
+    box,
+    el("span", { class: "faults" }),
+  );
 }
 
 /** @param {SpecifiedField} each @returns {(one: any) => number} */
@@ -219,18 +346,34 @@ function tolerance(held, each) {
   const path = `tolerances.${each.name}`;
   const value = held.get(path);
   const box = el("input", {
-    type: "text", value: typeof value === "string" ? value : shown(value, each), placeholder: "exact",
+    type: "text",
+    value: typeof value === "string" ? value : shown(value, each),
+    placeholder: "exact",
     oninput: () => held.set(path, box.value.includes("%") ? box.value.trim() : read(box.value, each)),
   });
-  return el("label", { class: "field", "data-field": path }, el("span", {}, `± ${each.unit ? `${each.unit}, or a share` : "the number, or a share"} as 10%`), box, el("span", { class: "faults" }));
+  return el(
+    "label",
+    { class: "field", "data-field": path },
+    el("span", {}, `± ${each.unit ? `${each.unit}, or a share` : "the number, or a share"} as 10%`),
+    box,
+    el("span", { class: "faults" }),
+  );
 }
 
 /** @param {any} document @param {string} path */
 function at(document, path) {
-  return path.split(".").reduce((held, key) => (held !== null && typeof held === "object" ? held[key] : undefined), document);
+  return path
+    .split(".")
+    .reduce((held, key) => (held !== null && typeof held === "object" ? held[key] : undefined), document);
 }
 
-/** Put a value at a path; undefined takes it away, with what is empty then. @param {any} held @param {string[]} way @param {any} value */
+/**
+ * Put a value at a path; undefined takes it away, with what is empty then.
+ *
+ * @param {any} held
+ * @param {string[]} way
+ * @param {any} value
+ */
 function put(held, [key, ...rest], value) {
   if (!rest.length) {
     if (value === undefined) delete held[key];
@@ -245,9 +388,19 @@ function put(held, [key, ...rest], value) {
   if (key !== "choose" && !Array.isArray(held) && Object.keys(held[key]).length === 0) delete held[key];
 }
 
-/** The element of a field: that of its longest beginning. @param {Element} fields @param {string} name @returns {Element | null} */
+/**
+ * The element of a field: that of its longest beginning.
+ *
+ * @param {Element} fields
+ * @param {string} name
+ * @returns {Element | null}
+ */
 function fieldOf(fields, name) {
-  for (let path = name.replaceAll("[", ".").replaceAll("]", ""); path; path = path.includes(".") ? path.slice(0, path.lastIndexOf(".")) : "") {
+  for (
+    let path = name.replaceAll("[", ".").replaceAll("]", "");
+    path;
+    path = path.includes(".") ? path.slice(0, path.lastIndexOf(".")) : ""
+  ) {
     const found = fields.querySelector(`[data-field="${CSS.escape(path)}"]`);
     if (found) return found;
   }

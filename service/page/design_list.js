@@ -1,4 +1,7 @@
-/** The list of designs, and which view an address below it shows: the list, the form of a new one, or one design. */
+/**
+ * The list of designs, and which view an address below it shows: the list, the form of a new one, or one
+ * design.
+ */
 
 import { ask, refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
@@ -26,8 +29,18 @@ async function designList(root) {
   let left = false;
   fill(
     root,
-    el("div", { class: "row spread" }, el("h1", {}, "Designs"), el("a", { class: "button primary", href: "#/designs/new" }, "New design")),
-    el("p", { class: "quiet about" }, help("how-to/design/", "designs"), "From what must be quiet, and what may be chosen, to a damper in drawing values."),
+    el(
+      "div",
+      { class: "row spread" },
+      el("h1", {}, "Designs"),
+      el("a", { class: "button primary", href: "#/designs/new" }, "New design"),
+    ),
+    el(
+      "p",
+      { class: "quiet about" },
+      help("how-to/design/", "designs"),
+      "From what must be quiet, and what may be chosen, to a damper in drawing values.",
+    ),
     list,
   );
 
@@ -38,10 +51,20 @@ async function designList(root) {
       const page = await ask("designs", { limit: PAGE, cursor });
       if (left) return;
       if (cursor) list.querySelector("ul")?.append(...page.designs.map(row));
-      else fill(list, page.designs.length ? el("ul", { class: "cards" }, page.designs.map(row)) : el("p", { class: "box" }, "No designs yet. A new one begins with a specification."));
+      else
+        fill(
+          list,
+          page.designs.length
+            ? el("ul", { class: "cards" }, page.designs.map(row))
+            : el("p", { class: "box" }, "No designs yet. A new one begins with a specification."),
+        );
       list.querySelector(".more")?.remove();
-      if (page.cursor) list.append(el("button", { type: "button", class: "more", onclick: () => look(page.cursor) }, "Show more"));
-      if (!cursor && page.designs.some((/** @type {any} */ each) => isActive(each.state))) timer = setTimeout(look, LOOK_MILLISECONDS);
+      if (page.cursor)
+        list.append(
+          el("button", { type: "button", class: "more", onclick: () => look(page.cursor) }, "Show more"),
+        );
+      if (!cursor && page.designs.some((/** @type {any} */ each) => isActive(each.state)))
+        timer = setTimeout(look, LOOK_MILLISECONDS);
     } catch (error) {
       if (!left) fill(list, refusalBox(error));
     }
@@ -66,6 +89,11 @@ function row(design) {
       el("div", { class: "quiet" }, `${moment(design.created)} · `, el("code", {}, design.id)),
       design.message && el("div", { class: "quiet" }, design.message),
     ),
-    el("div", { class: "state" }, badge(design.state), el("span", { class: "progress" }, `${count(design.points)} points`)),
+    el(
+      "div",
+      { class: "state" },
+      badge(design.state),
+      el("span", { class: "progress" }, `${count(design.points)} points`),
+    ),
   );
 }

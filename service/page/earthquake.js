@@ -1,4 +1,7 @@
-/** Dampers under an earthquake: the point of the study beside no damper, a tuned mass damper, and each of its parts alone. */
+/**
+ * Dampers under an earthquake: the point of the study beside no damper, a tuned mass damper, and each of its
+ * parts alone.
+ */
 
 import { faultText, Refusal, refusalBox } from "./api.js";
 import { debounced, el, fill, picker, prose, say } from "./dom.js";
@@ -13,11 +16,15 @@ import { line, mm, SAMPLES, spectrumOf } from "./survey_motion.js";
 import { TUNINGS } from "./vocabulary.js";
 
 const STARTS = 8;
+const SENSITIVE =
+  "Sensitive: a start that differs by a tenth of a micrometre ends far away, so one number means little. ";
 const USUAL_RECORD = "el-centro";
 /** Cases whose motion is drawn; each part of the damper alone would hide the others. */
 const MOVING = ["none", "tmd", "hybrid"];
 
-/** What is asked for: the key of the request, its label and unit, and what turns metres into what is shown. */
+/**
+ * What is asked for: the key of the request, its label and unit, and what turns metres into what is shown.
+ */
 const FIELDS = /** @type {[string, string, number][]} */ ([
   ["mass_kg", "Mass of the structure [kg]", 1],
   ["natural_frequency_hz", "Natural frequency [Hz]", 1],
@@ -32,12 +39,33 @@ const FIELDS = /** @type {[string, string, number][]} */ ([
 /** @type {import("./study.js").Tab} */
 export function earthquakeTab(session, place) {
   const { record } = session;
-  const asked = /** @type {Record<string, any>} */ ({ ...sizes(session), record: USUAL_RECORD, tmd_criterion: "den_hartog", starts: STARTS, scale: 1 });
+  const asked = /** @type {Record<string, any>} */ ({
+    ...sizes(session),
+    record: USUAL_RECORD,
+    tmd_criterion: "den_hartog",
+    starts: STARTS,
+    scale: 1,
+  });
   const answer = el("div");
   const same = () => pythonLine(null, "earthquake_comparison", asked);
-  const chart = figure({ label: "Peak and rms displacement of the structure by damper", name: `earthquake-${record.id}`, height: 340, python: same });
-  const drift = figure({ label: "Displacement against the base over time", name: `earthquake-drift-${record.id}`, height: 280, python: same });
-  const spectrum = figure({ label: "Spectrum of the displacement against the base", name: `earthquake-spectrum-${record.id}`, height: 260, python: same });
+  const chart = figure({
+    label: "Peak and rms displacement of the structure by damper",
+    name: `earthquake-${record.id}`,
+    height: 340,
+    python: same,
+  });
+  const drift = figure({
+    label: "Displacement against the base over time",
+    name: `earthquake-drift-${record.id}`,
+    height: 280,
+    python: same,
+  });
+  const spectrum = figure({
+    label: "Spectrum of the displacement against the base",
+    name: `earthquake-spectrum-${record.id}`,
+    height: 260,
+    python: same,
+  });
   const fields = el("div", { class: "pairs" });
   const goesOn = el("p", { class: "quiet", role: "status" }, "Computing …");
   const shown = el("div", { class: "left" }, goesOn);
@@ -46,23 +74,47 @@ export function earthquakeTab(session, place) {
   const look = debounced(400, async () => {
     const mine = ++number;
     try {
-      const found = await sendPatiently("earthquake-comparisons", asked, (words) => fill(goesOn, words || "Computing …"));
+      const found = await sendPatiently("earthquake-comparisons", asked, (words) =>
+        fill(goesOn, words || "Computing …"),
+      );
       if (mine !== number) return;
       showFaults([]);
       if (!chart.element.isConnected) fill(shown, chart.element, answer, drift.element, spectrum.element);
       fill(answer, table(found));
-      await chart.draw(() => traces(found), () => ({
-        barmode: "group", xaxis: { title: { text: "" }, tickangle: 0 }, yaxis: { title: { text: "displacement against the base [mm]" }, rangemode: "tozero" },
-      }));
+      await chart.draw(
+        () => traces(found),
+        () => ({
+          barmode: "group",
+          xaxis: { title: { text: "" }, tickangle: 0 },
+          yaxis: { title: { text: "displacement against the base [mm]" }, rangemode: "tozero" },
+        }),
+      );
       say(`Compared under ${found.record.name}.`);
-      const moved = await sendPatiently("earthquake-comparisons", { ...asked, cases: MOVING, starts: 0 }, () => undefined, undefined, { samples: SAMPLES });
+      const moved = await sendPatiently(
+        "earthquake-comparisons",
+        { ...asked, cases: MOVING, starts: 0 },
+        () => undefined,
+        undefined,
+        { samples: SAMPLES },
+      );
       if (mine !== number || !shown.isConnected) return;
-      await drift.draw(() => moving(moved, (history, name, shade, dash) => line(history, mm(history.relative_displacement_m), name, shade, dash)), () => ({
-        xaxis: { title: { text: "time [s]" } }, yaxis: { title: { text: "x − z [mm]" } },
-      }));
-      await spectrum.draw(() => moving(moved, (history, name, shade, dash) => spectrumOf(history, moved.design.natural_frequency_hz, name, shade, dash)), () => ({
-        xaxis: { title: { text: "frequency [Hz]" } }, yaxis: { title: { text: "amplitude of x − z [mm]" }, rangemode: "tozero" },
-      }));
+      await drift.draw(
+        () =>
+          moving(moved, (history, name, shade, dash) =>
+            line(history, mm(history.relative_displacement_m), name, shade, dash),
+          ),
+        () => ({ xaxis: { title: { text: "time [s]" } }, yaxis: { title: { text: "x − z [mm]" } } }),
+      );
+      await spectrum.draw(
+        () =>
+          moving(moved, (history, name, shade, dash) =>
+            spectrumOf(history, moved.design.natural_frequency_hz, name, shade, dash),
+          ),
+        () => ({
+          xaxis: { title: { text: "frequency [Hz]" } },
+          yaxis: { title: { text: "amplitude of x − z [mm]" }, rangemode: "tozero" },
+        }),
+      );
     } catch (error) {
       if (mine !== number) return;
       if (error instanceof Refusal && error.faults.length) showFaults(error.faults);
@@ -75,7 +127,9 @@ export function earthquakeTab(session, place) {
     // what is wrong with a file stays until another is chosen
     for (const spot of place.querySelectorAll(".faults:not(.upload)")) fill(spot);
     for (const fault of faults) {
-      const spot = place.querySelector(`[data-field="${CSS.escape(fault.field)}"] .faults:not(.upload)`) ?? place.querySelector(".rest.faults");
+      const spot =
+        place.querySelector(`[data-field="${CSS.escape(fault.field)}"] .faults:not(.upload)`) ??
+        place.querySelector(".rest.faults");
       spot?.append(el("p", {}, faultText(fault)));
     }
   }
@@ -85,18 +139,30 @@ export function earthquakeTab(session, place) {
       fields,
       FIELDS.map(([key, label, scale]) => {
         const box = el("input", {
-          type: "number", step: "any", value: Number((asked[key] * scale).toPrecision(6)),
+          type: "number",
+          step: "any",
+          value: Number((asked[key] * scale).toPrecision(6)),
           oninput: () => {
             asked[key] = box.value === "" ? null : Number(box.value) / scale;
             look();
           },
         });
-        return el("label", { class: "field", "data-field": key }, el("span", {}, label), box, el("span", { class: "faults" }));
+        return el(
+          "label",
+          { class: "field", "data-field": key },
+          el("span", {}, label),
+          box,
+          el("span", { class: "faults" }),
+        );
       }),
     );
   }
 
-  const again = el("button", { type: "button", onclick: () => (Object.assign(asked, sizes(session)), drawFields(), look()) }, "Sizes of the study’s point");
+  const again = el(
+    "button",
+    { type: "button", onclick: () => (Object.assign(asked, sizes(session)), drawFields(), look()) },
+    "Sizes of the study’s point",
+  );
   drawFields();
   fill(
     place,
@@ -111,7 +177,12 @@ export function earthquakeTab(session, place) {
         el("h2", {}, "Record and sizes"),
         recordPicker(asked.record, (id) => ((asked.record = id), look())),
         fields,
-        picker("Mass damper tuned by", TUNINGS, asked.tmd_criterion, (criterion) => ((asked.tmd_criterion = criterion), look())),
+        picker(
+          "Mass damper tuned by",
+          TUNINGS,
+          asked.tmd_criterion,
+          (criterion) => ((asked.tmd_criterion = criterion), look()),
+        ),
         el("p", { class: "quiet" }, sizesNote(session)),
         again,
         el("div", { class: "rest faults" }),
@@ -121,7 +192,11 @@ export function earthquakeTab(session, place) {
   look();
 }
 
-/** The point of the study with units: of its own structure where it has one, else of the paper's. @param {import("./study.js").Session} session */
+/**
+ * The point of the study with units: of its own structure where it has one, else of the paper's.
+ *
+ * @param {import("./study.js").Session} session
+ */
 function sizes({ selection, record }) {
   const physical = { ...STRUCTURE, ...numbersIn(record.definition.physical) };
   const of = (/** @type {string} */ ratio) => selection.value(ratio) * (unitFactor(ratio, physical) ?? 0);
@@ -139,7 +214,9 @@ function sizes({ selection, record }) {
 
 /** @param {any} physical @returns {Record<string, number>} */
 function numbersIn(physical) {
-  return Object.fromEntries(Object.entries(physical ?? {}).filter(([name, value]) => name in STRUCTURE && typeof value === "number"));
+  return Object.fromEntries(
+    Object.entries(physical ?? {}).filter(([name, value]) => name in STRUCTURE && typeof value === "number"),
+  );
 }
 
 /** @param {import("./study.js").Session} session */
@@ -147,7 +224,9 @@ function sizesNote({ record }) {
   const own = Object.keys(numbersIn(record.definition.physical)).length === Object.keys(STRUCTURE).length;
   return own
     ? "Sizes are those of the study."
-    : `The study is given in ratios only. Its point is converted to sizes with ${STRUCTURE.mass_kg} kg, ${STRUCTURE.natural_frequency_hz} Hz and a base amplitude of ${1000 * STRUCTURE.base_amplitude_m} mm; enter your own.`;
+    : `The study is given in ratios only. Its point is converted to sizes with ${STRUCTURE.mass_kg} kg, ` +
+        `${STRUCTURE.natural_frequency_hz} Hz and a base amplitude of ${1000 * STRUCTURE.base_amplitude_m} ` +
+        "mm; enter your own.";
 }
 
 /** @param {any} found */
@@ -158,10 +237,14 @@ function table(found) {
     ["peak_absolute_acceleration_m_s2", "Peak acceleration [m/s²]"],
   ]);
   const cases = /** @type {[string, any][]} */ (Object.entries(found.cases));
-  const value = (/** @type {any} */ one, /** @type {string} */ name) => short(one[name] * (name.endsWith("_m") ? 1000 : 1), 4);
+  const value = (/** @type {any} */ one, /** @type {string} */ name) =>
+    short(one[name] * (name.endsWith("_m") ? 1000 : 1), 4);
   const span = (/** @type {any} */ one) => {
     const spread = one.spread?.peak_relative_displacement_m;
-    return spread ? `${short(1000 * spread.lowest, 4)} to ${short(1000 * spread.highest, 4)}${one.spread.sensitive ? ", sensitive" : ""}` : "–";
+    return spread
+      ? `${short(1000 * spread.lowest, 4)} to ` +
+          `${short(1000 * spread.highest, 4)}${one.spread.sensitive ? ", sensitive" : ""}`
+      : "–";
   };
   return [
     el(
@@ -170,11 +253,42 @@ function table(found) {
       el(
         "table",
         {},
-        el("thead", {}, el("tr", {}, ["Damper", ...columns.map(([, title]) => title), "Peak from other starts [mm]"].map((title) => el("th", { scope: "col" }, title)))),
-        el("tbody", {}, cases.map(([, one]) => el("tr", {}, el("th", { scope: "row" }, one.label), columns.map(([name]) => el("td", {}, value(one, name))), el("td", {}, span(one))))),
+        el(
+          "thead",
+          {},
+          el(
+            "tr",
+            {},
+            ["Damper", ...columns.map(([, title]) => title), "Peak from other starts [mm]"].map((title) =>
+              el("th", { scope: "col" }, title),
+            ),
+          ),
+        ),
+        el(
+          "tbody",
+          {},
+          cases.map(([, one]) =>
+            el(
+              "tr",
+              {},
+              el("th", { scope: "row" }, one.label),
+              columns.map(([name]) => el("td", {}, value(one, name))),
+              el("td", {}, span(one)),
+            ),
+          ),
+        ),
       ),
     ),
-    el("p", { class: "quiet note" }, prose(`Displacements are against the base. ${found.record.name}: peak ${short(found.record.peak_acceleration_g, 3)} g, ${short(found.record.duration_s, 4)} s. ${cases.some(([, one]) => one.spread?.sensitive) ? "Sensitive: a start that differs by a tenth of a micrometre ends far away, so one number means little. " : ""}${found.note ?? ""}`)),
+    el(
+      "p",
+      { class: "quiet note" },
+      prose(
+        `Displacements are against the base. ${found.record.name}: peak ` +
+          `${short(found.record.peak_acceleration_g, 3)} g, ${short(found.record.duration_s, 4)} s. ` +
+          (cases.some(([, one]) => one.spread?.sensitive) ? SENSITIVE : "") +
+          (found.note ?? ""),
+      ),
+    ),
   ];
 }
 
@@ -182,8 +296,12 @@ function table(found) {
 function traces(found) {
   const cases = /** @type {any[]} */ (Object.values(found.cases));
   const bar = (/** @type {string} */ name, /** @type {string} */ title, /** @type {number} */ i) => ({
-    type: "bar", name: title, x: cases.map((one) => one.label.replaceAll(" ", "<br>")), y: cases.map((one) => 1000 * one[name]),
-    marker: { color: CURVES()[i], pattern: { shape: ["", "/"][i] } }, hovertemplate: "%{y:.4~g} mm",
+    type: "bar",
+    name: title,
+    x: cases.map((one) => one.label.replaceAll(" ", "<br>")),
+    y: cases.map((one) => 1000 * one[name]),
+    marker: { color: CURVES()[i], pattern: { shape: ["", "/"][i] } },
+    hovertemplate: "%{y:.4~g} mm",
   });
   return [bar("peak_relative_displacement_m", "peak", 0), bar("rms_relative_displacement_m", "rms", 1)];
 }
@@ -194,6 +312,14 @@ function traces(found) {
  * @param {any} found @param {(history: any, name: string, shade: string, dash: string) => any} drawn
  */
 function moving(found, drawn) {
-  const looks = [[colour("quiet"), "dot"], [CURVES()[0], "dash"], [CURVES()[1], "solid"]];
-  return MOVING.flatMap((name, i) => (found.histories[name] ? drawn(found.histories[name], found.cases[name].label, looks[i][0], looks[i][1]) : []));
+  const looks = [
+    [colour("quiet"), "dot"],
+    [CURVES()[0], "dash"],
+    [CURVES()[1], "solid"],
+  ];
+  return MOVING.flatMap((name, i) =>
+    found.histories[name]
+      ? drawn(found.histories[name], found.cases[name].label, looks[i][0], looks[i][1])
+      : [],
+  );
 }

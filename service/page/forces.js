@@ -1,4 +1,7 @@
-/** Forces on the structure over a computed motion, over k·Z: what excites it, the spring, the damping and friction. */
+/**
+ * Forces on the structure over a computed motion, over k·Z: what excites it, the spring, the damping and
+ * friction.
+ */
 
 import { CURVES, DASHES } from "./figure.js";
 
@@ -8,12 +11,15 @@ const HELD = 1e-9;
 const AT_WALL = 1e-9;
 
 /**
- * @typedef {{damping: number, friction: number, mass: number, clearance: number | null, forced: boolean}} Damper ζ, γ_F, β and
- *   d/Z, no clearance where there is no particle; and whether a force excites the structure in place of its base
+ * @typedef {{damping: number, friction: number, mass: number, clearance: number | null, forced: boolean}}
+ *   Damper ζ, γ_F, β and
+ *   d/Z, no clearance where there is no particle; and whether a force excites the structure in place of its
+ *   base
  */
 
 /**
- * The forces, one value a sample; the one that excites is 0 on a shaken base. Friction that holds the structure is what keeps it moving with its base.
+ * The forces, one value a sample; the one that excites is 0 on a shaken base. Friction that holds the
+ * structure is what keeps it moving with its base.
  *
  * @param {import("./history.js").History} history
  * @param {Damper} damper
@@ -39,13 +45,27 @@ export function forcesOn(history, { damping, friction, mass, clearance, forced }
   };
 }
 
-/** @param {import("./history.js").History} history @param {Damper} damper @param {number} factor from k·Z to what is shown */
+/**
+ * @param {import("./history.js").History} history
+ * @param {Damper} damper
+ * @param {number} factor from k·Z to what is shown
+ */
 export function forceTraces(history, damper, factor) {
   const forces = forcesOn(history, damper);
-  const named = /** @type {[keyof typeof forces, string][]} */ ([["spring", "spring"], ["damping", "damping of the structure"], ["friction", "friction"], ["force", "force F₀ sin ωt"]]);
+  const named = /** @type {[keyof typeof forces, string][]} */ ([
+    ["spring", "spring"],
+    ["damping", "damping of the structure"],
+    ["friction", "friction"],
+    ["force", "force F₀ sin ωt"],
+  ]);
   return named
     .filter(([name]) => forces[name].some((force) => force !== 0))
     .map(([name, title], i) => ({
-      type: "scatter", mode: "lines", x: history.cycles, y: forces[name].map((force) => force * factor), name: title, line: { color: CURVES()[i], dash: DASHES[i], width: 1.4 },
+      type: "scatter",
+      mode: "lines",
+      x: history.cycles,
+      y: forces[name].map((force) => force * factor),
+      name: title,
+      line: { color: CURVES()[i], dash: DASHES[i], width: 1.4 },
     }));
 }

@@ -1,8 +1,10 @@
 /** A computed motion: columns over time, as the service samples them, and what is read off them. */
 
 /**
- * @typedef {{time: number[], u: number[], u_rate: number[], v: number[], v_rate: number[], p: (number | null)[],
- *   p_rate: (number | null)[], impact: number[]}} Columns τ in 1/ω_n; structure u, the same against the base v, and particle p, over Z
+ * @typedef {{time: number[], u: number[], u_rate: number[], v: number[], v_rate: number[], p: (number |
+ *   null)[],
+ *   p_rate: (number | null)[], impact: number[]}} Columns τ in 1/ω_n; structure u, the same against the base
+ *   v, and particle p, over Z
  */
 
 const SAMPLES_PER_CYCLE = 256;
@@ -45,7 +47,12 @@ export class History {
     return low;
   }
 
-  /** A column at a time in cycles, straight between samples. @param {keyof Columns} name @param {number} cycle */
+  /**
+   * A column at a time in cycles, straight between samples.
+   *
+   * @param {keyof Columns} name
+   * @param {number} cycle
+   */
   at(name, cycle) {
     const i = this.before(cycle);
     const column = this.columns[name];
@@ -61,14 +68,19 @@ export class History {
     return this.columns.p.map((p, i) => (p === null ? null : p - this.columns.u[i]));
   }
 
-  /** States once a cycle at the same phase, as a Poincaré section shows them. @returns {{u: number[], u_rate: number[]}} */
+  /**
+   * States once a cycle at the same phase, as a Poincaré section shows them.
+   *
+   * @returns {{u: number[], u_rate: number[]}}
+   */
   get strobes() {
     const whole = Array.from({ length: this.length }, (_, k) => k);
     return { u: whole.map((k) => this.at("u", k)), u_rate: whole.map((k) => this.at("u_rate", k)) };
   }
 
   /**
-   * Amplitudes of the structure over the frequency, over Z: the discrete Fourier transform over all whole cycles.
+   * Amplitudes of the structure over the frequency, over Z: the discrete Fourier transform over all whole
+   * cycles.
    *
    * @param {number} most highest multiple of the excitation's frequency
    * @returns {{multiple: number[], amplitude: number[]}} from the lowest frequency that fits, in steps of it

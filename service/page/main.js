@@ -1,8 +1,10 @@
 /**
- * Which view an address shows. Addresses are fragments, so that each can be linked to and the server knows one page only.
+ * Which view an address shows. Addresses are fragments, so that each can be linked to and the server knows
+ * one page only.
  *
  * @typedef {(() => void) | void} Leave
- * @typedef {(root: HTMLElement, address: {parts: string[], query: URLSearchParams}) => Promise<Leave> | Leave} View
+ * @typedef {(root: HTMLElement, address: {parts: string[], query: URLSearchParams}) => Promise<Leave> |
+ *   Leave} View
  */
 
 import { KEY_NEEDED, refusalBox } from "./api.js";
@@ -16,7 +18,13 @@ import { studyForm } from "./study_form.js";
 import { studyView } from "./study.js";
 
 /** @type {Record<string, View>} */
-const VIEWS = { "": studiesView, new: studyForm, studies: studyView, designs: designsView, accuracy: accuracyView };
+const VIEWS = {
+  "": studiesView,
+  new: studyForm,
+  studies: studyView,
+  designs: designsView,
+  accuracy: accuracyView,
+};
 
 /** @type {Leave} */
 let leave;
@@ -38,7 +46,12 @@ async function show() {
     if (mine === shown) leave = leaving;
     else leaving?.();
   } catch (error) {
-    fill(root, el("h1", {}, "This did not work"), refusalBox(error), el("p", {}, el("a", { href: "#/" }, "All studies")));
+    fill(
+      root,
+      el("h1", {}, "This did not work"),
+      refusalBox(error),
+      el("p", {}, el("a", { href: "#/" }, "All studies")),
+    );
   }
   if (mine === shown) arrived(root);
 }

@@ -6,14 +6,42 @@ import { WORDS } from "./words.js";
 
 const TAG = new RegExp(`^(?:${WORDS.tag_pattern})$`);
 
-/** Tags as they stand in a list: a click on one shows the studies that have it. @param {string[]} tags @param {(tag: string) => void} choose */
+/**
+ * Tags as they stand in a list: a click on one shows the studies that have it.
+ *
+ * @param {string[]} tags
+ * @param {(tag: string) => void} choose
+ */
 export function tagList(tags, choose) {
-  return tags.length > 0 && el("div", { class: "tags" }, tags.map((tag) => el("button", { type: "button", class: "tag", "aria-label": `Studies with the tag ${tag}`, onclick: () => choose(tag) }, tag)));
+  return (
+    tags.length > 0 &&
+    el(
+      "div",
+      { class: "tags" },
+      tags.map((tag) =>
+        el(
+          "button",
+          {
+            type: "button",
+            class: "tag",
+            "aria-label": `Studies with the tag ${tag}`,
+            onclick: () => choose(tag),
+          },
+          tag,
+        ),
+      ),
+    )
+  );
 }
 
 /** A form for both. @param {any} record */
 export function remarksForm(record) {
-  const tags = el("input", { class: "wide", value: record.tags.join(", "), placeholder: "rig-2, steel", autocomplete: "off" });
+  const tags = el("input", {
+    class: "wide",
+    value: record.tags.join(", "),
+    placeholder: "rig-2, steel",
+    autocomplete: "off",
+  });
   const note = el("textarea", { class: "wide", rows: 4, value: record.note, maxlength: 4000 });
   const trouble = el("div");
 
@@ -22,9 +50,17 @@ export function remarksForm(record) {
     event.preventDefault();
     const said = { tags: tags.value.split(/[\s,]+/).filter(Boolean), note: note.value };
     const odd = said.tags.filter((/** @type {string} */ tag) => !TAG.test(tag));
-    if (odd.length) return fill(trouble, el("p", { class: "box fault", role: "alert" }, `${odd.join(", ")}: a tag has ${WORDS.tag_words}.`));
+    if (odd.length)
+      return fill(
+        trouble,
+        el("p", { class: "box fault", role: "alert" }, `${odd.join(", ")}: a tag has ${WORDS.tag_words}.`),
+      );
     try {
-      const now = await ask(studyPath(record.id), {}, { method: "PATCH", body: JSON.stringify(said), headers: { "Content-Type": "application/json" } });
+      const now = await ask(
+        studyPath(record.id),
+        {},
+        { method: "PATCH", body: JSON.stringify(said), headers: { "Content-Type": "application/json" } },
+      );
       Object.assign(record, { tags: now.tags, note: now.note });
       tags.value = now.tags.join(", ");
       fill(trouble, el("p", { class: "quiet" }, "Saved."));

@@ -5,33 +5,91 @@ import { capital, el } from "./dom.js";
 /** @typedef {import("./words.js").SpecifiedField} SpecifiedField */
 
 /**
- * @typedef {{get: (path: string) => any, set: (path: string, value: any) => void, again: () => void}} Held the document,
+ * @typedef {{get: (path: string) => any, set: (path: string, value: any) => void, again: () => void}} Held
+ *   the document,
  *   by the paths of its fields; `again` draws the fields anew
  */
 
-/** Fields with a title, and a place for faults. @param {string} title @param {string} field @param {any[]} children */
+/**
+ * Fields with a title, and a place for faults.
+ *
+ * @param {string} title
+ * @param {string} field
+ * @param {any[]} children
+ */
 export function group(title, field, children) {
-  return el("fieldset", { "data-field": field }, el("legend", {}, title), el("div", { class: "pairs" }, children), el("div", { class: "faults" }));
+  return el(
+    "fieldset",
+    { "data-field": field },
+    el("legend", {}, title),
+    el("div", { class: "pairs" }, children),
+    el("div", { class: "faults" }),
+  );
 }
 
-/** One number. @param {Held} held @param {string} path @param {SpecifiedField} each @param {string} [title] */
+/**
+ * One number.
+ *
+ * @param {Held} held
+ * @param {string} path
+ * @param {SpecifiedField} each
+ * @param {string} [title]
+ */
 export function number(held, path, each, title = titled(each)) {
   const value = held.get(path);
-  const box = el("input", { type: "number", step: "any", value: shown(value, each), placeholder: each.usual_value ?? "", oninput: () => held.set(path, read(box.value, each)) });
-  return el("label", { class: "field", "data-field": path }, el("span", {}, title), box, el("span", { class: "faults" }));
+  const box = el("input", {
+    type: "number",
+    step: "any",
+    value: shown(value, each),
+    placeholder: each.usual_value ?? "",
+    oninput: () => held.set(path, read(box.value, each)),
+  });
+  return el(
+    "label",
+    { class: "field", "data-field": path },
+    el("span", {}, title),
+    box,
+    el("span", { class: "faults" }),
+  );
 }
 
-/** A number, or from one to another. @param {Held} held @param {string} path @param {SpecifiedField} each @param {string} [title] */
+/**
+ * A number, or from one to another.
+ *
+ * @param {Held} held
+ * @param {string} path
+ * @param {SpecifiedField} each
+ * @param {string} [title]
+ */
 export function span(held, path, each, title = titled(each)) {
   const value = held.get(path);
-  const [low, high] = value !== null && typeof value === "object" ? [value.start, value.stop] : [value, undefined];
-  const start = el("input", { type: "number", step: "any", value: shown(low, each), "aria-label": `${titled(each)}, from`, oninput: () => change() });
-  const stop = el("input", { type: "number", step: "any", value: shown(high, each), "aria-label": `${titled(each)}, to; empty for one value`, oninput: () => change() });
+  const [low, high] =
+    value !== null && typeof value === "object" ? [value.start, value.stop] : [value, undefined];
+  const start = el("input", {
+    type: "number",
+    step: "any",
+    value: shown(low, each),
+    "aria-label": `${titled(each)}, from`,
+    oninput: () => change(),
+  });
+  const stop = el("input", {
+    type: "number",
+    step: "any",
+    value: shown(high, each),
+    "aria-label": `${titled(each)}, to; empty for one value`,
+    oninput: () => change(),
+  });
   function change() {
     const [one, other] = [read(start.value, each), read(stop.value, each)];
     held.set(path, other === undefined ? one : { start: one, stop: other });
   }
-  return el("div", { class: "field", "data-field": path }, el("span", {}, title), el("span", { class: "ends" }, start, "to", stop), el("span", { class: "faults" }));
+  return el(
+    "div",
+    { class: "field", "data-field": path },
+    el("span", {}, title),
+    el("span", { class: "ends" }, start, "to", stop),
+    el("span", { class: "faults" }),
+  );
 }
 
 /** What stands above a field. @param {SpecifiedField} each */
@@ -44,7 +102,13 @@ export function shown(value, each) {
   return typeof value === "number" ? Number((value * each.scale).toPrecision(12)) : (value ?? "");
 }
 
-/** A number as it was typed; text stays what it is, for the service to judge. @param {string} typed @param {SpecifiedField} each @returns {any} */
+/**
+ * A number as it was typed; text stays what it is, for the service to judge.
+ *
+ * @param {string} typed
+ * @param {SpecifiedField} each
+ * @returns {any}
+ */
 export function read(typed, each) {
   if (typed.trim() === "") return undefined;
   const value = Number(typed);

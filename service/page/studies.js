@@ -10,7 +10,9 @@ import { studyFilter } from "./study_filter.js";
 import { thumbnail } from "./thumbnail.js";
 import { vocabulary } from "./vocabulary.js";
 
-/** Streams at once: a browser keeps six connections to a host, and the rest of the page needs some of them. */
+/**
+ * Streams at once: a browser keeps six connections to a host, and the rest of the page needs some of them.
+ */
 const STREAMS = 2;
 const LOOK_MILLISECONDS = 4000;
 const PAGE = 50;
@@ -28,7 +30,12 @@ export async function studiesView(root, { query }) {
   const filter = studyFilter(new Kept("#/", query), () => look());
   fill(
     root,
-    el("div", { class: "row spread" }, el("h1", {}, "Studies"), el("a", { class: "button primary", href: "#/new" }, "New study")),
+    el(
+      "div",
+      { class: "row spread" },
+      el("h1", {}, "Studies"),
+      el("a", { class: "button primary", href: "#/new" }, "New study"),
+    ),
     filter.element,
     list,
   );
@@ -47,7 +54,8 @@ export async function studiesView(root, { query }) {
       return;
     }
     if (left || mine !== asked) return;
-    if (page.studies.length === 0 && !cursor && !page.cursor) fill(list, filter.any() ? nothingFound() : await nothingYet());
+    if (page.studies.length === 0 && !cursor && !page.cursor)
+      fill(list, filter.any() ? nothingFound() : await nothingYet());
     else draw(page, Boolean(cursor));
     listen(page.studies);
   }
@@ -59,7 +67,9 @@ export async function studiesView(root, { query }) {
     else fill(list, el("ul", { class: "cards" }, rows));
     list.querySelector(".more")?.remove();
     if (page.cursor) {
-      list.append(el("button", { type: "button", class: "more", onclick: () => look(page.cursor) }, "Show more"));
+      list.append(
+        el("button", { type: "button", class: "more", onclick: () => look(page.cursor) }, "Show more"),
+      );
     }
   }
 
@@ -80,7 +90,14 @@ export async function studiesView(root, { query }) {
         "div",
         { class: "grow" },
         el("a", { class: "title", href: `#/studies/${record.id}` }, name),
-        el("div", { class: "quiet" }, record.created && `${moment(record.created)} · `, el("code", {}, record.id), record.submitted_by ? ` · by ${record.submitted_by}` : "", record.priority ? ` · priority ${record.priority}` : ""),
+        el(
+          "div",
+          { class: "quiet" },
+          record.created && `${moment(record.created)} · `,
+          el("code", {}, record.id),
+          record.submitted_by ? ` · by ${record.submitted_by}` : "",
+          record.priority ? ` · priority ${record.priority}` : "",
+        ),
         record.message && el("div", { class: "quiet" }, record.message),
         tagList(record.tags, filter.tagged),
         outdatedNote(record),
@@ -90,14 +107,19 @@ export async function studiesView(root, { query }) {
     );
   }
 
-  /** Follow the first few that are on their way; ask for the list again while there are any. @param {any[]} records */
+  /**
+   * Follow the first few that are on their way; ask for the list again while there are any.
+   *
+   * @param {any[]} records
+   */
   function listen(records) {
     const active = records.filter((record) => isActive(record.state));
     for (const record of active) {
       if (streams.size >= STREAMS || streams.has(record.id)) continue;
       const stop = follow(record.id, (now, event) => {
         const item = list.querySelector(`[data-study="${CSS.escape(record.id)}"]`);
-        if (item && event === "progress" && !item.contains(document.activeElement)) redraw(item, { ...record, ...now });
+        if (item && event === "progress" && !item.contains(document.activeElement))
+          redraw(item, { ...record, ...now });
         if (event !== "progress") {
           streams.delete(record.id);
           look();
@@ -129,9 +151,16 @@ async function nothingYet() {
     el(
       "p",
       {},
-      "A study computes a damper’s response over a grid of designs. Start from a scene of the paper, change what you like, and watch its map fill.",
+      "A study computes a damper’s response over a grid of designs. Start from a scene of the paper, " +
+        "change what you like, and watch its map fill.",
     ),
-    el("p", {}, "You know the structure, in kg, Hz and mm, and want a damper for it? ", el("a", { href: "#/designs/new" }, "Specify a design"), ": what must be quiet and what may be chosen, in the units of a drawing."),
+    el(
+      "p",
+      {},
+      "You know the structure, in kg, Hz and mm, and want a damper for it? ",
+      el("a", { href: "#/designs/new" }, "Specify a design"),
+      ": what must be quiet and what may be chosen, in the units of a drawing.",
+    ),
     el(
       "ul",
       { class: "scenes" },

@@ -20,7 +20,8 @@ import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 /**
- * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget, kept: Kept, shown: Shown}} Session
+ * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget, kept:
+ *   Kept, shown: Shown}} Session
  * @typedef {(session: Session, place: HTMLElement) => void | Promise<void>} Tab
  */
 
@@ -80,7 +81,11 @@ export async function studyView(root, { parts, query }) {
         "div",
         { class: "row" },
         unitSwitch(session.shown, () => window.dispatchEvent(new Event("hashchange"))),
-        el("a", { class: "button small", href: `#/new?${new URLSearchParams({ from: record.id })}` }, "Clone"),
+        el(
+          "a",
+          { class: "button small", href: `#/new?${new URLSearchParams({ from: record.id })}` },
+          "Clone",
+        ),
         steering,
       ),
     ),
@@ -102,7 +107,12 @@ export async function studyView(root, { parts, query }) {
     );
   }
 
-  /** What can be done with the study in its state; where a button that was held is gone, the title holds the keyboard. @param {any} now */
+  /**
+   * What can be done with the study in its state; where a button that was held is gone, the title holds the
+   * keyboard.
+   *
+   * @param {any} now
+   */
   function steer(now) {
     const held = steering.contains(document.activeElement);
     steered = `${now.state} ${now.outdated}`;
@@ -122,7 +132,10 @@ export async function studyView(root, { parts, query }) {
   function update(changed) {
     const before = session.record;
     // a coarse grid that has just been computed is a map, too
-    const grown = changed.blocks_done !== before.blocks_done || changed.state !== before.state || (before.phase === "previewing" && changed.phase !== before.phase);
+    const grown =
+      changed.blocks_done !== before.blocks_done ||
+      changed.state !== before.state ||
+      (before.phase === "previewing" && changed.phase !== before.phase);
     session.record = { ...session.record, ...changed };
     drawHead();
     if (grown) session.changes.dispatchEvent(new Event("grown"));
@@ -209,16 +222,59 @@ function dataTab(session, place) {
         { class: "box" },
         help("reference/client/", "results in Python"),
         el("h2", {}, "Download the data"),
-        el("ul", {}, Object.entries(WORDS.export_formats).map(([format, text]) => el("li", {}, el("a", { href: address(studyPath(record.id, "export"), { format }).href, download: true }, text)))),
-        el("p", { class: "quiet" }, "Points not computed yet have status −1. Other programs can read the cube in place, as Zarr: ", el("code", {}, address(studyPath(record.id, "zarr/")).href)),
+        el(
+          "ul",
+          {},
+          Object.entries(WORDS.export_formats).map(([format, text]) =>
+            el(
+              "li",
+              {},
+              el(
+                "a",
+                { href: address(studyPath(record.id, "export"), { format }).href, download: true },
+                text,
+              ),
+            ),
+          ),
+        ),
+        el(
+          "p",
+          { class: "quiet" },
+          "Points not computed yet have status −1. Other programs can read the cube in place, as Zarr: ",
+          el("code", {}, address(studyPath(record.id, "zarr/")).href),
+        ),
         el("h2", {}, "Report"),
-        el("p", {}, el("a", { class: "button", href: address(studyPath(record.id, "report")).href, target: "_blank", rel: "noopener" }, "Open the report"), " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep or to print."),
+        el(
+          "p",
+          {},
+          el(
+            "a",
+            {
+              class: "button",
+              href: address(studyPath(record.id, "report")).href,
+              target: "_blank",
+              rel: "noopener",
+            },
+            "Open the report",
+          ),
+          " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep " +
+            "or to print.",
+        ),
         el("h2", {}, "The study"),
         facts(record),
         el("h2", {}, "Tags and note"),
         remarksForm(record),
       ),
-      el("section", { class: "box" }, el("h2", {}, "Definition"), el("pre", { tabindex: 0, role: "region", "aria-label": "Definition as JSON" }, JSON.stringify(record.definition, null, 2))),
+      el(
+        "section",
+        { class: "box" },
+        el("h2", {}, "Definition"),
+        el(
+          "pre",
+          { tabindex: 0, role: "region", "aria-label": "Definition as JSON" },
+          JSON.stringify(record.definition, null, 2),
+        ),
+      ),
     ),
   );
 }
@@ -227,7 +283,10 @@ function dataTab(session, place) {
 function facts(record) {
   const entries = /** @type {[string, string][]} */ ([
     ["Id", record.id],
-    ["Points", `${count(record.points_done)} of ${count(record.points_total)}, ${count(record.points_failed)} failed`],
+    [
+      "Points",
+      `${count(record.points_done)} of ${count(record.points_total)}, ${count(record.points_failed)} failed`,
+    ],
     ["Reused from earlier studies", count(record.points_reused)],
     .../** @type {[string, string][]} */ (record.priority ? [["Priority", String(record.priority)]] : []),
     ["Submitted", moment(record.created) + (record.submitted_by ? ` by ${record.submitted_by}` : "")],
@@ -235,6 +294,9 @@ function facts(record) {
     ["Time in kernels", duration(record.kernel_seconds)],
     ["Version", record.provenance?.solver_version ?? "–"],
   ]);
-  return el("dl", { class: "facts" }, entries.map(([term, value]) => el("div", {}, el("dt", {}, term), el("dd", {}, value))));
+  return el(
+    "dl",
+    { class: "facts" },
+    entries.map(([term, value]) => el("div", {}, el("dt", {}, term), el("dd", {}, value))),
+  );
 }
-

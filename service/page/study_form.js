@@ -25,25 +25,40 @@ export async function studyForm(root, { query }) {
 
   const about = el("div", { class: "quiet about" });
   const fields = el("div", { class: "fields" });
-  const text = el("textarea", { spellcheck: "false", rows: 24, "aria-label": "The study as JSON", oninput: () => typed() });
+  const text = el("textarea", {
+    spellcheck: "false",
+    rows: 24,
+    "aria-label": "The study as JSON",
+    oninput: () => typed(),
+  });
   const wrong = el("p", { class: "faults", role: "alert" });
   const estimate = el("div", { class: "estimate", role: "status" });
   const elsewhere = el("div", { class: "faults" });
   const submit = el("button", { type: "submit", class: "primary" }, "Run the study");
-  const options = /** @type {[string, string][]} */ (scenes.map((/** @type {any} */ one) => [one.name, one.name]));
+  const options = /** @type {[string, string][]} */ (
+    scenes.map((/** @type {any} */ one) => [one.name, one.name])
+  );
 
   /** @param {string} name */
   function choose(name) {
     const chosen = scenes.find((/** @type {any} */ one) => one.name === name);
     study = structuredClone(chosen.definition);
-    fill(about, chosen.about.map((/** @type {string} */ paragraph) => el("p", {}, prose(paragraph))));
+    fill(
+      about,
+      chosen.about.map((/** @type {string} */ paragraph) => el("p", {}, prose(paragraph))),
+    );
     draw();
     changed();
   }
 
   /** Draw the fields anew: the document came from elsewhere, or what it holds has changed. */
   function draw() {
-    fill(fields, study.records === undefined ? fieldsOf(study, change, redraw) : surveyFields(study, change, redraw, records));
+    fill(
+      fields,
+      study.records === undefined
+        ? fieldsOf(study, change, redraw)
+        : surveyFields(study, change, redraw, records),
+    );
   }
 
   /** @param {string} path @param {any} value */
@@ -59,7 +74,11 @@ export async function studyForm(root, { query }) {
     draw();
     changed();
     // who changes it by keyboard goes on from there, not from the top of the page
-    if (label) [...fields.querySelectorAll("select, input")].map((one) => /** @type {HTMLInputElement} */ (one)).find((one) => labelOf(one) === label)?.focus();
+    if (label)
+      [...fields.querySelectorAll("select, input")]
+        .map((one) => /** @type {HTMLInputElement} */ (one))
+        .find((one) => labelOf(one) === label)
+        ?.focus();
   }
 
   function changed() {
@@ -88,12 +107,17 @@ export async function studyForm(root, { query }) {
     } catch (error) {
       if (mine !== number || !(error instanceof Refusal)) return;
       showFaults(error.faults);
-      if (error.faults.length) fill(estimate, `${counted(error.faults.length, "fault")} to fix before it can run.`);
+      if (error.faults.length)
+        fill(estimate, `${counted(error.faults.length, "fault")} to fix before it can run.`);
       else fill(estimate, refusalBox(error));
     }
   });
 
-  /** Put each fault at the field that it names; what has no field here goes above the button. @param {any[]} faults */
+  /**
+   * Put each fault at the field that it names; what has no field here goes above the button.
+   *
+   * @param {any[]} faults
+   */
   function showFaults(faults) {
     // what is wrong with a file stays until another is chosen
     for (const place of root.querySelectorAll(".faults:not(.upload)")) if (place !== wrong) fill(place);
@@ -163,14 +187,22 @@ async function clone(query) {
     const hertz = physical.natural_frequency_hz;
     physical.excitation_frequency_hz = { start: start * hertz, stop: stop * hertz, num };
   } else if (num >= 2) definition.axes.frequency_ratio = { start, stop, num };
-  const about = [`A copy of ${record.name || record.id}. Points that it shares with the original are not computed again.`];
+  const about = [
+    `A copy of ${record.name || record.id}. Points that it shares with the original are not computed again.`,
+  ];
   return { name: `copy of ${record.name || record.id}`, about, definition };
 }
 
 /** What a field is called, with the group that it stands in. @param {Element | null} field */
 function labelOf(field) {
-  const own = field instanceof HTMLInputElement || field instanceof HTMLSelectElement ? field.labels?.[0]?.firstChild : null;
-  const name = field?.getAttribute("aria-label") ?? own?.parentElement?.querySelector("span")?.textContent ?? own?.parentElement?.textContent;
+  const own =
+    field instanceof HTMLInputElement || field instanceof HTMLSelectElement
+      ? field.labels?.[0]?.firstChild
+      : null;
+  const name =
+    field?.getAttribute("aria-label") ??
+    own?.parentElement?.querySelector("span")?.textContent ??
+    own?.parentElement?.textContent;
   return name && `${field?.closest("fieldset")?.querySelector("legend")?.textContent} ${name}`;
 }
 
@@ -185,7 +217,12 @@ function fieldsOf(study, change, redraw) {
   const axes = study.axes ?? {};
   const withParticle = study.particle !== false;
   const withUnits = study.physical !== undefined && study.physical !== null;
-  const name = el("input", { type: "text", maxlength: 200, value: study.name ?? "", oninput: () => change("name", name.value) });
+  const name = el("input", {
+    type: "text",
+    maxlength: 200,
+    value: study.name ?? "",
+    oninput: () => change("name", name.value),
+  });
   /** @param {string} ratio */
   const ofRatio = (ratio) => {
     if (!withParticle && OF_PARTICLE.includes(ratio)) return null;
@@ -198,11 +235,19 @@ function fieldsOf(study, change, redraw) {
     return axisField(quantity, spec ?? quantity.usual, (value) => change(quantity.field, value));
   };
   return [
-    el("label", { class: "field wide", "data-field": "name" }, el("span", {}, "Name"), name, el("span", { class: "faults" })),
+    el(
+      "label",
+      { class: "field wide", "data-field": "name" },
+      el("span", {}, "Name"),
+      name,
+      el("span", { class: "faults" }),
+    ),
     el(
       "div",
       { class: "row" },
-      checkbox("With a particle", withParticle, (on) => redraw(on ? withParticleAgain(study) : withoutParticle(study))),
+      checkbox("With a particle", withParticle, (on) =>
+        redraw(on ? withParticleAgain(study) : withoutParticle(study)),
+      ),
       picker(
         "Sizes as",
         [
@@ -213,9 +258,10 @@ function fieldsOf(study, change, redraw) {
         (kind) => redraw(kind === "units" ? inUnits(study) : inRatios(study)),
       ),
     ),
-    withUnits && ["mass_kg", "natural_frequency_hz", "base_amplitude_m"].map((unit) =>
-      axisField(PHYSICAL[unit], study.physical[unit], (spec) => change(PHYSICAL[unit].field, spec)),
-    ),
+    withUnits &&
+      ["mass_kg", "natural_frequency_hz", "base_amplitude_m"].map((unit) =>
+        axisField(PHYSICAL[unit], study.physical[unit], (spec) => change(PHYSICAL[unit].field, spec)),
+      ),
     Object.keys(RATIOS).map(ofRatio),
     el(
       "details",
@@ -236,7 +282,13 @@ function withoutParticle(study) {
   const { particle_friction_ratio: _k, gravity_ratio: _g, ...rest } = study;
   const next = { ...rest, particle: false, axes };
   if (next.physical) {
-    const { clearance_m: _d, particle_mass_kg: _m, particle_friction_coefficient: _c, tilt_deg: _t, ...physical } = next.physical;
+    const {
+      clearance_m: _d,
+      particle_mass_kg: _m,
+      particle_friction_coefficient: _c,
+      tilt_deg: _t,
+      ...physical
+    } = next.physical;
     next.physical = physical;
   }
   return next;
@@ -280,9 +332,20 @@ function estimated(cost) {
     "dl",
     { class: "facts" },
     el("div", {}, el("dt", {}, "Points"), el("dd", {}, count(cost.points))),
-    el("div", {}, el("dt", {}, "Time on one core"), el("dd", {}, `about ${duration(cost.seconds)}${compilingPart(cost)}, between ${duration(cost.seconds_low)} and ${duration(cost.seconds_high)}`)),
+    el(
+      "div",
+      {},
+      el("dt", {}, "Time on one core"),
+      el(
+        "dd",
+        {},
+        `about ${duration(cost.seconds)}${compilingPart(cost)}, between ${duration(cost.seconds_low)} ` +
+          `and ${duration(cost.seconds_high)}`,
+      ),
+    ),
     el("div", {}, el("dt", {}, "At most"), el("dd", {}, size(cost.bytes))),
     el("div", {}, el("dt", {}, "Blocks"), el("dd", {}, count(cost.blocks))),
-    cost.understood.length > 0 && el("div", {}, el("dt", {}, "Understood as"), el("dd", {}, cost.understood.join(" "))),
+    cost.understood.length > 0 &&
+      el("div", {}, el("dt", {}, "Understood as"), el("dd", {}, cost.understood.join(" "))),
   );
 }
