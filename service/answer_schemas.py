@@ -506,6 +506,10 @@ _DESIGN_LISTED: Schema = {
     "finished": {"type": ["string", "null"]},
     "message": {"type": ["string", "null"], "description": "Why it failed, or what it waits for."},
     "digest": TEXT,
+    "known": _or_null(
+        _object(design=_BUILT, worst=_WORST, feasible=FLAG)
+        | {"description": "The best so far, as drawn; of a design that is done the one it recommends."}
+    ),
 }
 
 
@@ -616,10 +620,6 @@ def answer_schemas() -> dict[str, Schema]:
         "DesignPage": _object(designs=_list(of("DesignSummary")), cursor={"type": ["string", "null"]}),
         "Design": _object(
             **_DESIGN_LISTED,
-            known=_or_null(
-                _object(design=_BUILT, worst=_WORST, feasible=FLAG)
-                | {"description": "The best so far, as drawn."}
-            ),
             studies=TEXTS | {"description": "Ids of the round's studies."},
             studies_done=COUNT,
             points_of_round=COUNT | {"description": "Points of the round's studies that are there."},

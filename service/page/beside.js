@@ -149,8 +149,8 @@ export async function besideTab(session, place) {
         note,
         others.length
           ? "Choose a study with the same axes."
-          : "There is no other study of this kind yet. Clone this one, change what you want to compare, " +
-              "and come back.",
+          : "There is no other study of this kind yet. " +
+"Edit a copy of this one, change what you want to compare, and come back.",
       );
     try {
       const found = await ask(studyPath(record.id, "resonance-map"), { ...question(), most: MOST });
@@ -232,7 +232,7 @@ export async function besideTab(session, place) {
       "section",
       { class: "box beside-study" },
       help("page/#beside-another-study", "two studies side by side"),
-      el("h2", {}, "Beside another study"),
+      el("h2", {}, "Compare with another study"),
       el(
         "p",
         { class: "quiet" },

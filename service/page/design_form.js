@@ -237,7 +237,7 @@ function fieldsOf(held, records) {
       limited.map((each) => number(held, `limits.${each.name}`, each)),
     ),
     group("What is judged", "measure", [
-      picker("Least", Object.entries(measures), held.get("measure") ?? Object.keys(measures)[0], (value) =>
+      picker("Minimise", Object.entries(measures), held.get("measure") ?? Object.keys(measures)[0], (value) =>
         held.set("measure", value),
       ),
       ...numbers.map((each) => number(held, each.name, each)),

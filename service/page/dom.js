@@ -141,8 +141,8 @@ export function debounced(milliseconds, run) {
 }
 
 /**
- * The object that a text of JSON says, as it is typed; null while it is none. That is said, and keeps the button
- * from being used.
+ * The object that a text of JSON says, as it is typed. While it is none, null is given, that is said, and the
+ * button may not be used.
  *
  * @param {HTMLTextAreaElement} text
  * @param {HTMLElement} wrong where the fault is said

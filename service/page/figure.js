@@ -5,6 +5,7 @@
 
 import { el, fill, say } from "./dom.js";
 import { tableOf } from "./figure_table.js";
+import { short } from "./numbers.js";
 
 /** @type {Promise<any> | undefined} */
 let loading;
@@ -56,6 +57,18 @@ export const DASHES = ["solid", "dash", "dot", "dashdot", "longdash"];
 /** Whether the page is shown on a phone. */
 export const NARROW = window.matchMedia("(max-width: 40rem)");
 
+/** 1, 2 and 5 in every decade of a logarithmic axis, each as a whole number: the library writes 2 for 20. */
+const PLACES = Array.from({ length: 13 }, (_, i) => i - 6).flatMap((power) =>
+  [1, 2, 5].map((first) => Number(`${first}e${power}`)),
+);
+
+/** What stands along an axis that asks for two or three marks a decade. @param {any} given */
+function ticks(given) {
+  return given.dtick === "D2"
+    ? { dtick: null, tickvals: PLACES, ticktext: PLACES.map((one) => short(one)) }
+    : {};
+}
+
 /** What every figure has in common. @param {any} layout */
 function styled(layout) {
   const axis = {
@@ -81,7 +94,7 @@ function styled(layout) {
     .filter((key) => /^[xy]axis\d*$/.test(key))
     .concat("xaxis", "yaxis")) {
     const given = layout[name] ?? {};
-    merged[name] = { ...axis, ...given, title: { ...axis.title, ...given.title } };
+    merged[name] = { ...axis, ...given, ...ticks(given), title: { ...axis.title, ...given.title } };
   }
   return merged;
 }

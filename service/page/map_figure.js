@@ -355,8 +355,8 @@ function span(values) {
       ? [(along[1] - along[0]) / 2, (along[along.length - 1] - along[along.length - 2]) / 2]
       : [0.5, 0.5];
   // within a decade the library writes every digit, one over the other
-  const ticks =
-    log && values.length <= FEW ? { tickvals: values, ticktext: values.map((value) => short(value, 3)) } : {};
+  const few = { tickvals: values, ticktext: values.map((value) => short(value, 3)) };
+  const ticks = !log ? {} : values.length <= FEW ? few : { dtick: "D2" };
   return {
     type: log ? "log" : "linear",
     range: [along[0] - half[0], along[along.length - 1] + half[1]],

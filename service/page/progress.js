@@ -120,8 +120,8 @@ export function actions(record, onChange) {
     place,
     active && button("Cancel", () => post("cancel")),
     stopped && button("Resume", () => post("resume")),
-    record.outdated && !active && button("Recompute", recompute, "quiet"),
-    !active && button("Delete", remove, "quiet"),
+    record.outdated && !active && button("Recompute", recompute),
+    !active && button("Delete", remove),
   );
   return place;
 }

@@ -28,7 +28,7 @@ export function slicesPanel(session) {
     chart: figure({
       label: `${shown.title(name)}: slice through the point`,
       name: `slice-${name}-${record.id}`,
-      height: 190,
+      height: 260,
       python: () => pythonLine(record.id, "resonance_map", question(name)),
     }),
   }));

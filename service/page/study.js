@@ -31,14 +31,14 @@ const TABS = [
   ["explore", "Explore", explorerTab],
   ["tmd", "Tuned mass damper", comparisonTab],
   ["earthquake", "Earthquake", earthquakeTab],
-  ["beside", "Beside another", besideTab],
+  ["beside", "Compare", besideTab],
   ["data", "Data", dataTab],
 ];
 
 /** What can be asked of dampers that are judged by their worst case. @type {[string, string, Tab][]} */
 const DAMPER_TABS = [
   ["map", "Map and dampers", dampersTab],
-  ["beside", "Beside another", besideTab],
+  ["beside", "Compare", besideTab],
   ["data", "Data", dataTab],
 ];
 
@@ -84,7 +84,7 @@ export async function studyView(root, { parts, query }) {
         el(
           "a",
           { class: "button small", href: `#/new?${new URLSearchParams({ from: record.id })}` },
-          "Clone",
+          "Edit a copy",
         ),
         steering,
       ),
@@ -187,7 +187,7 @@ function keepPoint({ selection, kept }) {
  */
 function tabList(id, current, place, session) {
   const tabs = RECORD in session.selection.axes || AMPLITUDE in session.selection.axes ? DAMPER_TABS : TABS;
-  const [, , show] = tabs.find(([name]) => name === current) ?? tabs[0];
+  const [shown, , show] = tabs.find(([name]) => name === current) ?? tabs[0];
   queueMicrotask(() => show(session, place));
   return el(
     "nav",
@@ -197,7 +197,7 @@ function tabList(id, current, place, session) {
         "a",
         {
           href: `#/studies/${id}/${name}`,
-          "aria-current": name === current ? "page" : null,
+          "aria-current": name === shown ? "page" : null,
           onclick: (/** @type {Event} */ event) => {
             event.preventDefault();
             location.hash = session.kept.at(`#/studies/${id}/${name}`);

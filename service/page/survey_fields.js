@@ -139,7 +139,7 @@ export function recordsField(study, change, records, field = "records") {
   });
   return el(
     "fieldset",
-    { class: "axis", "data-field": field },
+    { class: "fields", "data-field": field },
     el("legend", {}, "Records"),
     boxes,
     upload,

@@ -104,11 +104,11 @@ def test_the_keyboard_stays_where_it_is_while_a_study_goes_on(
     study = helpers.long_study("goes on", damping_ratio=0.0053)
     study_id = client.post("/api/v1/studies", json=study).raise_for_status().json()["id"]
     page = open_page().go(f"#/studies/{study_id}")
-    page.get_by_role("link", name="Clone").focus()
+    page.get_by_role("link", name="Edit a copy").focus()
     words = page.locator(".head .progress .words")
     before = helpers.wait_for(client, study_id, lambda record: record["points_done"] > 0)
     expect(words).not_to_have_text(re.compile(r"^(Starting|Waiting|Compiling|0 of)"))
-    assert page.evaluate("document.activeElement.textContent") == "Clone"
+    assert page.evaluate("document.activeElement.textContent") == "Edit a copy"
     assert before["state"] == "running"
     page.get_by_role("button", name="Cancel goes on").focus()
     page.keyboard.press("Enter")
