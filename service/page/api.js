@@ -134,12 +134,16 @@ export function refusalBox(error) {
 }
 
 /**
- * What is wrong, what is allowed and what to do, in sentences.
+ * What is wrong, what is allowed and what to do.
  *
  * @param {Fault} fault
  * @returns {import("./dom.js").Child[]}
  */
-export function faultText(fault) {
-  const advice = capital(fault.advice);
-  return prose(`${fault.message} ${advice}${/[.?!]$/.test(advice) ? "" : "."}`);
+export function faultText({ message, advice }) {
+  return prose(sentences(message, advice));
+}
+
+/** @param {string} message @param {string} advice */
+export function sentences(message, advice) {
+  return `${message} ${capital(advice)}${advice && !/[.?!]$/.test(advice) ? "." : ""}`.trim();
 }

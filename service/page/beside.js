@@ -150,7 +150,7 @@ export async function besideTab(session, place) {
         others.length
           ? "Choose a study with the same axes."
           : "There is no other study of this kind yet. " +
-"Edit a copy of this one, change what you want to compare, and come back.",
+              "Edit a copy of this one, change what you want to compare, and come back.",
       );
     try {
       const found = await ask(studyPath(record.id, "resonance-map"), { ...question(), most: MOST });

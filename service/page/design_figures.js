@@ -12,8 +12,7 @@ import { drawn, short } from "./numbers.js";
  * What the values of a figure are in.
  *
  * @typedef {{metres: number, unit: string, measure: string, atFrequency: string}} Scale `metres` is what a
- *   value is multiplied with;
- *   what is judged, and what that is at one frequency
+ *   value is multiplied with; what is judged, and what that is at one frequency
  */
 
 /** Dampers whose responses are drawn beside the recommended one, by the key of the answer. */

@@ -10,8 +10,7 @@
  *
  * @param {string} tag
  * @param {Record<string, any>} [attributes] `onclick` and the like are listeners; true is an empty attribute,
- *   null,
- *   undefined and false are none; `value` and `checked` are set as properties.
+ *   null, undefined and false are none; `value` and `checked` are set as properties.
  * @param {...(Child | Child[])} children
  * @returns {any} the element
  */

@@ -3,8 +3,9 @@
  * parts alone.
  */
 
-import { faultText, Refusal, refusalBox } from "./api.js";
+import { Refusal, refusalBox } from "./api.js";
 import { debounced, el, fill, picker, prose, say } from "./dom.js";
+import { field, showFaults } from "./faults.js";
 import { colour, CURVES, figure } from "./figure.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
@@ -69,6 +70,7 @@ export function earthquakeTab(session, place) {
   const fields = el("div", { class: "pairs" });
   const goesOn = el("p", { class: "quiet", role: "status" }, "Computing …");
   const shown = el("div", { class: "left" }, goesOn);
+  const rest = el("div", { class: "faults" });
   let number = 0;
 
   const look = debounced(400, async () => {
@@ -78,7 +80,7 @@ export function earthquakeTab(session, place) {
         fill(goesOn, words || "Computing …"),
       );
       if (mine !== number) return;
-      showFaults([]);
+      showFaults(place, [], rest);
       if (!chart.element.isConnected) fill(shown, chart.element, answer, drift.element, spectrum.element);
       fill(answer, table(found));
       await chart.draw(
@@ -117,22 +119,10 @@ export function earthquakeTab(session, place) {
       );
     } catch (error) {
       if (mine !== number) return;
-      if (error instanceof Refusal && error.faults.length) showFaults(error.faults);
+      if (error instanceof Refusal && error.faults.length) showFaults(place, error.faults, rest);
       else fill(shown, refusalBox(error));
     }
   });
-
-  /** @param {import("./api.js").Fault[]} faults */
-  function showFaults(faults) {
-    // what is wrong with a file stays until another is chosen
-    for (const spot of place.querySelectorAll(".faults:not(.upload)")) fill(spot);
-    for (const fault of faults) {
-      const spot =
-        place.querySelector(`[data-field="${CSS.escape(fault.field)}"] .faults:not(.upload)`) ??
-        place.querySelector(".rest.faults");
-      spot?.append(el("p", {}, faultText(fault)));
-    }
-  }
 
   function drawFields() {
     fill(
@@ -147,13 +137,7 @@ export function earthquakeTab(session, place) {
             look();
           },
         });
-        return el(
-          "label",
-          { class: "field", "data-field": key },
-          el("span", {}, label),
-          box,
-          el("span", { class: "faults" }),
-        );
+        return field(key, label, box, { unit: "mm", scale });
       }),
     );
   }
@@ -185,7 +169,7 @@ export function earthquakeTab(session, place) {
         ),
         el("p", { class: "quiet" }, sizesNote(session)),
         again,
-        el("div", { class: "rest faults" }),
+        rest,
       ),
     ),
   );

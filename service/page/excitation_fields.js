@@ -3,11 +3,12 @@
  */
 
 import { el, picker } from "./dom.js";
-import { group, number, read, span, titled } from "./specified.js";
+import { field } from "./faults.js";
+import { group, number, numbers, span } from "./specified.js";
 import { recordsField } from "./survey_fields.js";
 import { WORDS } from "./words.js";
 
-/** @typedef {import("./specified.js").Held} Held */
+/** @typedef {import("./document_form.js").Held} Held */
 /** @typedef {"band" | "sweep" | "random_vibration" | "shock" | "records"} Kind */
 
 const { motions, frequency, sweep, random_vibration, shock, most, tail } = WORDS.specification.excitation;
@@ -136,25 +137,10 @@ function shockFields(held, path) {
  * @param {Held} held
  * @param {string} path
  * @param {import("./words.js").SpecifiedField} each
- * @param {any} [usual]
+ * @param {unknown} [usual]
  */
 function list(held, path, each, usual = "") {
-  const box = el("input", {
-    type: "text",
-    value: [held.get(path) ?? usual].flat().join(", "),
-    oninput: () =>
-      held.set(
-        path,
-        box.value.split(",").map((/** @type {string} */ part) => read(part, each)),
-      ),
-  });
-  return el(
-    "label",
-    { class: "field", "data-field": path },
-    el("span", {}, titled(each)),
-    box,
-    el("span", { class: "faults" }),
-  );
+  return numbers(held, path, each, { value: [held.get(path) ?? usual].flat().join(", ") });
 }
 
 /**
@@ -164,7 +150,7 @@ function list(held, path, each, usual = "") {
  * @param {string} path
  * @param {string} title
  * @param {import("./words.js").SpecifiedField[]} fields
- * @param {typeof list} [drawn]
+ * @param {(held: Held, path: string, each: import("./words.js").SpecifiedField) => HTMLElement} [drawn]
  */
 function oneFieldOf(held, path, title, fields, drawn = number) {
   const now = fields.find((each) => held.get(`${path}.${each.name}`) !== undefined) ?? fields[0];
@@ -333,13 +319,7 @@ function nameField(held, i) {
     placeholder: `excitation ${i + 1}`,
     oninput: () => held.set(path, box.value || undefined),
   });
-  return el(
-    "label",
-    { class: "field", "data-field": path },
-    el("span", {}, "Name"),
-    box,
-    el("span", { class: "faults" }),
-  );
+  return field(path, "Name", box);
 }
 
 /** What is constant over the band, how much of it, and the band. @param {Held} held @param {string} place */

@@ -103,13 +103,10 @@ function styled(layout) {
  * A figure, empty until it is drawn.
  *
  * @param {{label: string, name: string, height?: number, keyboard?: string, python?: () => string}} options
- *   `label` is
- *   what a screen reader says, `name` the stem of downloads; with `keyboard`, which says what the keys do,
- *   the figure can
- *   be focused; `python` gives the code that gives the same
+ *   `label` is what a screen reader says, `name` the stem of downloads; with `keyboard`, which says what the
+ *   keys do, the figure can be focused; `python` gives the code that gives the same
  * @returns {{element: HTMLElement, plot: any, draw: (traces: () => any[], layout: () => any) =>
- *   Promise<void>,
- *   forget: () => void}} traces and layout are made anew where the colours change
+ *   Promise<void>, forget: () => void}} traces and layout are made anew where the colours change
  */
 export function figure({ label, name, height = 320, keyboard, python }) {
   const plot = el("div", {

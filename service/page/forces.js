@@ -12,9 +12,8 @@ const AT_WALL = 1e-9;
 
 /**
  * @typedef {{damping: number, friction: number, mass: number, clearance: number | null, forced: boolean}}
- *   Damper ζ, γ_F, β and
- *   d/Z, no clearance where there is no particle; and whether a force excites the structure in place of its
- *   base
+ *   Damper ζ, γ_F, β and d/Z, no clearance where there is no particle; and whether a force excites the
+ *   structure in place of its base
  */
 
 /**

@@ -18,8 +18,7 @@ const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
 
 /**
  * The design that a study leads to: the best whose damper does something, where the best of all is one in
- * which it does
- * nothing.
+ * which it does nothing.
  *
  * @param {any} ranked the service's ranking
  * @returns {{best: any, idle: any}} `idle` is the best of all where that is another one; null where there is

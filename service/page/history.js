@@ -2,9 +2,8 @@
 
 /**
  * @typedef {{time: number[], u: number[], u_rate: number[], v: number[], v_rate: number[], p: (number |
- *   null)[],
- *   p_rate: (number | null)[], impact: number[]}} Columns τ in 1/ω_n; structure u, the same against the base
- *   v, and particle p, over Z
+ *   null)[], p_rate: (number | null)[], impact: number[]}} Columns τ in 1/ω_n; structure u, the same against
+ *   the base v, and particle p, over Z
  */
 
 const SAMPLES_PER_CYCLE = 256;

@@ -103,9 +103,8 @@ export function mapTraces(map, overlays, marks, words, beside) {
 
 /**
  * Round levels within the values, at most `CONTOUR_LINES`; none where the values are equal but for rounding,
- * as in a study
- * whose first points are all locked: there the library's own levels leave it without a line to draw, and it
- * fails.
+ * as in a study whose first points are all locked: there the library's own levels leave it without a line to
+ * draw, and it fails.
  *
  * @param {(number | null)[][]} z
  */

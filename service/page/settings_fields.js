@@ -1,6 +1,7 @@
 /** The settings of a study that are no axes: contact, starts, and when a response counts as steady. */
 
 import { el, picker } from "./dom.js";
+import { field } from "./faults.js";
 import { help } from "./help.js";
 import { WORDS } from "./words.js";
 
@@ -11,19 +12,13 @@ const STARTS = { ensemble: { n: 10, seed: 0 }, continuation: { direction: "up" }
  * A number with its label.
  *
  * @param {string} label
- * @param {string} field
+ * @param {string} path
  * @param {any} value
  * @param {(value: number) => void} onChange
  */
-export function numberField(label, field, value, onChange) {
+export function numberField(label, path, value, onChange) {
   const box = el("input", { type: "number", step: "any", value, oninput: () => onChange(Number(box.value)) });
-  return el(
-    "label",
-    { class: "field", "data-field": field },
-    el("span", {}, label),
-    box,
-    el("span", { class: "faults" }),
-  );
+  return field(path, label, box);
 }
 
 /**

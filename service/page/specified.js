@@ -1,26 +1,23 @@
 /** Fields of a specification: one number each, or from one to another, at its place in the document. */
 
 import { capital, el } from "./dom.js";
+import { field } from "./faults.js";
+import { listBox } from "./list_field.js";
 
 /** @typedef {import("./words.js").SpecifiedField} SpecifiedField */
-
-/**
- * @typedef {{get: (path: string) => any, set: (path: string, value: any) => void, again: () => void}} Held
- *   the document,
- *   by the paths of its fields; `again` draws the fields anew
- */
+/** @typedef {import("./document_form.js").Held} Held */
 
 /**
  * Fields with a title, and a place for faults.
  *
  * @param {string} title
- * @param {string} field
+ * @param {string} path
  * @param {any[]} children
  */
-export function group(title, field, children) {
+export function group(title, path, children) {
   return el(
     "fieldset",
-    { "data-field": field },
+    { "data-field": path },
     el("legend", {}, title),
     el("div", { class: "pairs" }, children),
     el("div", { class: "faults" }),
@@ -44,13 +41,7 @@ export function number(held, path, each, title = titled(each)) {
     placeholder: each.usual_value ?? "",
     oninput: () => held.set(path, read(box.value, each)),
   });
-  return el(
-    "label",
-    { class: "field", "data-field": path },
-    el("span", {}, title),
-    box,
-    el("span", { class: "faults" }),
-  );
+  return field(path, title, box, each);
 }
 
 /**
@@ -83,13 +74,7 @@ export function span(held, path, each, title = titled(each)) {
     const [one, other] = [read(start.value, each), read(stop.value, each)];
     held.set(path, other === undefined ? one : { start: one, stop: other });
   }
-  return el(
-    "div",
-    { class: "field", "data-field": path },
-    el("span", {}, title),
-    el("span", { class: "ends" }, start, "to", stop),
-    el("span", { class: "faults" }),
-  );
+  return field(path, title, [el("span", { class: "ends" }, start, "to", stop)], each);
 }
 
 /** What stands above a field. @param {SpecifiedField} each */
@@ -113,4 +98,18 @@ export function read(typed, each) {
   if (typed.trim() === "") return undefined;
   const value = Number(typed);
   return Number.isNaN(value) ? typed : Number((value / each.scale).toPrecision(15));
+}
+
+/**
+ * A list of numbers, or of what else its parts are read as.
+ *
+ * @param {Held} held
+ * @param {string} path
+ * @param {SpecifiedField} each
+ * @param {{title?: string, value: string, between?: RegExp, entry?: (part: string) => unknown}} list
+ */
+export function numbers(held, path, each, { title = titled(each), value, between, entry }) {
+  const one = entry ?? ((/** @type {string} */ part) => read(part, each));
+  const put = (/** @type {string[]} */ parts) => held.set(path, parts.map(one));
+  return field(path, title, listBox(value, put, { "aria-label": title }, between), each);
 }

@@ -1,6 +1,7 @@
 /** The fields of a survey: dampers under ground-motion records that are scaled up and down. */
 
 import { axisField } from "./axis_field.js";
+import { field } from "./faults.js";
 import { checkbox, el, fill } from "./dom.js";
 import { short } from "./numbers.js";
 import { PHYSICAL, RATIOS } from "./quantities.js";
@@ -59,13 +60,7 @@ export function surveyFields(study, change, redraw, records) {
   });
   const usual = (/** @type {string} */ key) => PHYSICAL[key]?.usual;
   return [
-    el(
-      "label",
-      { class: "field wide", "data-field": "name" },
-      el("span", {}, "Name"),
-      name,
-      el("span", { class: "faults" }),
-    ),
+    field("name", "Name", name, { wide: true }),
     recordsField(study, change, records),
     Object.entries(AXES).map(([key, quantity]) => {
       // what is left out is the paper's prototype

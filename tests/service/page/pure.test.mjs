@@ -6,6 +6,7 @@ import { test } from "node:test";
 import { extentOf, isWide } from "../../../service/page/extent.js";
 import { tableOf } from "../../../service/page/figure_table.js";
 import { History } from "../../../service/page/history.js";
+import { doubt, parts, SEMICOLON } from "../../../service/page/lists.js";
 import { Kept, plainly } from "../../../service/page/kept.js";
 import { count, counted, drawn, duration, isLogarithmic, nearest, short, size } from "../../../service/page/numbers.js";
 import { Selection } from "../../../service/page/selection.js";
@@ -14,6 +15,7 @@ import { Selection } from "../../../service/page/selection.js";
 globalThis.window = { matchMedia: () => ({ matches: false, addEventListener() {} }) };
 globalThis.document = { documentElement: {}, baseURI: "http://localhost/" };
 const { forcesOn } = await import("../../../service/page/forces.js");
+const { worded } = await import("../../../service/page/faults.js");
 const { compiling } = await import("../../../service/page/patience.js");
 
 test("numbers have the digits that matter, times and sizes the unit that is read", () => {
@@ -119,4 +121,25 @@ test("forces on the structure accelerate it, where it moves and where friction h
   // and held against a force on it, as far as friction reaches
   const forced = forcesOn(moving(zero, zero, zero, zero), { ...bare, friction: 0.5, forced: true });
   phase.forEach((_, i) => near(forced.friction[i], Math.max(-0.5, Math.min(0.5, -sin[i]))));
+});
+
+test("a comma between two digits is asked about, not split", () => {
+  const lists = [["0.2, 0.5", ["0.2", "0.5"]], ["1,2,3", ["1", "2", "3"]], ["0.2,0.5;1 2", ["0.2", "0.5", "1", "2"]], ["0,2", ["0,2"]], ["0,2; 0,5", ["0,2", "0,5"]], ["", []]];
+  for (const [text, found] of lists) assert.deepEqual(parts(text), found);
+  for (const plain of ["0.2, 0.5", "1,2,3", "1 2", "x"]) assert.equal(doubt(plain), null);
+  assert.deepEqual(doubt("0,2 1"), { question: "Is 0,2 the number 0.2, or 0 and 2?", decimal: "0.2, 1", list: "0, 2, 1" });
+  const named = "soft rubber 0,3, steel 0.8";
+  assert.deepEqual(parts(named, SEMICOLON), ["soft rubber 0,3", "steel 0.8"]);
+  assert.equal(doubt(named, SEMICOLON).decimal, "soft rubber 0.3, steel 0.8");
+});
+
+test("a fault is said in the words and the unit of its field", () => {
+  const fault = { field: "tolerances.clearance_m", found: "0.5", allowed: "at most 0.00075", advice: "work closer, or write 10%", message: "`tolerances.clearance_m` = 0.5 is too much." };
+  const looks = { label: "tolerance of the clearance d", unit: "mm", scale: "1000" };
+  assert.equal(worded(fault, looks), "Tolerance of the clearance d [mm]: allowed is at most 0.75, not 500. Work closer, or write 10%.");
+  const text = { ...fault, found: 'the text "0,5"', advice: "give it in m" };
+  assert.equal(worded(text, looks), 'Tolerance of the clearance d [mm]: allowed is at most 0.75, not the text "0,5".');
+  const ratio = { field: "axes.mass_ratio", found: "-1", allowed: "a number from 0 to 1", advice: "", message: "`axes.mass_ratio` must be a number from 0 to 1, not -1." };
+  assert.equal(worded(ratio, { label: "Mass ratio β" }), "Mass ratio β must be a number from 0 to 1, not -1.");
+  assert.equal(worded(ratio, {}), "`axes.mass_ratio` must be a number from 0 to 1, not -1.");
 });

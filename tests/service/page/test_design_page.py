@@ -93,8 +93,9 @@ def test_every_fault_stands_at_its_field(open_page: Callable[..., Any], helpers:
     expect(page.locator(".estimate")).to_contain_text("faults to fix")
     expect(page.locator('[data-field="restitution"] .faults').first).to_contain_text("0 to 1")
     expect(page.locator('[data-field="choose.friction_force_n"] .faults')).to_contain_text("start")
+    # 6 mm of 5 mm, in the unit of the field
     expect(page.locator('[data-field="tolerances.clearance_m"] .faults')).to_contain_text(
-        "more than half of the value"
+        "at most 2.5, not 6"
     )
     expect(page.get_by_role("region", name="What it may take")).to_contain_text("nonsense")
 
@@ -133,7 +134,7 @@ def test_a_quantity_is_given_or_chosen_from_a_range_or_a_list(open_page: Callabl
 def test_excitations_are_added_named_and_removed_in_the_form(open_page: Callable[..., Any]) -> None:
     watched = open_page()
     watched.allowed = ("422",)
-    page = watched.go("#/designs/new")
+    page = watched.go("#/designs/new?specification=prototype")
     text = page.get_by_label("The specification as JSON")
 
     def excitation() -> Any:
