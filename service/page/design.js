@@ -166,63 +166,11 @@ function underWay(design) {
 /** @param {any} design */
 function answered(design) {
   const { answer } = design;
-  const [metres, unit] = /** @type {[number, string]} */ (
-    answer.worst.units === "m"
-      ? [1000, "mm"]
-      : answer.worst.units === "1"
-        ? [1, `over ${reference(answer.worst)}`]
-        : [1, answer.worst.units]
-  );
-  const scale = {
-    metres,
-    unit,
-    measure: measure(answer),
-    atFrequency: tables.at_a_frequency[answer.worst.measure] ?? measure(answer),
-  };
+  const scale = scaleOf(answer);
   return [
-    el(
-      "section",
-      { class: "box headline", "aria-label": given(answer) ? "The damper as given" : "Recommended damper" },
-      el("h2", {}, headline(answer)),
-      // an answer that was kept before there was a verdict has its sentences alone
-      (answer.verdict?.sentences ?? []).map((/** @type {string} */ sentence, /** @type {number} */ i) =>
-        el("p", { class: i === 0 ? "big" : "" }, prose(sentence)),
-      ),
-      answer.verdict?.rows.length > 0 &&
-        el(
-          "dl",
-          { class: "facts" },
-          answer.verdict.rows.map((/** @type {string[]} */ [name, value, what]) =>
-            el("div", {}, el("dt", {}, capital(name)), el("dd", {}, what ? `${value} (${what})` : value)),
-          ),
-        ),
-      answer.verdict?.next && el("p", {}, "Next: ", prose(answer.verdict.next)),
-      facts(answer.design, answer.worst, answer.limits.length ? answer.probability : null),
-      el(
-        "details",
-        {},
-        el("summary", {}, "Details"),
-        el(
-          "ul",
-          {},
-          answer.words.map((/** @type {string} */ sentence) => el("li", {}, prose(sentence))),
-        ),
-      ),
-    ),
-    el(
-      "div",
-      { class: "grid" },
-      el(
-        "section",
-        { class: "box" },
-        el("h2", {}, "The model"),
-        modelSketch(answer.design.particle_mass_kg !== 0),
-      ),
-      margins(answer),
-    ),
+    el("div", { class: "explorer" }, recommended(answer), answer.response.value && overBand(design, scale)),
+    el("div", { class: "explorer" }, margins(answer), others(answer)),
     answer.cases?.length ? underEach(answer) : null,
-    answer.response.value && overBand(design, scale),
-    others(answer),
     answer.amplitudes?.length > 1 && overAmplitudes(design),
     starts(answer),
     ...(answer.masses?.length > 1 ? [masses(answer), againstMass(design, scale)] : []),
@@ -233,6 +181,57 @@ function answered(design) {
       el("pre", { tabindex: 0 }, JSON.stringify(answer.specification, null, 2)),
     ),
   ];
+}
+
+/**
+ * What the values of its figures are in.
+ *
+ * @param {any} answer
+ * @returns {import("./design_figures.js").Scale}
+ */
+function scaleOf(answer) {
+  const { units } = answer.worst;
+  const unit = units === "m" ? "mm" : units === "1" ? `over ${reference(answer.worst)}` : units;
+  const atFrequency = tables.at_a_frequency[answer.worst.measure] ?? measure(answer);
+  return { metres: units === "m" ? 1000 : 1, unit, measure: measure(answer), atFrequency };
+}
+
+/** What to build and what it does, before all else; then what is said of it. @param {any} answer */
+function recommended(answer) {
+  // an answer that was kept before there was a verdict has its sentences alone
+  const { sentences = [], rows = [], next = "" } = answer.verdict ?? {};
+  return el(
+    "section",
+    { class: "box headline", "aria-label": given(answer) ? "The damper as given" : "Recommended damper" },
+    el("h2", {}, headline(answer)),
+    facts(answer.design, answer.worst, answer.limits.length ? answer.probability : null, undamped(answer)),
+    sentences.map((/** @type {string} */ sentence) => el("p", {}, prose(sentence))),
+    next && el("p", {}, "Next: ", prose(next)),
+    el(
+      "details",
+      {},
+      el("summary", {}, "Details"),
+      pairs(
+        rows.map((/** @type {string[]} */ [name, value, what]) => [
+          capital(name),
+          what ? `${value} (${what})` : value,
+        ]),
+        "facts",
+      ),
+      el(
+        "ul",
+        {},
+        answer.words.map((/** @type {string} */ sentence) => el("li", {}, prose(sentence))),
+      ),
+      modelSketch(answer.design.particle_mass_kg !== 0),
+    ),
+  );
+}
+
+/** The worst without any damper, where what is judged is a value at one frequency. @param {any} answer */
+function undamped({ no_damper: none, worst }) {
+  const values = isMean(worst) ? [] : (none?.response?.value ?? []);
+  return values.length ? Math.max(...values) : null;
 }
 
 /** @param {any} answer */
@@ -257,18 +256,27 @@ function underEach(answer) {
  * @param {any} built
  * @param {any} worst
  * @param {number | null} [probability]
+ * @param {number | null} [without] the worst without a damper
  */
-function facts(built, worst, probability = null) {
+function facts(built, worst, probability = null, without = null) {
   const rows = damper
     .filter(({ name }) => quantity(built, name) !== "")
-    .map(({ name, label }) => [label, quantity(built, name)]);
+    .map(({ name, label }) => [label.split(",")[0], quantity(built, name)]);
   rows.push([isMean(worst) ? measure({ worst }) : `worst ${measure({ worst })}`, response(worst)]);
+  if (without !== null)
+    rows.push(["without a damper", response({ measure: worst.measure, units: worst.units, value: without })]);
   if (probability !== null) rows.push(["probability of keeping the limits", short(probability, 3)]);
-  return el(
-    "dl",
-    { class: "facts" },
-    rows.map(([label, value]) => el("div", {}, el("dt", {}, capital(label)), el("dd", {}, value))),
+  return pairs(
+    rows.map(([label, value]) => [capital(label), value]),
+    "facts numbers",
   );
+}
+
+/** @param {string[][]} rows name and value of each @param {string} kind */
+function pairs(rows, kind) {
+  const row = (/** @type {string[]} */ [name, value]) =>
+    el("div", {}, el("dt", {}, name), el("dd", {}, value));
+  return rows.length > 0 && el("dl", { class: kind }, rows.map(row));
 }
 
 /**
