@@ -1,7 +1,7 @@
 /** How exact and how fast the solver is: the report that was made last with the service's data folder. */
 
 import { ask } from "./api.js";
-import { el, fill } from "./dom.js";
+import { el, fill, grid } from "./dom.js";
 import { CURVES, DASHES, figure } from "./figure.js";
 import { help } from "./help.js";
 import { count, moment, short } from "./numbers.js";
@@ -119,36 +119,13 @@ function table(rows) {
     ["µs per cycle", (row) => short(row.microseconds, 3)],
     ["Paper’s method", (row) => row.paper],
   ]);
-  return el(
-    "div",
-    { class: "scroll", tabindex: 0, role: "region", "aria-label": "Extreme cases" },
-    el(
-      "table",
-      {},
-      el(
-        "thead",
-        {},
-        el(
-          "tr",
-          {},
-          ["Case", "Result", ...columns.map(([title]) => title)].map((title) =>
-            el("th", { scope: "col" }, title),
-          ),
-        ),
-      ),
-      el(
-        "tbody",
-        {},
-        rows.map((row) =>
-          el(
-            "tr",
-            {},
-            el("th", { scope: "row" }, row.name),
-            el("td", {}, row.passed ? "✓ passed" : `✕ ${row.status}`),
-            columns.map(([, cell]) => el("td", {}, cell(row))),
-          ),
-        ),
-      ),
-    ),
+  return grid(
+    "Extreme cases",
+    ["Case", "Result", ...columns.map(([title]) => title)],
+    rows.map((row) => [
+      row.name,
+      row.passed ? "✓ passed" : `✕ ${row.status}`,
+      ...columns.map(([, cell]) => cell(row)),
+    ]),
   );
 }

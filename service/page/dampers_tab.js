@@ -4,7 +4,7 @@
  */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { el, fill, picker, prose } from "./dom.js";
+import { el, fill, grid, picker, prose } from "./dom.js";
 import { figure } from "./figure.js";
 import { help } from "./help.js";
 import { lineLayout, lineTraces, mapLayout, mapTraces } from "./map_figure.js";
@@ -257,34 +257,7 @@ export function dampersTab(session, place) {
       ...("growth" in ranked.columns ? ["Growth of a perturbation"] : []),
     ];
     return [
-      el(
-        "div",
-        { class: "scroll", tabindex: 0, role: "region", "aria-label": "Best dampers" },
-        el(
-          "table",
-          {},
-          el(
-            "thead",
-            {},
-            el(
-              "tr",
-              {},
-              heads.map((head) => el("th", { scope: "col" }, head)),
-            ),
-          ),
-          el(
-            "tbody",
-            {},
-            ranked.designs.map((/** @type {any} */ one) =>
-              el(
-                "tr",
-                {},
-                cells(one).map((text) => el("td", {}, text)),
-              ),
-            ),
-          ),
-        ),
-      ),
+      grid("Best dampers", heads, ranked.designs.map(cells), false),
       el("p", { class: "quiet note" }, prose(ranked.note)),
     ];
   }

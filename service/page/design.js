@@ -4,7 +4,7 @@
  */
 
 import { address, ask, refusalBox } from "./api.js";
-import { capital, confirmed, el, fill, prose, say } from "./dom.js";
+import { capital, confirmed, el, fill, grid, prose, say } from "./dom.js";
 import { given, isItself, isMean } from "./design_answer.js";
 import { againstMass, overAmplitudes, overBand } from "./design_figures.js";
 import { help } from "./help.js";
@@ -302,6 +302,21 @@ function reference(worst) {
   return worst.measure.endsWith("acceleration") ? "the base amplitude times ω_n²" : "the base amplitude";
 }
 
+/** A damper in one line. @param {any} built */
+export function spelledDamper(built) {
+  const parts = damper.map(({ name, label }) => [label.split(",")[0], quantity(built, name)]);
+  return parts
+    .filter(([, value]) => value !== "")
+    .map(([label, value]) => `${label} ${value}`)
+    .join(", ");
+}
+
+/** The worst of the best damper so far, for a list. @param {any} known */
+export function spelledWorst({ worst, feasible }) {
+  const { measure, units, value } = worst;
+  return response({ measure, units, value }) + (feasible ? "" : ", exceeds a limit");
+}
+
 /** @param {any} worst */
 function response(worst) {
   const value =
@@ -419,37 +434,4 @@ function masses(answer) {
 /** @param {string} title @param {string[]} columns @param {string[][]} rows */
 function table(title, columns, rows) {
   return el("section", { class: "box" }, el("h2", {}, title), grid(title, columns, rows));
-}
-
-/** @param {string} title @param {string[]} columns @param {string[][]} rows */
-function grid(title, columns, rows) {
-  return el(
-    "div",
-    { class: "scroll", tabindex: 0, role: "region", "aria-label": title },
-    el(
-      "table",
-      {},
-      el(
-        "thead",
-        {},
-        el(
-          "tr",
-          {},
-          columns.map((each) => el("th", { scope: "col" }, each)),
-        ),
-      ),
-      el(
-        "tbody",
-        {},
-        rows.map(([first, ...rest]) =>
-          el(
-            "tr",
-            {},
-            el("th", { scope: "row" }, first),
-            rest.map((each) => el("td", {}, each)),
-          ),
-        ),
-      ),
-    ),
-  );
 }

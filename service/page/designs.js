@@ -6,7 +6,7 @@
  */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { checkbox, el, fill, picker, prose } from "./dom.js";
+import { checkbox, el, fill, grid, picker, prose } from "./dom.js";
 import { leading, VALUE } from "./headline.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
@@ -94,73 +94,50 @@ export function designs(session, onFound) {
   /** @param {any} answer @param {string} title @param {string} [against] */
   function listed(answer, title, against) {
     const columns = selection.varied.filter((name) => name !== FREQUENCY);
+    // what is a column already is not shown twice
+    const respect = columns.some((name) => against && name.startsWith(against)) ? undefined : against;
+    const heads = columns.map((name) =>
+      el(
+        "span",
+        { title: shown.title(name) },
+        shown.symbol(name),
+        shown.has(name) && ` [${shown.unit(name).trim()}]`,
+      ),
+    );
+    const reached = (/** @type {any} */ design) =>
+      respect === "impact_speed"
+        ? shown.value("impact_speed_max", design[respect])
+        : short(design[respect ?? ""]);
+    const show = (/** @type {any} */ design, /** @type {number} */ i) =>
+      el(
+        "button",
+        {
+          type: "button",
+          class: "small",
+          "aria-label": `Show design ${i + 1} of ${title} on the map`,
+          onclick: () => go(design),
+        },
+        "Show",
+      );
     return [
       el("h3", {}, title),
-      el(
-        "div",
-        { class: "scroll", tabindex: 0, role: "region", "aria-label": title },
-        el(
-          "table",
-          {},
-          el(
-            "thead",
-            {},
-            el(
-              "tr",
-              {},
-              el("th", { scope: "col" }, shown.has(VALUE) ? `Value [${shown.unit(VALUE).trim()}]` : "Value"),
-              columns.map((name) =>
-                el(
-                  "th",
-                  { scope: "col", title: shown.title(name) },
-                  shown.symbol(name),
-                  shown.has(name) && ` [${shown.unit(name).trim()}]`,
-                ),
-              ),
-              against &&
-                !columns.some((name) => name.startsWith(against)) &&
-                el("th", { scope: "col" }, respectIn(shown, against, session.words.respects[against])),
-              el("th", { scope: "col" }, "Response"),
-              el("th", { scope: "col" }, "On the map"),
-            ),
-          ),
-          el(
-            "tbody",
-            {},
-            answer.designs.map((/** @type {any} */ design, /** @type {number} */ i) =>
-              el(
-                "tr",
-                {},
-                el("td", {}, shown.withError(VALUE, design.value, design.error)),
-                columns.map((name) => el("td", {}, short(design[name] * shown.factor(name)))),
-                against &&
-                  !columns.some((name) => name.startsWith(against)) &&
-                  el(
-                    "td",
-                    {},
-                    against === "impact_speed"
-                      ? shown.value("impact_speed_max", design[against])
-                      : short(design[against]),
-                  ),
-                el("td", {}, design.response_class.replaceAll("_", " ")),
-                el(
-                  "td",
-                  {},
-                  el(
-                    "button",
-                    {
-                      type: "button",
-                      class: "small",
-                      "aria-label": `Show design ${i + 1} of ${title} on the map`,
-                      onclick: () => go(design),
-                    },
-                    "Show",
-                  ),
-                ),
-              ),
-            ),
-          ),
-        ),
+      grid(
+        title,
+        [
+          shown.has(VALUE) ? `Value [${shown.unit(VALUE).trim()}]` : "Value",
+          ...heads,
+          ...(respect ? [respectIn(shown, respect, session.words.respects[respect])] : []),
+          "Response",
+          "On the map",
+        ],
+        answer.designs.map((/** @type {any} */ design, /** @type {number} */ i) => [
+          shown.withError(VALUE, design.value, design.error),
+          ...columns.map((name) => short(design[name] * shown.factor(name))),
+          ...(respect ? [reached(design)] : []),
+          design.response_class.replaceAll("_", " "),
+          show(design, i),
+        ]),
+        false,
       ),
       shown.words(answer).verdict.map((sentence) => el("p", {}, prose(sentence))),
       el(

@@ -75,6 +75,27 @@ export function checkbox(label, checked, onChange) {
 }
 
 /**
+ * A table that scrolls by itself where it is too wide.
+ *
+ * @param {string} title for who does not see it
+ * @param {(Child | Child[])[]} columns their heads
+ * @param {(Child | Child[])[][]} rows
+ * @param {boolean} [named] whether the first cell names its row
+ * @returns {HTMLElement}
+ */
+export function grid(title, columns, rows, named = true) {
+  const cell = (/** @type {Child | Child[]} */ each, /** @type {number} */ i) =>
+    named && i === 0 ? el("th", { scope: "row" }, each) : el("td", {}, each);
+  const heads = columns.map((each) => el("th", { scope: "col" }, each));
+  const body = rows.map((row) => el("tr", {}, row.map(cell)));
+  return el(
+    "div",
+    { class: "scroll", tabindex: 0, role: "region", "aria-label": title },
+    el("table", {}, el("thead", {}, el("tr", {}, heads)), el("tbody", {}, body)),
+  );
+}
+
+/**
  * A sentence of the service, with what stands between backticks as code.
  *
  * @param {string} text

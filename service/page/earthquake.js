@@ -4,7 +4,7 @@
  */
 
 import { Refusal, refusalBox } from "./api.js";
-import { debounced, el, fill, picker, prose, say } from "./dom.js";
+import { debounced, el, fill, grid, picker, prose, say } from "./dom.js";
 import { field, showFaults } from "./faults.js";
 import { colour, CURVES, figure } from "./figure.js";
 import { help } from "./help.js";
@@ -233,34 +233,11 @@ function table(found) {
   return [
     el(
       "div",
-      { class: "scroll box", tabindex: 0, role: "region", "aria-label": "Comparison under the record" },
-      el(
-        "table",
-        {},
-        el(
-          "thead",
-          {},
-          el(
-            "tr",
-            {},
-            ["Damper", ...columns.map(([, title]) => title), "Peak from other starts [mm]"].map((title) =>
-              el("th", { scope: "col" }, title),
-            ),
-          ),
-        ),
-        el(
-          "tbody",
-          {},
-          cases.map(([, one]) =>
-            el(
-              "tr",
-              {},
-              el("th", { scope: "row" }, one.label),
-              columns.map(([name]) => el("td", {}, value(one, name))),
-              el("td", {}, span(one)),
-            ),
-          ),
-        ),
+      { class: "box" },
+      grid(
+        "Comparison under the record",
+        ["Damper", ...columns.map(([, title]) => title), "Peak from other starts [mm]"],
+        cases.map(([, one]) => [one.label, ...columns.map(([name]) => value(one, name)), span(one)]),
       ),
     ),
     el(

@@ -10,6 +10,7 @@
 import { KEY_NEEDED, refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
 import { accuracyView } from "./accuracy.js";
+import { compareView } from "./compare.js";
 import { designsView } from "./design_list.js";
 import { documentationLink } from "./help.js";
 import { showSession, signInForm } from "./sign_in.js";
@@ -24,6 +25,7 @@ const VIEWS = {
   studies: studyView,
   designs: designsView,
   accuracy: accuracyView,
+  compare: compareView,
 };
 
 /** @type {Leave} */

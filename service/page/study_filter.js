@@ -20,9 +20,9 @@ const TAG = new RegExp(`^(?:${WORDS.tag_pattern})$`);
 /**
  * @param {import("./kept.js").Kept} kept
  * @param {() => void} look called when something else is wanted
- * @returns {{element: HTMLElement, wanted: () => Record<string, any>, any: () => boolean, nothing: () =>
- *   string, tagged: (tag: string) => void}}
- *   `nothing` says why no study can be meant, where that is known without asking
+ * @returns {{element: HTMLElement, row: HTMLElement, wanted: () => Record<string, any>, any: () => boolean,
+ *   nothing: () => string, tagged: (tag: string) => void}} `nothing` says why no study can be meant, where
+ *   that is known without asking
  */
 export function studyFilter(kept, look) {
   const { name = "", tag = "", from = "", to = "" } = kept.values;
@@ -81,7 +81,14 @@ export function studyFilter(kept, look) {
     end === "" || !found.axis ? "" : Number(end) / (LENGTH_IN_SI.test(found.axis) ? MILLIMETRES : 1);
 
   drawEnds();
+  const row = el(
+    "div",
+    { class: "row" },
+    typed("name", "Search", { type: "search", placeholder: "part of a name" }).field,
+    picker("State", states, found.state, (state) => ((found.state = state), changed())),
+  );
   return {
+    row,
     element: el(
       "form",
       {
@@ -90,12 +97,7 @@ export function studyFilter(kept, look) {
         "aria-label": "Studies",
         onsubmit: (/** @type {Event} */ event) => event.preventDefault(),
       },
-      el(
-        "div",
-        { class: "row" },
-        typed("name", "Search", { type: "search", placeholder: "part of a name" }).field,
-        picker("State", states, found.state, (state) => ((found.state = state), changed())),
-      ),
+      row,
       more,
     ),
     wanted: () => ({ ...found, from: inSi(found.from), to: inSi(found.to) }),

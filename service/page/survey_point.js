@@ -1,7 +1,7 @@
 /** One damper of a survey: its result over the scale of every record, and how likely it exceeds a limit. */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { debounced, el, fill, prose } from "./dom.js";
+import { debounced, el, fill, grid, prose } from "./dom.js";
 import { colour, CURVES, DASHES, figure } from "./figure.js";
 import { unitOf } from "./measures.js";
 import { short } from "./numbers.js";
@@ -267,35 +267,10 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
       "details",
       {},
       el("summary", {}, "All cases as a table"),
-      el(
-        "div",
-        { class: "scroll", tabindex: 0, role: "region", "aria-label": "Cases of the damper" },
-        el(
-          "table",
-          {},
-          el(
-            "thead",
-            {},
-            el(
-              "tr",
-              {},
-              el("th", { scope: "col" }, `Record; ${named()} at ×`),
-              scales.map((scale) => el("th", { scope: "col" }, short(scale))),
-            ),
-          ),
-          el(
-            "tbody",
-            {},
-            rows.map((row, i) =>
-              el(
-                "tr",
-                {},
-                el("th", { scope: "row" }, names[i]),
-                row.map((value) => el("td", {}, value === null ? "–" : short(value, 4))),
-              ),
-            ),
-          ),
-        ),
+      grid(
+        "Cases of the damper",
+        [`Record; ${named()} at ×`, ...scales.map((scale) => short(scale))],
+        rows.map((row, i) => [names[i], ...row.map((value) => (value === null ? "–" : short(value, 4)))]),
       ),
       records.length > MOST_RECORDS &&
         el(

@@ -9,7 +9,7 @@ import { WORDS } from "./words.js";
 /** Values along either axis of a picture. */
 const MOST = 32;
 /** A picture of a larger study would make the service read more than a glance is worth. */
-const LARGEST = 1_000_000;
+export const LARGEST = 1_000_000;
 /** Pictures that are asked for at once. */
 const AT_ONCE = 2;
 /** A study that goes on is drawn again after each such share of it. */
