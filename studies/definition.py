@@ -73,10 +73,10 @@ from damperlab.studies.variables import (
     Variable,
     dimensions_of,
 )
+from damperlab.studies.remarks import MOST_NAME
 from damperlab.studies.vocabulary import OF_PARTICLE
 
-MAX_NAME = 200
-"""Characters of a study's name."""
+MAX_NAME = MOST_NAME
 
 
 def _read_name(raw: object) -> str:

@@ -132,16 +132,22 @@ def remark(
     text: Annotated[
         str | None, typer.Option("--note", help="Its note from now on; an empty text for none.")
     ] = None,
+    name: Annotated[
+        str | None, typer.Option(help="What it is called from now on; its definition stays as it is.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Tag a study, to find it by with `studies --tag`, or write a note to it."""
+    """Tag a study, to find it by with `studies --tag`, write a note to it, or rename it."""
     from damperlab.studies.remarks import read_remarks
 
     given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
-    said = {name: value for name, value in (("tags", given), ("note", text)) if value is not None}
+    every = {"tags": given, "note": text, "name": name}
+    said = {key: value for key, value in every.items() if value is not None}
     if not said:
-        raise typer.BadParameter("found neither of them; allowed: one or both", param_hint="--tags, --note")
-    with in_options({"tags": "--tags", "note": "--note"}):
+        raise typer.BadParameter(
+            "found none of them; allowed: one or more", param_hint="--tags, --note, --name"
+        )
+    with in_options({key: f"--{key}" for key in every}):
         remarks = read_remarks(said)
     store = open_store(data_dir)
     record = store.remark(store.find(study).id, remarks)

@@ -2,8 +2,8 @@
  * Several studies or designs: the best damper of each in a table, and their responses over the band in one
  * figure.
  *
- * @typedef {{r: number[], ratio: (number | null)[], hertz: number | null, millimetres: number | null}} Curve as
- *   ratios, and what turns them into units
+ * @typedef {{r: number[], ratio: (number | null)[], hertz: number | null, millimetres: number | null}} Curve
+ *   as ratios, and what turns them into units
  * @typedef {{name: string, href: string, best: string, damper: string, curve: Curve | null}} Compared
  */
 

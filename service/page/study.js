@@ -21,7 +21,7 @@ import { WORDS } from "./words.js";
 
 /**
  * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget, kept:
- *   Kept, shown: Shown}} Session
+ *   Kept, shown: Shown, renamed: (name: string) => void}} Session
  * @typedef {(session: Session, place: HTMLElement) => void | Promise<void>} Tab
  */
 
@@ -54,6 +54,7 @@ export async function studyView(root, { parts, query }) {
     words,
     changes: new EventTarget(),
     shown: new Shown(record.definition),
+    renamed: () => undefined,
     kept: new Kept(`#/studies/${record.id}/${parts[1] ?? "map"}`, query),
   };
   if (session.selection.worst) session.selection.worst = session.kept.on("worst", true);
@@ -91,6 +92,11 @@ export async function studyView(root, { parts, query }) {
     ),
     state,
   );
+  session.renamed = (name) => {
+    session.record.name = name;
+    title.textContent = name || record.id;
+    document.title = `${title.textContent} · damperlab`;
+  };
   let steered = "";
   const place = el("div", { class: "tab" });
   /** @type {(() => void) | undefined} */
@@ -262,8 +268,8 @@ function dataTab(session, place) {
         ),
         el("h2", {}, "The study"),
         facts(record),
-        el("h2", {}, "Tags and note"),
-        remarksForm(record),
+        el("h2", {}, "Name, tags and note"),
+        remarksForm(record, session.renamed),
       ),
       el(
         "section",
