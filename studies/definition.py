@@ -58,6 +58,7 @@ from damperlab.studies.metrics import read_metrics
 from damperlab.studies.physical import Physical, derivations, derived_faults
 from damperlab.studies.pydantic_faults import faults_of
 from damperlab.studies.reads import Reads
+from damperlab.studies.remarks import MOST_NAME
 from damperlab.studies.static_displacement import (
     force_faults,
     named_after_force,
@@ -73,7 +74,6 @@ from damperlab.studies.variables import (
     Variable,
     dimensions_of,
 )
-from damperlab.studies.remarks import MOST_NAME
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 MAX_NAME = MOST_NAME

@@ -2,7 +2,7 @@
 
 import { ask } from "./api.js";
 import { documentForm } from "./document_form.js";
-import { el, picker } from "./dom.js";
+import { el, picker, say } from "./dom.js";
 import { excitationFields, measuresOf, shakenBy } from "./excitation_fields.js";
 import { field } from "./faults.js";
 import { help } from "./help.js";
@@ -47,9 +47,12 @@ export async function designForm(root, { query }) {
     submit: "Find the damper",
     cost: "What it may take",
     can: "be searched",
-    submitted: "The design was asked for.",
     starts: [...copied, EMPTY, ...specifications],
     first: copied[0]?.name ?? query.get("specification") ?? EMPTY.name,
+    done: ({ id }) => {
+      say("The design was asked for.");
+      location.hash = `#/designs/${id}`;
+    },
     beside: el("section", { class: "box", "aria-label": "The model" }, modelSketch()),
     fields: (held) => fieldsOf(held, records),
     estimated: ({ chosen, budget_points: budget, understood }) =>

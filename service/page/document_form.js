@@ -7,14 +7,14 @@
  * @typedef {{document: any, get: (path: string) => any, set: (path: string, value: any) => void, again: () =>
  *   void, put: (document: any) => void}} Held the document by the paths of its fields, where undefined takes
  *   one away; `again` draws the fields anew, `put` puts another document in its place
- * @typedef {{title: string, help: HTMLElement | false, json: string, path: "studies" | "designs", submit:
- *   string, cost: string, can: string, submitted: string, starts: Start[], first: string, beside?:
- *   HTMLElement, fields: (held: Held) => import("./dom.js").Child[], estimated: (answer: any) =>
- *   import("./dom.js").Child}} Form
+ * @typedef {{title: string, help: HTMLElement | false, json: string, path: string, submit: string, cost:
+ *   string, can: string, starts: Start[], first: string, beside?: HTMLElement, fields: (held: Held) =>
+ *   import("./dom.js").Child[], estimated: (answer: any) => import("./dom.js").Child, waits?: () => void,
+ *   done: (answer: any) => void}} Form `waits` is called as it is submitted, `done` with the answer
  */
 
 import { Refusal, refusalBox, send } from "./api.js";
-import { debounced, el, fill, picker, prose, say, typedObject } from "./dom.js";
+import { debounced, el, fill, picker, prose, typedObject } from "./dom.js";
 import { showFaults } from "./faults.js";
 import { counted } from "./numbers.js";
 
@@ -124,9 +124,9 @@ export function documentForm(root, form) {
     event.preventDefault();
     submit.disabled = submitted = true;
     try {
-      const { id } = await send(form.path, document_);
-      say(form.submitted);
-      location.hash = `#/${form.path}/${id}`;
+      form.waits?.();
+      form.done(await send(form.path, document_));
+      submit.disabled = false;
     } catch (error) {
       submit.disabled = false;
       if (error instanceof Refusal && error.faults.length) refused(error);

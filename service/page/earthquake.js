@@ -15,6 +15,7 @@ import { STRUCTURE, unitFactor } from "./quantities.js";
 import { recordPicker } from "./records.js";
 import { line, mm, SAMPLES, spectrumOf } from "./survey_motion.js";
 import { TUNINGS } from "./vocabulary.js";
+import { WORDS } from "./words.js";
 
 const STARTS = 8;
 const SENSITIVE =
@@ -39,9 +40,36 @@ const FIELDS = /** @type {[string, string, number][]} */ ([
 
 /** @type {import("./study.js").Tab} */
 export function earthquakeTab(session, place) {
-  const { record } = session;
+  compared(place, session.record.id, () => sizes(session), sizesNote(session), "Sizes of the study’s point");
+}
+
+/** @type {import("./main.js").View} */
+export function earthquakeView(root) {
+  const place = el("div");
+  fill(root, el("h1", {}, "Dampers under an earthquake"), place);
+  const { mass_kg, natural_frequency_hz, particle_mass_kg, clearance_m, friction_force_n } = WORDS.prototype;
+  const { damping_ratio, restitution } = WORDS.design_point;
+  const prototype = { mass_kg, natural_frequency_hz, particle_mass_kg, clearance_m, friction_force_n };
+  const note = "Sizes are those of the paper’s prototype; enter your own.";
+  compared(
+    place,
+    "prototype",
+    () => ({ ...prototype, damping_ratio, restitution }),
+    note,
+    "Sizes of the prototype",
+  );
+}
+
+/**
+ * @param {HTMLElement} place
+ * @param {string} stem of downloads
+ * @param {() => Record<string, number>} own the sizes that it begins with
+ * @param {string} note about them
+ * @param {string} back what the button says that takes them again
+ */
+function compared(place, stem, own, note, back) {
   const asked = /** @type {Record<string, any>} */ ({
-    ...sizes(session),
+    ...own(),
     record: USUAL_RECORD,
     tmd_criterion: "den_hartog",
     starts: STARTS,
@@ -51,19 +79,19 @@ export function earthquakeTab(session, place) {
   const same = () => pythonLine(null, "earthquake_comparison", asked);
   const chart = figure({
     label: "Peak and rms displacement of the structure by damper",
-    name: `earthquake-${record.id}`,
+    name: `earthquake-${stem}`,
     height: 340,
     python: same,
   });
   const drift = figure({
     label: "Displacement against the base over time",
-    name: `earthquake-drift-${record.id}`,
+    name: `earthquake-drift-${stem}`,
     height: 280,
     python: same,
   });
   const spectrum = figure({
     label: "Spectrum of the displacement against the base",
-    name: `earthquake-spectrum-${record.id}`,
+    name: `earthquake-spectrum-${stem}`,
     height: 260,
     python: same,
   });
@@ -144,8 +172,8 @@ export function earthquakeTab(session, place) {
 
   const again = el(
     "button",
-    { type: "button", onclick: () => (Object.assign(asked, sizes(session)), drawFields(), look()) },
-    "Sizes of the study’s point",
+    { type: "button", onclick: () => (Object.assign(asked, own()), drawFields(), look()) },
+    back,
   );
   drawFields();
   fill(
@@ -167,7 +195,7 @@ export function earthquakeTab(session, place) {
           asked.tmd_criterion,
           (criterion) => ((asked.tmd_criterion = criterion), look()),
         ),
-        el("p", { class: "quiet" }, sizesNote(session)),
+        el("p", { class: "quiet" }, note),
         again,
         rest,
       ),

@@ -12,6 +12,8 @@ import { el, fill } from "./dom.js";
 import { accuracyView } from "./accuracy.js";
 import { compareView } from "./compare.js";
 import { designsView } from "./design_list.js";
+import { earthquakeView } from "./earthquake.js";
+import { fitView } from "./fit.js";
 import { documentationLink } from "./help.js";
 import { showSession, signInForm } from "./sign_in.js";
 import { studiesView } from "./studies.js";
@@ -26,6 +28,8 @@ const VIEWS = {
   designs: designsView,
   accuracy: accuracyView,
   compare: compareView,
+  earthquake: earthquakeView,
+  fit: fitView,
 };
 
 /** @type {Leave} */

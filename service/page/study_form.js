@@ -4,7 +4,7 @@ import { ask, studyPath } from "./api.js";
 import { axisField } from "./axis_field.js";
 import { field } from "./faults.js";
 import { documentForm } from "./document_form.js";
-import { checkbox, el, picker } from "./dom.js";
+import { checkbox, el, picker, say } from "./dom.js";
 import { help } from "./help.js";
 import { count, duration, size } from "./numbers.js";
 import { PHYSICAL, RATIOS, STANDS_FOR, inRatios, inUnits } from "./quantities.js";
@@ -26,12 +26,15 @@ export async function studyForm(root, { query }) {
     submit: "Run the study",
     cost: "What it will cost",
     can: "run",
-    submitted: "The study was submitted.",
     starts: [...copied, ...studies, SURVEY],
     first: copied[0]?.name ?? query.get("scene") ?? FIRST_SCENE,
     fields: ({ document: study, set, put }) =>
       study.records === undefined ? fieldsOf(study, set, put) : surveyFields(study, set, put, records),
     estimated,
+    done: ({ id }) => {
+      say("The study was submitted.");
+      location.hash = `#/studies/${id}`;
+    },
   });
 }
 

@@ -10,6 +10,9 @@ export type SpecifiedField = {
   usual_value?: number | null;
 };
 
+/** A quantity of a prototype: its place in what is known, whether it may be sought, and is usually. */
+export type FittedField = SpecifiedField & { path: string; free: boolean; usual: boolean };
+
 /**
  * The module `words.js`, which `service/page/words.py` writes: the words of the service that the page
  * shows.
@@ -97,4 +100,6 @@ export const WORDS: {
       at_a_frequency: Record<string, string>;
     };
   };
+  /** Everything that may be known of a prototype, or be sought. */
+  fitted: FittedField[];
 };
