@@ -32,6 +32,7 @@ NUMBERS: Schema = {"type": "array", "items": NUMBER}
 PLANE: Schema = {"type": "array", "items": {"type": "array", "items": {"type": ["number", "string", "null"]}}}
 RANGE: Schema = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
 
+FORCES = ("spring", "damping", "friction", "excitation")
 WITHOUT_DEFINITION = ("definition", "provenance")
 """What a list leaves out of its records."""
 
@@ -580,7 +581,7 @@ def answer_schemas() -> dict[str, Schema]:
             phase=_enum(("ready", "compiling")), phase_done=COUNT, phase_total=COUNT, compiling_seconds=NUMBER
         ),
         "Simulated": _object(
-            ("attractors", "wall", "settles_after_cycles"),
+            ("attractors", "wall", "settles_after_cycles", "forces", "spectrum"),
             metrics=_object(metrics, **metrics),
             status=TEXT,
             response_class=TEXT,
@@ -588,6 +589,14 @@ def answer_schemas() -> dict[str, Schema]:
             events=_by_name(COUNT),
             cycles=COUNT,
             history=_by_name(NUMBERS),
+            forces=_by_name(NUMBERS, FORCES)
+            | {
+                "description": "On the structure over k·Z, at the samples of the history; none of an instantaneous impact."
+            },
+            spectrum=_by_name(NUMBERS, ("multiple", "amplitude"))
+            | {
+                "description": "Amplitudes of u over Z at multiples of the excitation's frequency, over its whole cycles."
+            },
             settles_after_cycles=NUMBER,
             attractors=_object(
                 starts=COUNT, failed=COUNT, decided_by_a_rounding=FLAG, met=_list(TABLE), note=TEXT

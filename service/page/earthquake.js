@@ -136,10 +136,7 @@ function compared(place, stem, own, note, back) {
         () => ({ xaxis: { title: { text: "time [s]" } }, yaxis: { title: { text: "x − z [mm]" } } }),
       );
       await spectrum.draw(
-        () =>
-          moving(moved, (history, name, shade, dash) =>
-            spectrumOf(history, moved.design.natural_frequency_hz, name, shade, dash),
-          ),
+        () => moving(moved, (history, name, shade, dash) => spectrumOf(history, name, shade, dash)),
         () => ({
           xaxis: { title: { text: "frequency [Hz]" } },
           yaxis: { title: { text: "amplitude of x − z [mm]" }, rangemode: "tozero" },

@@ -6,8 +6,6 @@
  *   the base v, and particle p, over Z
  */
 
-const SAMPLES_PER_CYCLE = 256;
-
 export class History {
   /** @param {Columns} columns @param {number} r the frequency ratio */
   constructor(columns, r) {
@@ -75,33 +73,5 @@ export class History {
   get strobes() {
     const whole = Array.from({ length: this.length }, (_, k) => k);
     return { u: whole.map((k) => this.at("u", k)), u_rate: whole.map((k) => this.at("u_rate", k)) };
-  }
-
-  /**
-   * Amplitudes of the structure over the frequency, over Z: the discrete Fourier transform over all whole
-   * cycles.
-   *
-   * @param {number} most highest multiple of the excitation's frequency
-   * @returns {{multiple: number[], amplitude: number[]}} from the lowest frequency that fits, in steps of it
-   */
-  spectrum(most) {
-    const n = this.length;
-    if (n < 1) return { multiple: [], amplitude: [] };
-    const count = n * SAMPLES_PER_CYCLE;
-    const values = Array.from({ length: count }, (_, k) => this.at("u", k / SAMPLES_PER_CYCLE));
-    const multiple = [];
-    const amplitude = [];
-    for (let m = 1; m <= most * n; m += 1) {
-      let real = 0;
-      let imaginary = 0;
-      for (let k = 0; k < count; k += 1) {
-        const angle = (2 * Math.PI * ((m * k) % count)) / count;
-        real += values[k] * Math.cos(angle);
-        imaginary += values[k] * Math.sin(angle);
-      }
-      multiple.push(m / n);
-      amplitude.push((2 * Math.hypot(real, imaginary)) / count);
-    }
-    return { multiple, amplitude };
   }
 }

@@ -5,8 +5,7 @@
 
 import { refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
-import { colour, CURVES, figure } from "./figure.js";
-import { forceTraces } from "./forces.js";
+import { colour, CURVES, DASHES, figure } from "./figure.js";
 import { History } from "./history.js";
 import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
@@ -22,8 +21,6 @@ const MOST_CYCLES = 60;
 const CYCLES_OF_OTHERS = 12;
 /** The most that the service sends: with fewer, impacts would be among what is left out. */
 const SAMPLES = 20000;
-/** Highest harmonic of the spectrum. */
-const HARMONICS = 8;
 /** Between a closed curve and the frame, over its width. */
 const MARGIN = 0.05;
 /** Of the largest amplitude: what is less is rounding. */
@@ -35,6 +32,12 @@ const MEASURES = [
   "floquet_multiplier",
   "stick_fraction",
   "dissipation_per_cycle",
+];
+const FORCES = [
+  ["spring", "spring"],
+  ["damping", "damping of the structure"],
+  ["friction", "friction"],
+  ["excitation", "force F₀ sin ωt"],
 ];
 const LOSSES = /** @type {[string, string][]} */ ([
   ["dissipation_viscous", "damping of the structure"],
@@ -137,7 +140,7 @@ export function motionPanel(session) {
         }),
       );
       await spectrum.draw(
-        () => spectrumTraces(history, r, units),
+        () => spectrumTraces(answer.spectrum, history.length, r, units),
         () => ({
           xaxis: { title: { text: units.frequencyTitle } },
           yaxis: {
@@ -150,15 +153,8 @@ export function motionPanel(session) {
           bargap: 0.3,
         }),
       );
-      const damper = {
-        damping: question.damping_ratio,
-        friction: question.friction_ratio,
-        mass: question.mass_ratio ?? 0,
-        clearance: ratios.clearance,
-        forced: question.excitation === "force",
-      };
       await forces.draw(
-        () => forceTraces(history, damper, session.shown.factor("friction_ratio")),
+        () => forceTraces(history.cycles, answer.forces, session.shown.factor("friction_ratio")),
         () => ({
           xaxis: { title: { text: "cycles of the excitation" }, range: [0, history.length] },
           yaxis: {
@@ -391,22 +387,18 @@ function phaseTraces(history, units) {
   return traces;
 }
 
-/** @param {History} history @param {number} r @param {any} units */
-function spectrumTraces(history, r, units) {
-  const { multiple, amplitude } = history.spectrum(HARMONICS);
+/**
+ * @param {{multiple: number[], amplitude: number[]}} spectrum
+ * @param {number} cycles
+ * @param {number} r
+ * @param {any} units
+ */
+function spectrumTraces({ multiple, amplitude }, cycles, r, units) {
   const x = multiple.map((m) => m * r * units.ofFrequency);
   const floor = NOTHING * amplitude.reduce((most, value) => Math.max(most, value), 0);
   const y = amplitude.map((value) => (value > floor ? value * units.ofLength : null));
-  return [
-    {
-      type: "bar",
-      x,
-      y,
-      marker: { color: CURVES()[0] },
-      width: (0.7 * r * units.ofFrequency) / Math.max(1, history.length),
-      name: "amplitude",
-    },
-  ];
+  const width = (0.7 * r * units.ofFrequency) / Math.max(1, cycles);
+  return [{ type: "bar", x, y, marker: { color: CURVES()[0] }, width, name: "amplitude" }];
 }
 
 /** @param {number[]} x @param {number[]} y */
@@ -419,4 +411,22 @@ function impactMarks(x, y) {
     name: "impact",
     marker: { symbol: "x", size: 7, color: CURVES()[2] },
   };
+}
+
+/**
+ * The forces that are there, over the cycles.
+ *
+ * @param {number[]} cycles
+ * @param {Record<string, number[]>} forces as the service has them, over k·Z
+ * @param {number} factor from that to what is shown
+ */
+function forceTraces(cycles, forces, factor) {
+  return FORCES.filter(([name]) => forces[name].some((force) => force !== 0)).map(([name, title], i) => ({
+    type: "scatter",
+    mode: "lines",
+    x: cycles,
+    y: forces[name].map((force) => force * factor),
+    name: title,
+    line: { color: CURVES()[i], dash: DASHES[i], width: 1.4 },
+  }));
 }

@@ -36,8 +36,8 @@ export function nameOf({ id, name }) {
  *   unknown>, nothing: () => string, none: () => Promise<import("./dom.js").Child> |
  *   import("./dom.js").Child, picture?: (record: T) => import("./dom.js").Child, says: (record: T) =>
  *   import("./dom.js").Child[], state: (record: T) => import("./dom.js").Child[], best: (record: T) =>
- *   Promise<Best | null>, actions?: (record: T) => import("./dom.js").Child}} what `nothing` says why nothing
- *   can be meant, where that is known without asking
+ *   Promise<Best | null>, actions?: (record: T, acted: () => void) => import("./dom.js").Child}} what
+ *   `nothing` says why nothing can be meant, where that is known without asking
  * @returns {{look: () => Promise<void>, leave: () => void}}
  */
 export function shelf(list, controls, what) {
@@ -48,6 +48,8 @@ export function shelf(list, controls, what) {
   const bests = new Map();
   /** @type {Set<string>} */
   const chosen = new Set();
+  /** @type {Set<string>} */
+  const acted = new Set();
   /** @type {T[]} */
   let records = [];
   let sort = kept.one("sort", ["best", "name"], "");
@@ -118,10 +120,13 @@ export function shelf(list, controls, what) {
     };
     cards.set(record.id, known);
     const drawn = JSON.stringify(record);
-    if (known.drawn !== drawn && !known.item.contains(document.activeElement)) {
-      known.drawn = drawn;
-      draw(known.item, record);
-    }
+    const held = known.item.contains(document.activeElement);
+    const mine = acted.delete(record.id);
+    // what somebody holds stays as it is while it goes on, but not what was acted on
+    if (known.drawn === drawn || (held && known.drawn && !mine)) return known.item;
+    known.drawn = drawn;
+    draw(known.item, record);
+    if (held) known.item.querySelector("a")?.focus();
     return known.item;
   }
 
@@ -148,7 +153,7 @@ export function shelf(list, controls, what) {
       ),
       best,
       el("div", { class: "state" }, what.state(record)),
-      what.actions?.(record),
+      what.actions?.(record, () => (acted.add(record.id), look())),
     );
     void drawBest(best, record);
   }

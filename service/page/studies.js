@@ -42,7 +42,7 @@ export async function studiesView(root, { query }) {
     ],
     state: (/** @type {any} */ record) => [badge(record.state), progressBar(record)],
     best: bestOf,
-    actions: (/** @type {any} */ record) => actions(record, () => look()),
+    actions: (/** @type {any} */ record, acted) => actions(record, acted),
   });
   await look();
   return leave;

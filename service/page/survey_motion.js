@@ -12,9 +12,6 @@ import { pythonLine } from "./python_line.js";
 import { RECORD } from "./selection.js";
 
 export const SAMPLES = 6000;
-/** Highest frequency of the spectrum, over that of the structure. */
-const HARMONICS = 4;
-const MOST_SPECTRAL = 8192;
 const AXES = [
   "natural_frequency_hz",
   "damping_ratio",
@@ -162,8 +159,8 @@ export function surveyMotion({ selection, record }) {
         );
       await spectrum.draw(
         () => [
-          spectrumOf(none, asked.natural_frequency_hz, "no damper", colour("quiet"), "dot"),
-          spectrumOf(hybrid, asked.natural_frequency_hz, "this damper", CURVES()[1]),
+          spectrumOf(none, "no damper", colour("quiet"), "dot"),
+          spectrumOf(hybrid, "this damper", CURVES()[1]),
         ],
         () => ({
           xaxis: { title: { text: "frequency [Hz]" } },
@@ -229,55 +226,23 @@ function cavityTraces(history, clearance) {
 }
 
 /**
- * Amplitudes over the frequency: the discrete Fourier transform of the drift, at equal steps in time.
+ * Amplitudes of the drift over the frequency.
  *
- * @param {any} history @param {number} natural @param {string} name @param {string} shade @param {string}
- *   [dash]
+ * @param {any} history
+ * @param {string} name
+ * @param {string} shade
+ * @param {string} [dash]
  */
-export function spectrumOf(history, natural, name, shade, dash = "solid") {
-  const { frequency, amplitude } = fourier(
-    history.time_s,
-    mm(history.relative_displacement_m),
-    HARMONICS * natural,
-  );
+export function spectrumOf({ spectrum }, name, shade, dash = "solid") {
   return {
     type: "scatter",
     mode: "lines",
     name,
-    x: frequency,
-    y: amplitude,
+    x: spectrum.frequency_hz,
+    y: mm(spectrum.amplitude_m),
     line: { color: shade, dash, width: 1.2 },
     hovertemplate: `%{x:.3f} Hz: %{y:.4~g} mm<extra>${name}</extra>`,
   };
-}
-
-/** @param {number[]} time @param {number[]} values @param {number} highest */
-export function fourier(time, values, highest) {
-  const span = time[time.length - 1] - time[0];
-  const count = Math.min(MOST_SPECTRAL, Math.max(256, Math.ceil(4 * highest * span)));
-  const even = [];
-  for (let k = 0, i = 0; k < count; k += 1) {
-    const at = time[0] + (span * k) / count;
-    while (i < time.length - 2 && time[i + 1] <= at) i += 1;
-    const width = time[i + 1] - time[i];
-    even.push(width > 0 ? values[i] + ((values[i + 1] - values[i]) * (at - time[i])) / width : values[i]);
-  }
-  const turn = Array.from({ length: count }, (_, k) => (2 * Math.PI * k) / count);
-  const [cosines, sines] = [turn.map(Math.cos), turn.map(Math.sin)];
-  const frequency = [];
-  const amplitude = [];
-  for (let m = 1; m <= Math.min(highest * span, count / 2 - 1); m += 1) {
-    let real = 0;
-    let imaginary = 0;
-    for (let k = 0; k < count; k += 1) {
-      const place = (m * k) % count;
-      real += even[k] * cosines[place];
-      imaginary += even[k] * sines[place];
-    }
-    frequency.push(m / span);
-    amplitude.push((2 * Math.hypot(real, imaginary)) / count);
-  }
-  return { frequency, amplitude };
 }
 
 /** @param {any} found */
