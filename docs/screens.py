@@ -33,7 +33,7 @@ def take(browser: Browser, url: str, study: str) -> None:
     for name, place in (
         ("studies", ""),
         ("new", "#/new"),
-        ("design", "#/designs/new"),
+        ("design", "#/designs/new?specification=prototype"),
         ("tmd", f"#/studies/{study}/tmd"),
     ):
         _go(page, f"{url}/{place}", drawn=name == "tmd")

@@ -31,6 +31,7 @@ TEXTS: Schema = {"type": "array", "items": TEXT}
 NUMBERS: Schema = {"type": "array", "items": NUMBER}
 RANGE: Schema = {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}
 
+FORCES = ("spring", "damping", "friction", "excitation")
 WITHOUT_DEFINITION = ("definition", "provenance")
 """What a list leaves out of its records."""
 
@@ -353,6 +354,10 @@ _DESIGN_LISTED: Schema = {
     "finished": {"type": ["string", "null"]},
     "message": {"type": ["string", "null"], "description": "Why it failed, or what it waits for."},
     "digest": TEXT,
+    "known": _or_null(
+        _object(design=_BUILT, worst=_WORST, feasible=FLAG)
+        | {"description": "The best so far, as drawn; of a design that is done the one it recommends."}
+    ),
 }
 
 
@@ -418,7 +423,7 @@ def answer_schemas() -> dict[str, Schema]:
             phase=_enum(("ready", "compiling")), phase_done=COUNT, phase_total=COUNT, compiling_seconds=NUMBER
         ),
         "Simulated": _object(
-            ("attractors", "wall", "settles_after_cycles"),
+            ("attractors", "wall", "settles_after_cycles", "forces", "spectrum"),
             metrics=_object(metrics, **metrics),
             status=TEXT,
             response_class=TEXT,
@@ -426,6 +431,14 @@ def answer_schemas() -> dict[str, Schema]:
             events=_by_name(COUNT),
             cycles=COUNT,
             history=_by_name(NUMBERS),
+            forces=_by_name(NUMBERS, FORCES)
+            | {
+                "description": "On the structure over k·Z, at the samples of the history; none of an instantaneous impact."
+            },
+            spectrum=_by_name(NUMBERS, ("multiple", "amplitude"))
+            | {
+                "description": "Amplitudes of u over Z at multiples of the excitation's frequency, over its whole cycles."
+            },
             settles_after_cycles=NUMBER,
             attractors=_object(
                 starts=COUNT, failed=COUNT, decided_by_a_rounding=FLAG, met=_list(TABLE), note=TEXT
@@ -458,10 +471,6 @@ def answer_schemas() -> dict[str, Schema]:
         "DesignPage": _object(designs=_list(of("DesignSummary")), cursor={"type": ["string", "null"]}),
         "Design": _object(
             **_DESIGN_LISTED,
-            known=_or_null(
-                _object(design=_BUILT, worst=_WORST, feasible=FLAG)
-                | {"description": "The best so far, as drawn."}
-            ),
             studies=TEXTS | {"description": "Ids of the round's studies."},
             studies_done=COUNT,
             points_of_round=COUNT | {"description": "Points of the round's studies that are there."},

@@ -5,13 +5,16 @@ from collections.abc import Iterable
 from html import escape
 
 import damperlab
+from damperlab.service.documents import plain
 from damperlab.service.figures.design import draw_alternatives, draw_amplitudes, draw_front
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.design.absorber import DETUNED
 from damperlab.studies.design.alternatives import CALLED as ALONE
-from damperlab.studies.design.answer import cases_of, limits_of
+from damperlab.studies.design.answer import answer_document, cases_of, limits_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
+from damperlab.studies.design.kept import Round
+from damperlab.studies.design.shelf import Shelf
 from damperlab.studies.design.spelling import (
     CALLED,
     frequency,
@@ -36,6 +39,29 @@ OF_THE_STRUCTURE = {
     "natural_frequency_hz": "natural frequency",
     "damping_ratio": "damping ratio",
 }
+
+
+def keep_answer(shelf: Shelf, design_id: str, found: Found, rounds: int, started: str) -> str:
+    """Keep what a search found, and give its report.
+
+    Parameters
+    ----------
+    shelf : Shelf
+        Where the design is.
+    design_id : str
+        Its whole id.
+    found : Found
+        What the search found.
+    rounds : int
+        Rounds of studies that it took.
+    started : str
+        When it began, in ISO 8601.
+    """
+    answer, report = plain(answer_document(found)), design_report(found)
+    known = {name: answer[name] for name in ("design", "worst", "feasible")}
+    shelf.follow(design_id, Round("the answer", rounds, found.book.spent, 0, (), known, started))
+    shelf.finish(design_id, answer, report)
+    return report
 
 
 def design_report(found: Found) -> str:

@@ -23,7 +23,7 @@ from damperlab.service.design_budget import HERE_SECONDS
 from damperlab.service.documents import plain
 from damperlab.service.logs import start_logging
 from damperlab.service.settings import Settings
-from damperlab.studies.design.answer import answer_document, known_document
+from damperlab.studies.design.answer import known_document
 from damperlab.studies.design.design import Ask, Found, designing
 from damperlab.studies.design.kept import Kept, Round, now
 from damperlab.studies.design.shelf import Shelf
@@ -174,11 +174,9 @@ class _Search:
             found: Found = end.value
         if not self.shelf.ended(self.kept.id):
             # the service names this class to start a search, and draws nothing: a figure's library is loaded where one is drawn
-            from damperlab.service.design_report import design_report
+            from damperlab.service.design_report import keep_answer
 
-            last = Round("the answer", number, found.book.spent, 0, (), None, self._started)
-            self.shelf.follow(self.kept.id, last)
-            self.shelf.finish(self.kept.id, plain(answer_document(found)), design_report(found))
+            keep_answer(self.shelf, self.kept.id, found, number, self._started)
             _log.info("design %s is done: %d points", self.kept.id, found.book.spent)
 
     def _cubes(self, ask: Ask, number: int) -> Iterable[xr.Dataset]:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.service.motions import drift_spectrum
 from damperlab.studies.ground.question import Earthquake
 from damperlab.worker.ground.absorber import absorber_history
 from damperlab.worker.ground.comparison import absorber_of, damper_of, scenes_of, structure_of
@@ -44,9 +45,11 @@ def sampled(asked: Earthquake, most: int) -> dict[str, dict[str, Any]]:
     Returns
     -------
     dict
-        By case the columns, as `ground_history` names them; ``thinned`` says whether some were left out.
+        By case the columns, as `ground_history` names them; ``thinned`` says whether some were left out, and
+        ``spectrum`` how much of the displacement against the base there is at each frequency.
     """
     found: dict[str, dict[str, Any]] = {}
+    natural = asked.values["natural_frequency_hz"]
     for case, columns in histories_of(asked).items():
         count = columns["time_s"].size
         rows = np.arange(count)
@@ -54,5 +57,6 @@ def sampled(asked: Earthquake, most: int) -> dict[str, dict[str, Any]]:
             x = columns["relative_displacement_m"]
             even = np.linspace(0, count - 1, max(2, most - 2)).astype(int)
             rows = np.unique([*even, int(x.argmax()), int(x.argmin())])
-        found[case] = {name: column[rows] for name, column in columns.items()} | {"thinned": count > most}
+        found[case] = {name: column[rows] for name, column in columns.items()}
+        found[case] |= {"thinned": count > most, "spectrum": drift_spectrum(columns, natural)}
     return found

@@ -1,4 +1,4 @@
-"""What people say of a study beside its definition: tags to find it by, and a note."""
+"""What people say of a study beside its definition: another name, tags to find it by, and a note."""
 
 import re
 from dataclasses import dataclass
@@ -6,6 +6,8 @@ from typing import Any
 
 from damperlab.studies.faults import Fault, StudyFaults, describe
 
+MOST_NAME = 200
+"""Characters of a name."""
 MOST_TAGS = 20
 MOST_NOTE = 4000
 """Characters of a note."""
@@ -15,7 +17,7 @@ TAG_WORDS = "up to 40 lower-case letters a to z, digits and hyphens, the first n
 
 @dataclass(frozen=True)
 class Remarks:
-    """Checked tags and note; None leaves what is there.
+    """Checked tags, note and name; None leaves what is there.
 
     Parameters
     ----------
@@ -23,10 +25,13 @@ class Remarks:
         Sorted, each once.
     note : str, optional
         Text of several lines.
+    name : str, optional
+        What the study is called from now on; its definition keeps the name that it was submitted with.
     """
 
     tags: tuple[str, ...] | None = None
     note: str | None = None
+    name: str | None = None
 
 
 def read_remarks(document: object) -> Remarks:
@@ -35,7 +40,7 @@ def read_remarks(document: object) -> Remarks:
     Parameters
     ----------
     document : object
-        ``tags``, a list of texts, and ``note``, a text; each may be left out.
+        ``tags``, a list of texts, and ``note`` and ``name``, a text each; each may be left out.
 
     Raises
     ------
@@ -43,22 +48,26 @@ def read_remarks(document: object) -> Remarks:
         With every fault.
     """
     if not isinstance(document, dict):
-        told = "The remarks must be a mapping with `tags`, `note` or both."
+        told = "The remarks must be a mapping with `tags`, `note` or `name`."
         advice = 'write {"tags": ["rig-2"], "note": "…"}'
-        raise StudyFaults([Fault("remarks", describe(document), "a mapping of tags and note", advice, told)])
+        raise StudyFaults(
+            [Fault("remarks", describe(document), "a mapping of tags, note and name", advice, told)]
+        )
     faults = [
-        Fault(str(name), describe(value), "tags and note", "remove it", "{field} is not a known key.")
+        Fault(str(name), describe(value), "tags, note and name", "remove it", "{field} is not a known key.")
         for name, value in document.items()
-        if name not in ("tags", "note")
+        if name not in ("tags", "note", "name")
     ]
     if not document:
-        faults.append(Fault("remarks", "nothing", "tags, note or both", "add what is to be kept"))
-    tags, note = document.get("tags"), document.get("note")
+        faults.append(Fault("remarks", "nothing", "tags, note or name", "add what is to be kept"))
+    tags, note, called = document.get("tags"), document.get("note"), document.get("name")
     faults += [] if tags is None else _faults_of_tags(tags)
-    faults += [] if note is None else _faults_of_note(note)
+    faults += [] if note is None else _faults_of_text("note", note, MOST_NOTE, "\n\t")
+    faults += [] if called is None else _faults_of_text("name", called, MOST_NAME)
     if faults:
         raise StudyFaults(faults)
-    return Remarks(None if tags is None else tuple(sorted(set(tags))), None if note is None else note.strip())
+    sorted_tags = None if tags is None else tuple(sorted(set(tags)))
+    return Remarks(sorted_tags, *(None if text is None else text.strip() for text in (note, called)))
 
 
 def _faults_of_tags(tags: Any) -> list[Fault]:
@@ -80,10 +89,8 @@ def faults_of_tag(field: str, tag: object) -> list[Fault]:
     return [Fault(field, describe(tag), TAG_WORDS, "write it as in rig-2")]
 
 
-def _faults_of_note(note: Any) -> list[Fault]:
-    if isinstance(note, str) and len(note) <= MOST_NOTE and all(c.isprintable() or c in "\n\t" for c in note):
+def _faults_of_text(field: str, text: Any, most: int, also: str = "") -> list[Fault]:
+    if isinstance(text, str) and len(text) <= most and all(c.isprintable() or c in also for c in text):
         return []
-    found = f"{len(note):,} characters" if isinstance(note, str) and len(note) > MOST_NOTE else describe(note)
-    return [
-        Fault("note", found, f"a printable text of at most {MOST_NOTE:,} characters", "shorten or correct it")
-    ]
+    found = f"{len(text):,} characters" if isinstance(text, str) and len(text) > most else describe(text)
+    return [Fault(field, found, f"a printable text of at most {most:,} characters", "shorten or correct it")]

@@ -11,7 +11,7 @@ from damperlab.service.cli.failures import FAILED
 from damperlab.service.cli.options import AsJson, DataDir, Details
 from damperlab.service.cli.output import note, print_brief, print_json, say, working
 from damperlab.service.cli.places import file_option
-from damperlab.service.cli.store import data_folder, open_store
+from damperlab.service.cli.store import data_folder, open_store, settings_of
 from damperlab.studies.store.provenance import DESIGNS
 
 if TYPE_CHECKING:
@@ -57,6 +57,7 @@ def design(
     check_document(output)
     from damperlab.service.design_budget import HERE_SECONDS, budget_of
     from damperlab.studies.design.design import designing
+    from damperlab.studies.design.kept import now
     from damperlab.studies.ground.shelf import Shelf
     from damperlab.studies.specification.reading import read_specification
     from damperlab.studies.understood import unusual_specification
@@ -74,16 +75,17 @@ def design(
         return
     for line in unusual:
         note(line)
+    started = now()
     with Computer(open_store(data_dir), means, HERE_SECONDS) as computer:
-        found = _search(asked, budget, _Evaluation(computer, asked))
+        found, rounds = _search(asked, budget, _Evaluation(computer, asked))
     from damperlab.studies.design.answer import answer_document
 
     document = answer_document(found)
+    with working("Keeping the design"):
+        report = _kept(data_dir, found, rounds, started)
     if output is not None:
         with working(f"Writing {output}"):
-            from damperlab.service.design_report import design_report
-
-            write_document(design_report(found), output)
+            write_document(report, output)
         note(f"Wrote the report to {output}.")
     if as_json:
         print_json(document)
@@ -158,15 +160,31 @@ class _Evaluation:
         return [record for study in several if (record := known[study.digest]) is not None]
 
 
-def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "Found":
-    """Follow the search to its end, and say on the way what is known."""
+def _kept(data_dir: Path | None, found: "Found", rounds: int, started: str) -> str:
+    """Keep an answer beside the studies, where the page and the client find it; give its report."""
+    from damperlab.service.design_report import design_report, keep_answer
+    from damperlab.studies.design.shelf_faults import DesignsFull
+
+    shelf = settings_of(data_dir).designs
+    try:
+        kept, _ = shelf.put(found.asked, found.book.budget)
+    except DesignsFull as error:
+        note(f"damperlab: the answer is not kept. {error}")
+        return design_report(found)
+    if kept.state in ("cancelled", "failed"):
+        shelf.resume(kept.id)
+    return keep_answer(shelf, kept.id, found, rounds, started)
+
+
+def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "tuple[Found, int]":
+    """Follow the search to its end, and say on the way what is known; give the number of its rounds too."""
     from damperlab.service.cli.design_progress import DesignProgress
     from damperlab.service.documents import plain
     from damperlab.studies.design.answer import known_document
     from damperlab.studies.design.design import designing
     from damperlab.studies.design.so_far import best_so_far
 
-    rounds = designing(asked, budget)
+    rounds, number = designing(asked, budget), 1
     with DesignProgress(budget) as progress:
         try:
             ask = next(rounds)
@@ -174,9 +192,10 @@ def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "Fo
                 best = "" if ask.ahead is None else best_so_far(plain(known_document(asked, ask.ahead)))
                 progress.begin(ask.spent, ask.stage, best)
                 ask = rounds.send(evaluation.cubes(ask, progress))
+                number += 1
         except StopIteration as end:
             found: Found = end.value
-            return found
+            return found, number
 
 
 def _print_size(asked: "Specification", budget: int, unusual: list[str], as_json: bool) -> None:

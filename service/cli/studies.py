@@ -159,16 +159,20 @@ def show(
     text: Annotated[
         str | None, typer.Option("--note", help="Change its note; an empty text for none.")
     ] = None,
+    name: Annotated[
+        str | None, typer.Option(help="Change what it is called; its definition stays as it is.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show a study: its state, progress and definition. Tag it."""
+    """Show a study: its state, progress and definition. Tag or rename it."""
     given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
-    said = {name: value for name, value in (("tags", given), ("note", text)) if value is not None}
+    changes = {"tags": given, "note": text, "name": name}
+    said = {key: value for key, value in changes.items() if value is not None}
     remarks = None
     if said:
         from damperlab.studies.remarks import read_remarks
 
-        with in_options({"tags": "--tags", "note": "--note"}):
+        with in_options({key: f"--{key}" for key in changes}):
             remarks = read_remarks(said)
     store = open_store(data_dir)
     record = store.find(study)

@@ -133,8 +133,10 @@ class Study(Questions, Searches):
             raise Stopped(f"{self} is {state}.{why} study.resume() computes what is missing.")
         return self
 
-    def remark(self, tags: "Iterable[str] | None" = None, note: str | None = None) -> "Study":
-        """Tag the study, or write a note to it; None leaves what is there.
+    def remark(
+        self, tags: "Iterable[str] | None" = None, note: str | None = None, name: str | None = None
+    ) -> "Study":
+        """Tag the study, write a note to it, or rename it; None leaves what is there.
 
         Parameters
         ----------
@@ -142,13 +144,15 @@ class Study(Questions, Searches):
             All its tags from now on: up to 40 lower-case letters, digits and hyphens each.
         note : str, optional
             Its note from now on.
+        name : str, optional
+            What it is called from now on; its definition stays as it is.
 
         Raises
         ------
         Refused
-            If one of them is not allowed, or neither is given.
+            If one of them is not allowed, or none is given.
         """
-        said = {"tags": None if tags is None else list(tags), "note": note}
+        said = {"tags": None if tags is None else list(tags), "note": note, "name": name}
         self._ask("PATCH", json={name: value for name, value in said.items() if value is not None})
         return self
 

@@ -1,7 +1,7 @@
 /** How exact and how fast the solver is: the report that was made last with the service's data folder. */
 
 import { ask } from "./api.js";
-import { el, fill } from "./dom.js";
+import { el, fill, grid } from "./dom.js";
 import { CURVES, DASHES, figure } from "./figure.js";
 import { help } from "./help.js";
 import { count, moment, short } from "./numbers.js";
@@ -23,16 +23,27 @@ export async function accuracyView(root) {
     el(
       "p",
       {},
-      `Measured ${moment(report.created)} with version ${report.version} on ${report.machine?.cores ?? "?"} cores. `,
-      report.passed ? "Every extreme case passed." : el("strong", {}, "Not every extreme case passed: see the table."),
+      `Measured ${moment(report.created)} with version ${report.version} on ` +
+        `${report.machine?.cores ?? "?"} cores. `,
+      report.passed
+        ? "Every extreme case passed."
+        : el("strong", {}, "Not every extreme case passed: see the table."),
     ),
     el("h2", {}, "Error against run time"),
     el(
       "p",
       { class: "quiet" },
-      "Farther left is faster, farther down is more exact. Error: that of the state after some cycles from rest, against a reference computed with 40 digits. The event-driven solver has no step size, so it is one point.",
+      "Farther left is faster, farther down is more exact. Error: that of the state after some cycles " +
+        "from rest, against a reference computed with 40 digits. The event-driven solver has no step " +
+        "size, so it is one point.",
     ),
-    el("div", { class: "grid" }, charts.map((/** @type {any} */ { diagram, chart }) => el("section", {}, el("h3", {}, diagram.title), chart.element))),
+    el(
+      "div",
+      { class: "grid" },
+      charts.map((/** @type {any} */ { diagram, chart }) =>
+        el("section", {}, el("h3", {}, diagram.title), chart.element),
+      ),
+    ),
     el("h2", {}, "Extreme cases"),
     table(report.stability),
   );
@@ -46,15 +57,28 @@ function noReport() {
     "div",
     { class: "box" },
     el("h2", {}, "No report yet"),
-    el("p", {}, "A report measures the solver on this machine: its error against its run time beside the paper’s method, and how it copes with extreme cases. It takes a few minutes:"),
+    el(
+      "p",
+      {},
+      "A report measures the solver on this machine: its error against its run time beside the paper’s " +
+        "method, and how it copes with extreme cases. It takes a few minutes:",
+    ),
     el("pre", { tabindex: 0, role: "region", "aria-label": "Command" }, "damperlab check accuracy --quick"),
-    el("p", { class: "quiet" }, "Run it with the data folder of this service (--data-dir, as for serve), then open this page again."),
+    el(
+      "p",
+      { class: "quiet" },
+      "Run it with the data folder of this service (--data-dir, as for serve), then open this page again.",
+    ),
   );
 }
 
 /** @param {any} diagram */
 function chartOf(diagram) {
-  return figure({ label: `Error against run time: ${diagram.title}`, name: `work-precision-${diagram.scene}`, height: 340 });
+  return figure({
+    label: `Error against run time: ${diagram.title}`,
+    name: `work-precision-${diagram.scene}`,
+    height: 340,
+  });
 }
 
 /** @param {any} diagram */
@@ -63,12 +87,17 @@ function traces(diagram) {
     const points = curve.points.filter((/** @type {any} */ point) => point.error !== null);
     const order = curve.order === null ? "" : `, order ${short(curve.order, 2)}`;
     return {
-      type: "scatter", mode: "lines+markers", name: curve.method + order,
+      type: "scatter",
+      mode: "lines+markers",
+      name: curve.method + order,
       x: points.map((/** @type {any} */ point) => point.microseconds),
       y: points.map((/** @type {any} */ point) => Math.max(point.error, FLOOR)),
-      text: points.map((/** @type {any} */ point) => (curve.setting ? `${short(point.setting)} ${curve.setting}` : "")),
+      text: points.map((/** @type {any} */ point) =>
+        curve.setting ? `${short(point.setting)} ${curve.setting}` : "",
+      ),
       hovertemplate: "%{x:.3~g} µs, error %{y:.2e}<br>%{text}",
-      line: { color: CURVES()[i % 5], dash: DASHES[i % 5] }, marker: { symbol: SHAPES[i % 5], size: 9, color: CURVES()[i % 5] },
+      line: { color: CURVES()[i % 5], dash: DASHES[i % 5] },
+      marker: { symbol: SHAPES[i % 5], size: 9, color: CURVES()[i % 5] },
     };
   });
 }
@@ -90,26 +119,13 @@ function table(rows) {
     ["µs per cycle", (row) => short(row.microseconds, 3)],
     ["Paper’s method", (row) => row.paper],
   ]);
-  return el(
-    "div",
-    { class: "scroll", tabindex: 0, role: "region", "aria-label": "Extreme cases" },
-    el(
-      "table",
-      {},
-      el("thead", {}, el("tr", {}, ["Case", "Result", ...columns.map(([title]) => title)].map((title) => el("th", { scope: "col" }, title)))),
-      el(
-        "tbody",
-        {},
-        rows.map((row) =>
-          el(
-            "tr",
-            {},
-            el("th", { scope: "row" }, row.name),
-            el("td", {}, row.passed ? "✓ passed" : `✕ ${row.status}`),
-            columns.map(([, cell]) => el("td", {}, cell(row))),
-          ),
-        ),
-      ),
-    ),
+  return grid(
+    "Extreme cases",
+    ["Case", "Result", ...columns.map(([title]) => title)],
+    rows.map((row) => [
+      row.name,
+      row.passed ? "✓ passed" : `✕ ${row.status}`,
+      ...columns.map(([, cell]) => cell(row)),
+    ]),
   );
 }

@@ -55,7 +55,8 @@ export async function ask(path, parameters = {}, options = {}) {
   if (answer.status === 401 && path !== "session") window.dispatchEvent(new Event(KEY_NEEDED));
   const text = await answer.text();
   const document = parsed(text);
-  if (!answer.ok) throw new Refusal(answer.status, document?.detail ?? answer.statusText, document?.errors ?? []);
+  if (!answer.ok)
+    throw new Refusal(answer.status, document?.detail ?? answer.statusText, document?.errors ?? []);
   return document;
 }
 
@@ -78,7 +79,12 @@ function parsed(text) {
  */
 export function send(path, document, parameters = {}, signal = undefined) {
   const body = typeof document === "string" ? document : JSON.stringify(document);
-  return ask(path, parameters, { method: "POST", body, headers: { "Content-Type": "application/json" }, signal });
+  return ask(path, parameters, {
+    method: "POST",
+    body,
+    headers: { "Content-Type": "application/json" },
+    signal,
+  });
 }
 
 /** The path of a study. @param {string} id @param {string} [rest] */
@@ -118,12 +124,26 @@ export function refusalBox(error) {
     "div",
     { class: "box fault", role: "alert" },
     el("p", {}, title),
-    faults.length > 0 && el("ul", {}, faults.map((fault) => el("li", {}, faultText(fault)))),
+    faults.length > 0 &&
+      el(
+        "ul",
+        {},
+        faults.map((fault) => el("li", {}, faultText(fault))),
+      ),
   );
 }
 
-/** What is wrong, what is allowed and what to do, in sentences. @param {Fault} fault @returns {import("./dom.js").Child[]} */
-export function faultText(fault) {
-  const advice = capital(fault.advice);
-  return prose(`${fault.message} ${advice}${/[.?!]$/.test(advice) ? "" : "."}`);
+/**
+ * What is wrong, what is allowed and what to do.
+ *
+ * @param {Fault} fault
+ * @returns {import("./dom.js").Child[]}
+ */
+export function faultText({ message, advice }) {
+  return prose(sentences(message, advice));
+}
+
+/** @param {string} message @param {string} advice */
+export function sentences(message, advice) {
+  return `${message} ${capital(advice)}${advice && !/[.?!]$/.test(advice) ? "." : ""}`.trim();
 }

@@ -2,12 +2,14 @@
  * One quantity of a study: a single value, a range or a list, as the study's JSON writes it.
  *
  * @typedef {number | number[] | {start: number, stop: number, num: number, spacing?: "linear" | "log"}} Spec
- * @typedef {{field: string, label: string, unit?: string, scale?: number, low: number, high: number, step: number,
- *   usual: number, help?: string}} Quantity `field` is its path in the JSON; `scale` turns what is stored into what is
- *   shown (1000 for metres in mm); `low`, `high` and `step` are those of the slider, not the limits of the quantity
+ * @typedef {{field: string, label: string, unit?: string, scale?: number, low: number, high: number, step:
+ *   number, usual: number, help?: string}} Quantity `field` is its path in the JSON; `scale` turns what is
+ *   stored into what is shown (1000 for metres in mm); `low`, `high` and `step` are those of the slider, not
+ *   the limits of the quantity
  */
 
 import { el, fill } from "./dom.js";
+import { listBox } from "./list_field.js";
 
 const MODES = /** @type {[string, string][]} */ ([
   ["one", "one value"],
@@ -71,7 +73,12 @@ export function axisField(quantity, spec, onChange) {
   draw();
   return el(
     "fieldset",
-    { class: "axis", "data-field": quantity.field },
+    {
+      class: "axis",
+      "data-field": quantity.field,
+      "data-label": quantity.label,
+      ...(scale === 1 ? {} : { "data-unit": quantity.unit, "data-scale": scale }),
+    },
     el("legend", {}, quantity.label, quantity.unit ? ` [${quantity.unit}]` : ""),
     mode,
     inputs,
@@ -80,9 +87,19 @@ export function axisField(quantity, spec, onChange) {
   );
 }
 
-/** What a spec becomes when it is given in another way. @param {any} spec @param {string} mode @param {Quantity} quantity */
+/**
+ * What a spec becomes when it is given in another way.
+ *
+ * @param {any} spec
+ * @param {string} mode
+ * @param {Quantity} quantity
+ */
 function converted(spec, mode, quantity) {
-  const values = Array.isArray(spec) ? spec : typeof spec === "object" && spec ? [spec.start, spec.stop] : [spec];
+  const values = Array.isArray(spec)
+    ? spec
+    : typeof spec === "object" && spec
+      ? [spec.start, spec.stop]
+      : [spec];
   const first = Number.isFinite(values[0]) ? values[0] : quantity.usual;
   const last = Number.isFinite(values.at(-1)) ? values.at(-1) : first;
   if (mode === "one") return first;
@@ -103,11 +120,13 @@ function converted(spec, mode, quantity) {
  */
 function number(quantity, label, value, onChange, bare = false) {
   const box = el("input", { type: "number", step: "any", value: value ?? "", "aria-label": label });
+  // it reaches as far as what is given
+  const reach = [quantity.low, quantity.high, ...(Number.isFinite(value) ? [value] : [])];
   const slider = el("input", {
     type: "range",
-    min: quantity.low,
-    max: quantity.high,
-    step: quantity.step,
+    min: Math.min(...reach),
+    max: Math.max(...reach),
+    step: Math.max(...reach) > quantity.high || Math.min(...reach) < quantity.low ? "any" : quantity.step,
     "aria-label": `${label}, slider`,
     value: value ?? quantity.usual,
   });
@@ -116,10 +135,20 @@ function number(quantity, label, value, onChange, bare = false) {
     onChange(Number(slider.value));
   });
   box.addEventListener("input", () => {
-    if (box.value !== "") slider.value = box.value;
+    if (box.value !== "") {
+      slider.min = String(Math.min(Number(slider.min), Number(box.value)));
+      slider.max = String(Math.max(Number(slider.max), Number(box.value)));
+      slider.value = box.value;
+    }
     onChange(box.value === "" ? null : Number(box.value));
   });
-  return el("div", { class: "number" }, !bare && el("span", { "aria-hidden": "true" }, label.split(": ").at(-1)), slider, box);
+  return el(
+    "div",
+    { class: "number" },
+    !bare && el("span", { "aria-hidden": "true" }, label.split(": ").at(-1)),
+    slider,
+    box,
+  );
 }
 
 /** @param {Quantity} quantity @param {any} spec @param {(spec: any) => void} onChange */
@@ -153,21 +182,8 @@ function rangeInputs(quantity, spec, onChange) {
 
 /** @param {Quantity} quantity @param {any} spec @param {(spec: any) => void} onChange */
 function listInput(quantity, spec, onChange) {
-  const box = el("input", {
-    type: "text",
-    inputmode: "text",
-    class: "wide",
-    "aria-label": `${quantity.label}: values, separated by commas`,
-    value: spec.join(", "),
-    oninput: () => onChange(numbersOf(box.value)),
-  });
-  return box;
-}
-
-/** Numbers where they are numbers, the text where not: the service says what is wrong with it. @param {string} text */
-function numbersOf(text) {
-  return text
-    .split(/[,;\s]+/)
-    .filter(Boolean)
-    .map((part) => (Number.isFinite(Number(part)) ? Number(part) : part));
+  const looks = { class: "wide", "aria-label": `${quantity.label}: values, separated by commas` };
+  // text stays what it is where it is no number: the service says what is wrong with it
+  const read = (/** @type {string} */ part) => (Number.isFinite(Number(part)) ? Number(part) : part);
+  return listBox(spec.join(", "), (parts) => onChange(parts.map(read)), looks);
 }

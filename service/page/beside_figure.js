@@ -4,7 +4,13 @@ import { colour, CURVES, DASHES } from "./figure.js";
 import { mapTraces } from "./map_figure.js";
 
 /** White at 0; purple and orange are told apart by every kind of colour vision. */
-const DIVERGING = [[0, "#542788"], [0.25, "#998ec3"], [0.5, "#f7f7f7"], [0.75, "#f1a340"], [1, "#b35806"]];
+const DIVERGING = [
+  [0, "#542788"],
+  [0.25, "#998ec3"],
+  [0.5, "#f7f7f7"],
+  [0.75, "#f1a340"],
+  [1, "#b35806"],
+];
 const NOTHING = { best: null, idle: null, pareto: [] };
 
 /** @typedef {{x: number, y: number} | null} Point */
@@ -15,19 +21,57 @@ const NOTHING = { best: null, idle: null, pareto: [] };
  * @param {any} map @param {any} other @param {Point} point
  */
 export function sharedTraces(map, other, point) {
-  return mapTraces(map, { contours: true, classes: false }, { ...NOTHING, point }, { variables: [] }, other.values);
+  return mapTraces(
+    map,
+    { contours: true, classes: false },
+    { ...NOTHING, point },
+    { variables: [] },
+    other.values,
+  );
 }
 
 /** The difference, white where there is none. @param {any} map @param {Point} point @returns {any[]} */
 export function differenceTraces(map, point) {
-  const largest = map.difference.flat().reduce((/** @type {number} */ most, /** @type {number | null} */ value) => Math.max(most, Math.abs(value ?? 0)), 0) || 1;
-  const traces = mapTraces({ ...map, values: map.difference, status: undefined, response_class: undefined, long_name: `difference, ${map.long_name}` }, { contours: false, classes: false }, { ...NOTHING, point }, { variables: [] });
+  const largest =
+    map.difference
+      .flat()
+      .reduce(
+        (/** @type {number} */ most, /** @type {number | null} */ value) =>
+          Math.max(most, Math.abs(value ?? 0)),
+        0,
+      ) || 1;
+  const traces = mapTraces(
+    {
+      ...map,
+      values: map.difference,
+      status: undefined,
+      response_class: undefined,
+      long_name: `difference, ${map.long_name}`,
+    },
+    { contours: false, classes: false },
+    { ...NOTHING, point },
+    { variables: [] },
+  );
   Object.assign(traces[0], { z: map.difference, colorscale: DIVERGING, zmin: -largest, zmax: largest });
   return traces;
 }
 
-/** Where one dimension varies: the curves in one figure. @param {any} map @param {string[]} names @returns {any[]} */
+/**
+ * Where one dimension varies: the curves in one figure.
+ *
+ * @param {any} map
+ * @param {string[]} names
+ * @returns {any[]}
+ */
 export function sideTraces(map, names) {
   const rows = [map.values[0], map.other[0]];
-  return names.map((name, i) => ({ type: "scatter", mode: "lines+markers", x: map.x, y: rows[i], name, line: { color: CURVES()[i], dash: DASHES[i] }, marker: { size: 5, color: i ? undefined : colour("curve-1") } }));
+  return names.map((name, i) => ({
+    type: "scatter",
+    mode: "lines+markers",
+    x: map.x,
+    y: rows[i],
+    name,
+    line: { color: CURVES()[i], dash: DASHES[i] },
+    marker: { size: 5, color: i ? undefined : colour("curve-1") },
+  }));
 }

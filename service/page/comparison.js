@@ -26,7 +26,12 @@ export function comparisonTab(session, place) {
   };
   const answerBox = el("div", { class: "ratio", role: "status" });
   const note = el("p", { class: "quiet note" });
-  const chart = figure({ label: "Frequency responses: the study's damper, a tuned mass damper, no damper", name: `tmd-${record.id}`, height: 420, python: () => pythonLine(record.id, "tmd_comparison", question()) });
+  const chart = figure({
+    label: "Frequency responses: the study's damper, a tuned mass damper, no damper",
+    name: `tmd-${record.id}`,
+    height: 420,
+    python: () => pythonLine(record.id, "tmd_comparison", question()),
+  });
   let number = 0;
 
   function question() {
@@ -53,13 +58,28 @@ export function comparisonTab(session, place) {
     try {
       const answer = await ask(studyPath(record.id, "tmd-comparison"), question());
       if (mine !== number) return;
-      fill(answerBox, verdict(answer, session.shown), el("p", {}, judgedOver(record.id, session.shown, answer.next_frequencies)));
+      fill(
+        answerBox,
+        verdict(answer, session.shown),
+        el("p", {}, judgedOver(record.id, session.shown, answer.next_frequencies)),
+      );
       fill(note, prose(session.shown.words(answer).note));
       meaning.textContent = answer.criterion_means;
-      await chart.draw(() => traces(answer, session.shown), () => ({
-        xaxis: { title: { text: session.shown.has(FREQUENCY) ? session.shown.title(FREQUENCY) : "frequency ratio r" } },
-        yaxis: { title: { text: session.shown.variable("amplitude_ratio", "amplitude ratio X/Z") }, type: "log", dtick: "D2" },
-      }));
+      await chart.draw(
+        () => traces(answer, session.shown),
+        () => ({
+          xaxis: {
+            title: {
+              text: session.shown.has(FREQUENCY) ? session.shown.title(FREQUENCY) : "frequency ratio r",
+            },
+          },
+          yaxis: {
+            title: { text: session.shown.variable("amplitude_ratio", "amplitude ratio X/Z") },
+            type: "log",
+            dtick: "D2",
+          },
+        }),
+      );
     } catch (error) {
       if (mine === number) fill(answerBox, refusalBox(error));
     }
@@ -68,7 +88,11 @@ export function comparisonTab(session, place) {
   const { shown } = session;
   const by = shown.factor("mass_ratio");
   const mass = el("input", {
-    type: "number", step: "any", min: 0, placeholder: "as the design", value: asked.mass_ratio === null ? "" : short(asked.mass_ratio * by, 12),
+    type: "number",
+    step: "any",
+    min: 0,
+    placeholder: "as the design",
+    value: asked.mass_ratio === null ? "" : short(asked.mass_ratio * by, 12),
     oninput: () => change({ mass_ratio: mass.value === "" ? null : Number(mass.value) / by }),
   });
   const meaning = el("p", { class: "quiet" });
@@ -87,7 +111,12 @@ export function comparisonTab(session, place) {
         meaning,
         share("Frequency off by", asked.detuning, (detuning) => change({ detuning })),
         share("Damping off by", asked.damping_detuning, (damping_detuning) => change({ damping_detuning })),
-        el("label", { class: "field" }, el("span", {}, shown.has("mass_ratio") ? "Mass of the tuned mass damper [kg]" : "Mass ratio μ"), mass),
+        el(
+          "label",
+          { class: "field" },
+          el("span", {}, shown.has("mass_ratio") ? "Mass of the tuned mass damper [kg]" : "Mass ratio μ"),
+          mass,
+        ),
         sliders(selection, session.shown, true),
       ),
     ),
@@ -108,7 +137,11 @@ function share(label, now, onChange) {
   const percent = Math.round(100 * now);
   const output = el("output", {}, `${percent} %`);
   const slider = el("input", {
-    type: "range", min: -100 * FARTHEST, max: 100 * FARTHEST, step: 1, "aria-valuetext": `${percent} per cent`,
+    type: "range",
+    min: -100 * FARTHEST,
+    max: 100 * FARTHEST,
+    step: 1,
+    "aria-valuetext": `${percent} per cent`,
     oninput: () => {
       output.textContent = `${slider.value} %`;
       slider.setAttribute("aria-valuetext", `${slider.value} per cent`);
@@ -119,13 +152,23 @@ function share(label, now, onChange) {
   return el("label", { class: "slider" }, el("span", {}, label), slider, output);
 }
 
-/** Which is better, in a sentence and a number. @param {any} answer @param {import("./shown.js").Shown} shown */
+/**
+ * Which is better, in a sentence and a number.
+ *
+ * @param {any} answer
+ * @param {import("./shown.js").Shown} shown
+ */
 function verdict(answer, shown) {
   const sentences = shown.words(answer).verdict.map((sentence) => el("p", {}, prose(sentence)));
   // of too few frequencies a ratio would say more than is known
   if (answer.ratio === null || !answer.judged) return sentences;
   return [
-    el("p", { class: "big" }, el("strong", { id: "tmd-ratio" }, short(answer.ratio, 4)), " hybrid over tuned mass damper"),
+    el(
+      "p",
+      { class: "big" },
+      el("strong", { id: "tmd-ratio" }, short(answer.ratio, 4)),
+      " hybrid over tuned mass damper",
+    ),
     ...sentences,
   ];
 }
@@ -142,9 +185,15 @@ function traces(answer, shown) {
     // what has a closed form is drawn between the study's frequencies too
     const from = name in answer.exact ? answer.exact : answer;
     return {
-      type: "scatter", mode, x: from.frequency_ratio.map((/** @type {number} */ r) => r * shown.factor(FREQUENCY)),
-      y: from[name].map((/** @type {number | null} */ x) => (x === null ? null : x * shown.factor("amplitude_ratio"))), name: title,
-      line: { color: CURVES()[i], dash: DASHES[i], width: 2 }, marker: { size: 10, symbol: ["circle", "square", "diamond"][i], color: CURVES()[i] },
+      type: "scatter",
+      mode,
+      x: from.frequency_ratio.map((/** @type {number} */ r) => r * shown.factor(FREQUENCY)),
+      y: from[name].map((/** @type {number | null} */ x) =>
+        x === null ? null : x * shown.factor("amplitude_ratio"),
+      ),
+      name: title,
+      line: { color: CURVES()[i], dash: DASHES[i], width: 2 },
+      marker: { size: 10, symbol: ["circle", "square", "diamond"][i], color: CURVES()[i] },
     };
   });
 }

@@ -1,7 +1,10 @@
-/** One design: how far it is and the best so far while it is searched; then its answer in drawing values, its figures, its report. */
+/**
+ * One design: how far it is and the best so far while it is searched; then its answer in drawing values, its
+ * figures, its report.
+ */
 
 import { address, ask, refusalBox } from "./api.js";
-import { capital, confirmed, el, fill, prose, say } from "./dom.js";
+import { capital, confirmed, el, fill, grid, prose, say } from "./dom.js";
 import { given, isItself, isMean } from "./design_answer.js";
 import { againstMass, overAmplitudes, overBand } from "./design_figures.js";
 import { help } from "./help.js";
@@ -47,7 +50,15 @@ export async function designView(root, { parts }) {
   function buttons() {
     /** @param {string} label @param {() => Promise<any>} act */
     const button = (label, act) =>
-      el("button", { type: "button", class: "small", onclick: () => act().catch((error) => fill(body, refusalBox(error))) }, label);
+      el(
+        "button",
+        {
+          type: "button",
+          class: "small",
+          onclick: () => act().catch((error) => fill(body, refusalBox(error))),
+        },
+        label,
+      );
     const steer = (/** @type {string} */ verb) => async () => {
       design = await ask(`${path}/${verb}`, {}, { method: "POST" });
       say(`${design.name || design.id}: ${design.state}`);
@@ -55,7 +66,14 @@ export async function designView(root, { parts }) {
       again();
     };
     const remove = async () => {
-      if (!(await confirmed("Delete this design?", "Its answer and its report will be gone; its studies stay.", "Delete it"))) return;
+      if (
+        !(await confirmed(
+          "Delete this design?",
+          "Its answer and its report will be gone; its studies stay.",
+          "Delete it",
+        ))
+      )
+        return;
       await ask(path, {}, { method: "DELETE" });
       location.hash = "#/designs";
     };
@@ -66,8 +84,22 @@ export async function designView(root, { parts }) {
       isActive(design.state) && button("Cancel", steer("cancel")),
       stopped && button("Resume", steer("resume")),
       !isActive(design.state) && button("Delete", remove),
-      el("a", { class: "button small", href: `#/designs/new?from=${encodeURIComponent(design.id)}` }, "Change and ask again"),
-      design.answer && el("a", { class: "button small primary", href: address(`${path}/report`).href, target: "_blank", rel: "noopener" }, "Report"),
+      el(
+        "a",
+        { class: "button small", href: `#/designs/new?from=${encodeURIComponent(design.id)}` },
+        "Change and ask again",
+      ),
+      design.answer &&
+        el(
+          "a",
+          {
+            class: "button small primary",
+            href: address(`${path}/report`).href,
+            target: "_blank",
+            rel: "noopener",
+          },
+          "Report",
+        ),
     );
   }
 
@@ -111,45 +143,95 @@ function underWay(design) {
       // no value: a search ends when it has found its damper, mostly long before its budget
       el("progress", { "aria-label": `Points of ${design.name || design.id}` }),
       el("p", {}, `${count(done)} of at most ${counted(design.budget_points, "point")}.`),
-      design.stage && el("p", {}, `${capital(design.stage)}: ${design.studies_done} of the ${design.studies.length} studies of round ${design.round} are done.`),
+      design.stage &&
+        el(
+          "p",
+          {},
+          `${capital(design.stage)}: ${design.studies_done} of the ${design.studies.length} studies of ` +
+            `round ${design.round} are done.`,
+        ),
       !design.stage && el("p", {}, "It waits for its turn."),
     ),
-    design.known && el(
-      "section",
-      { class: "box", "aria-label": "The best so far" },
-      el("h2", {}, "The best so far"),
-      facts(design.known.design, design.known.worst),
-      !design.known.feasible && el("p", { class: "quiet" }, "It does not keep every limit."),
-    ),
+    design.known &&
+      el(
+        "section",
+        { class: "box", "aria-label": "The best so far" },
+        el("h2", {}, "The best so far"),
+        facts(design.known.design, design.known.worst),
+        !design.known.feasible && el("p", { class: "quiet" }, "It does not keep every limit."),
+      ),
   ];
 }
 
 /** @param {any} design */
 function answered(design) {
   const { answer } = design;
-  const [metres, unit] = /** @type {[number, string]} */ (answer.worst.units === "m" ? [1000, "mm"] : answer.worst.units === "1" ? [1, `over ${reference(answer.worst)}`] : [1, answer.worst.units]);
-  const scale = { metres, unit, measure: measure(answer), atFrequency: tables.at_a_frequency[answer.worst.measure] ?? measure(answer) };
+  const scale = scaleOf(answer);
   return [
-    el(
-      "section",
-      { class: "box headline", "aria-label": given(answer) ? "The damper as given" : "Recommended damper" },
-      el("h2", {}, headline(answer)),
-      // an answer that was kept before there was a verdict has its sentences alone
-      (answer.verdict?.sentences ?? []).map((/** @type {string} */ sentence, /** @type {number} */ i) => el("p", { class: i === 0 ? "big" : "" }, prose(sentence))),
-      answer.verdict?.rows.length > 0 && el("dl", { class: "facts" }, answer.verdict.rows.map((/** @type {string[]} */ [name, value, what]) => el("div", {}, el("dt", {}, capital(name)), el("dd", {}, what ? `${value} (${what})` : value)))),
-      answer.verdict?.next && el("p", {}, "Next: ", prose(answer.verdict.next)),
-      facts(answer.design, answer.worst, answer.limits.length ? answer.probability : null),
-      el("details", {}, el("summary", {}, "Details"), el("ul", {}, answer.words.map((/** @type {string} */ sentence) => el("li", {}, prose(sentence))))),
-    ),
-    el("div", { class: "grid" }, el("section", { class: "box" }, el("h2", {}, "The model"), modelSketch(answer.design.particle_mass_kg !== 0)), margins(answer)),
+    el("div", { class: "explorer" }, recommended(answer), answer.response.value && overBand(design, scale)),
+    el("div", { class: "explorer" }, margins(answer), others(answer)),
     answer.cases?.length ? underEach(answer) : null,
-    answer.response.value && overBand(design, scale),
-    others(answer),
     answer.amplitudes?.length > 1 && overAmplitudes(design),
     starts(answer),
     ...(answer.masses?.length > 1 ? [masses(answer), againstMass(design, scale)] : []),
-    el("details", { class: "box" }, el("summary", {}, "The specification as JSON"), el("pre", { tabindex: 0 }, JSON.stringify(answer.specification, null, 2))),
+    el(
+      "details",
+      { class: "box" },
+      el("summary", {}, "The specification as JSON"),
+      el("pre", { tabindex: 0 }, JSON.stringify(answer.specification, null, 2)),
+    ),
   ];
+}
+
+/**
+ * What the values of its figures are in.
+ *
+ * @param {any} answer
+ * @returns {import("./design_figures.js").Scale}
+ */
+function scaleOf(answer) {
+  const { units } = answer.worst;
+  const unit = units === "m" ? "mm" : units === "1" ? `over ${reference(answer.worst)}` : units;
+  const atFrequency = tables.at_a_frequency[answer.worst.measure] ?? measure(answer);
+  return { metres: units === "m" ? 1000 : 1, unit, measure: measure(answer), atFrequency };
+}
+
+/** What to build and what it does, before all else; then what is said of it. @param {any} answer */
+function recommended(answer) {
+  // an answer that was kept before there was a verdict has its sentences alone
+  const { sentences = [], rows = [], next = "" } = answer.verdict ?? {};
+  return el(
+    "section",
+    { class: "box headline", "aria-label": given(answer) ? "The damper as given" : "Recommended damper" },
+    el("h2", {}, headline(answer)),
+    facts(answer.design, answer.worst, answer.limits.length ? answer.probability : null, undamped(answer)),
+    sentences.map((/** @type {string} */ sentence) => el("p", {}, prose(sentence))),
+    next && el("p", {}, "Next: ", prose(next)),
+    el(
+      "details",
+      {},
+      el("summary", {}, "Details"),
+      pairs(
+        rows.map((/** @type {string[]} */ [name, value, what]) => [
+          capital(name),
+          what ? `${value} (${what})` : value,
+        ]),
+        "facts",
+      ),
+      el(
+        "ul",
+        {},
+        answer.words.map((/** @type {string} */ sentence) => el("li", {}, prose(sentence))),
+      ),
+      modelSketch(answer.design.particle_mass_kg !== 0),
+    ),
+  );
+}
+
+/** The worst without any damper, where what is judged is a value at one frequency. @param {any} answer */
+function undamped({ no_damper: none, worst }) {
+  const values = isMean(worst) ? [] : (none?.response?.value ?? []);
+  return values.length ? Math.max(...values) : null;
 }
 
 /** @param {any} answer */
@@ -160,19 +242,49 @@ function headline(answer) {
 
 /** @param {any} answer */
 function underEach(answer) {
-  const rows = answer.cases.map((/** @type {any} */ each) => [each.record_name ?? each.record, String(each.scale), response({ units: answer.worst.units, value: each.value })]);
+  const rows = answer.cases.map((/** @type {any} */ each) => [
+    each.record_name ?? each.record,
+    String(each.scale),
+    response({ units: answer.worst.units, value: each.value }),
+  ]);
   return table("Under each record, as drawn", ["Record", "Scale", capital(measure(answer))], rows);
 }
 
-/** A damper and its worst case, as on a drawing. @param {any} built @param {any} worst @param {number | null} [probability] */
-function facts(built, worst, probability = null) {
-  const rows = damper.filter(({ name }) => quantity(built, name) !== "").map(({ name, label }) => [label, quantity(built, name)]);
+/**
+ * A damper and its worst case, as on a drawing.
+ *
+ * @param {any} built
+ * @param {any} worst
+ * @param {number | null} [probability]
+ * @param {number | null} [without] the worst without a damper
+ */
+function facts(built, worst, probability = null, without = null) {
+  const rows = damper
+    .filter(({ name }) => quantity(built, name) !== "")
+    .map(({ name, label }) => [label.split(",")[0], quantity(built, name)]);
   rows.push([isMean(worst) ? measure({ worst }) : `worst ${measure({ worst })}`, response(worst)]);
+  if (without !== null)
+    rows.push(["without a damper", response({ measure: worst.measure, units: worst.units, value: without })]);
   if (probability !== null) rows.push(["probability of keeping the limits", short(probability, 3)]);
-  return el("dl", { class: "facts" }, rows.map(([label, value]) => el("div", {}, el("dt", {}, capital(label)), el("dd", {}, value))));
+  return pairs(
+    rows.map(([label, value]) => [capital(label), value]),
+    "facts numbers",
+  );
 }
 
-/** A quantity of a damper: in its unit, or as a ratio; empty where there is none. @param {any} built @param {string} name */
+/** @param {string[][]} rows name and value of each @param {string} kind */
+function pairs(rows, kind) {
+  const row = (/** @type {string[]} */ [name, value]) =>
+    el("div", {}, el("dt", {}, name), el("dd", {}, value));
+  return rows.length > 0 && el("dl", { class: kind }, rows.map(row));
+}
+
+/**
+ * A quantity of a damper: in its unit, or as a ratio; empty where there is none.
+ *
+ * @param {any} built
+ * @param {string} name
+ */
 function quantity(built, name) {
   const of = damper.find((each) => each.name === name);
   if (!of) return "";
@@ -190,11 +302,32 @@ function reference(worst) {
   return worst.measure.endsWith("acceleration") ? "the base amplitude times ω_n²" : "the base amplitude";
 }
 
+/** A damper in one line. @param {any} built */
+export function spelledDamper(built) {
+  const parts = damper.map(({ name, label }) => [label.split(",")[0], quantity(built, name)]);
+  return parts
+    .filter(([, value]) => value !== "")
+    .map(([label, value]) => `${label} ${value}`)
+    .join(", ");
+}
+
+/** The worst of the best damper so far, for a list. @param {any} known */
+export function spelledWorst({ worst, feasible }) {
+  const { measure, units, value } = worst;
+  return response({ measure, units, value }) + (feasible ? "" : ", exceeds a limit");
+}
+
 /** @param {any} worst */
 function response(worst) {
-  const value = worst.units === "1" ? `${short(worst.value, 4)} times ${reference(worst)}` : drawn(worst.value, worst.units, 4);
+  const value =
+    worst.units === "1"
+      ? `${short(worst.value, 4)} times ${reference(worst)}`
+      : drawn(worst.value, worst.units, 4);
   if (worst.record) return `${value} under ${worst.record_name ?? worst.record} × ${worst.scale}`;
-  const at = worst.frequency_hz === undefined || worst.frequency_hz === null ? worst.frequency_ratio && `r = ${short(worst.frequency_ratio, 4)}` : `${short(worst.frequency_hz, 4)} Hz`;
+  const at =
+    worst.frequency_hz === undefined || worst.frequency_hz === null
+      ? worst.frequency_ratio && `r = ${short(worst.frequency_ratio, 4)}`
+      : `${short(worst.frequency_hz, 4)} Hz`;
   return at ? `${value} at ${at}` : value;
 }
 
@@ -212,20 +345,40 @@ function margins(answer) {
   };
   const rows = [...damper, FRICTION].filter(({ name }) => answer.margins[name]);
   if (!rows.length) return null;
-  return table("How far each quantity may move alone", ["Quantity", "From", "To", "Seen to fail at"], rows.map(({ name, label }) => {
-    const one = answer.margins[name];
-    const fails = [one.fails_below, one.fails_above].filter((each) => each !== null).map((each) => spelled(name, each));
-    return [capital(label), spelled(name, one.low), spelled(name, one.high), fails.join(", ") || "–"];
-  }));
+  return table(
+    "How far each quantity may move alone",
+    ["Quantity", "From", "To", "Seen to fail at"],
+    rows.map(({ name, label }) => {
+      const one = answer.margins[name];
+      const fails = [one.fails_below, one.fails_above]
+        .filter((each) => each !== null)
+        .map((each) => spelled(name, each));
+      return [capital(label), spelled(name, one.low), spelled(name, one.high), fails.join(", ") || "–"];
+    }),
+  );
 }
 
 /** @param {any} answer */
 function others(answer) {
   const rows = [[given(answer) ? "As given" : "Recommended", response(answer.compared ?? answer.worst), "1"]];
-  for (const [name, title] of [["friction_alone", "Friction alone"], ["particle_alone", "The particle alone"], ["tuned_mass_damper", "Tuned mass damper"]]) {
+  for (const [name, title] of [
+    ["friction_alone", "Friction alone"],
+    ["particle_alone", "The particle alone"],
+    ["tuned_mass_damper", "Tuned mass damper"],
+  ]) {
     const one = answer[name];
-    if (one && !isItself(answer, name)) rows.push([title + (one.feasible === false ? ", exceeds a limit" : ""), response(one.worst), short(one.ratio, 3)]);
-    if (one?.detuned) rows.push([`${title}, up to ${100 * one.detuned_by} % out of tune`, response(one.detuned), one.ratio && one.worst.value ? short((one.ratio * one.detuned.value) / one.worst.value, 3) : ""]);
+    if (one && !isItself(answer, name))
+      rows.push([
+        title + (one.feasible === false ? ", exceeds a limit" : ""),
+        response(one.worst),
+        short(one.ratio, 3),
+      ]);
+    if (one?.detuned)
+      rows.push([
+        `${title}, up to ${100 * one.detuned_by} % out of tune`,
+        response(one.detuned),
+        one.ratio && one.worst.value ? short((one.ratio * one.detuned.value) / one.worst.value, 3) : "",
+      ]);
   }
   return table("Beside other dampers", ["Damper", "Worst case", "Ratio"], rows);
 }
@@ -234,36 +387,51 @@ function others(answer) {
 function starts({ starts: known, worst }) {
   const where = /** @type {any[]} */ (known?.where ?? []);
   if (!where.length) return null;
-  const rows = where.flatMap((at) => at.responses.map((/** @type {any} */ each, /** @type {number} */ i) => [
-    i ? "" : at.frequency_hz === null ? `r = ${short(at.frequency_ratio, 4)}` : `${short(at.frequency_hz, 4)} Hz`,
-    response({ units: worst.units === "1" ? "1" : "m", value: each.displacement }),
-    `${Math.round(each.share * known.count)} of ${known.count}`,
-    (each.response_class ?? "–").replaceAll("_", " ") + (each.from_rest ? ", from rest" : ""),
-  ]));
-  return el("details", { class: "box" }, el("summary", {}, `More than one response, at ${known.several} of ${counted(known.frequencies, "frequency ratio")}`), grid("More than one response", ["Near", "Displacement", "Starts", "Class"], rows));
+  const rows = where.flatMap((at) =>
+    at.responses.map((/** @type {any} */ each, /** @type {number} */ i) => [
+      i
+        ? ""
+        : at.frequency_hz === null
+          ? `r = ${short(at.frequency_ratio, 4)}`
+          : `${short(at.frequency_hz, 4)} Hz`,
+      response({ units: worst.units === "1" ? "1" : "m", value: each.displacement }),
+      `${Math.round(each.share * known.count)} of ${known.count}`,
+      (each.response_class ?? "–").replaceAll("_", " ") + (each.from_rest ? ", from rest" : ""),
+    ]),
+  );
+  return el(
+    "details",
+    { class: "box" },
+    el(
+      "summary",
+      {},
+      `More than one response, at ${known.several} of ${counted(known.frequencies, "frequency ratio")}`,
+    ),
+    grid("More than one response", ["Near", "Displacement", "Starts", "Class"], rows),
+  );
 }
 
 /** What each mass of the particle does, and what each of these dampers is. @param {any} answer */
 function masses(answer) {
-  const of = (/** @type {number | null} */ value) => (value === null ? "–" : response({ units: answer.worst.units, value }));
+  const of = (/** @type {number | null} */ value) =>
+    value === null ? "–" : response({ units: answer.worst.units, value });
   const rows = answer.masses.map((/** @type {any} */ each) => [
     quantity(each, "particle_mass_kg") + (each.recommended ? ", recommended" : ""),
     of(each.worst.value) + (each.feasible ? "" : ", exceeds a limit"),
-    of(each.tuned_mass_damper), of(each.particle_alone), quantity(each.design, "clearance_m") || "–", quantity(each.design, "friction_force_n"), count(each.looked_at),
+    of(each.tuned_mass_damper),
+    of(each.particle_alone),
+    quantity(each.design, "clearance_m") || "–",
+    quantity(each.design, "friction_force_n"),
+    count(each.looked_at),
   ]);
-  return table("Mass against response, each the best as drawn of those looked at", ["Particle", "Best found", "Tuned mass damper", "Particle alone", "Clearance", "Friction", "Looked at"], rows);
+  return table(
+    "Mass against response, each the best as drawn of those looked at",
+    ["Particle", "Best found", "Tuned mass damper", "Particle alone", "Clearance", "Friction", "Looked at"],
+    rows,
+  );
 }
 
 /** @param {string} title @param {string[]} columns @param {string[][]} rows */
 function table(title, columns, rows) {
   return el("section", { class: "box" }, el("h2", {}, title), grid(title, columns, rows));
-}
-
-/** @param {string} title @param {string[]} columns @param {string[][]} rows */
-function grid(title, columns, rows) {
-  return el(
-    "div",
-    { class: "scroll", tabindex: 0, role: "region", "aria-label": title },
-    el("table", {}, el("thead", {}, el("tr", {}, columns.map((each) => el("th", { scope: "col" }, each)))), el("tbody", {}, rows.map(([first, ...rest]) => el("tr", {}, el("th", { scope: "row" }, first), rest.map((each) => el("td", {}, each)))))),
-  );
 }

@@ -2,12 +2,21 @@
 
 import { WORDS } from "./words.js";
 
-/** Whether nothing was to be chosen: the answer is about the damper of the specification. @param {any} answer */
+/**
+ * Whether nothing was to be chosen: the answer is about the damper of the specification.
+ *
+ * @param {any} answer
+ */
 export function given(answer) {
   return !Object.keys(answer.specification.choose ?? {}).length;
 }
 
-/** Whether another damper is the one that the answer is about: without a particle it is friction alone. @param {any} answer @param {string} name */
+/**
+ * Whether another damper is the one that the answer is about: without a particle it is friction alone.
+ *
+ * @param {any} answer
+ * @param {string} name
+ */
 export function isItself({ design }, name) {
   const mass = design.particle_mass_kg ?? design.mass_ratio;
   const friction = design.friction_force_n ?? design.friction_ratio;

@@ -1,4 +1,7 @@
-/** The figures of a design's answer: responses over the band, over other amplitudes, and against the mass of the particle. */
+/**
+ * The figures of a design's answer: responses over the band, over other amplitudes, and against the mass of
+ * the particle.
+ */
 
 import { colour, CURVES, DASHES, figure } from "./figure.js";
 import { given, isItself, isMean } from "./design_answer.js";
@@ -8,12 +11,16 @@ import { drawn, short } from "./numbers.js";
 /**
  * What the values of a figure are in.
  *
- * @typedef {{metres: number, unit: string, measure: string, atFrequency: string}} Scale `metres` is what a value is multiplied with;
- *   what is judged, and what that is at one frequency
+ * @typedef {{metres: number, unit: string, measure: string, atFrequency: string}} Scale `metres` is what a
+ *   value is multiplied with; what is judged, and what that is at one frequency
  */
 
 /** Dampers whose responses are drawn beside the recommended one, by the key of the answer. */
-const OTHERS = { tuned_mass_damper: "tuned mass damper", friction_alone: "friction alone", particle_alone: "particle alone" };
+const OTHERS = {
+  tuned_mass_damper: "tuned mass damper",
+  friction_alone: "friction alone",
+  particle_alone: "particle alone",
+};
 
 /** An axis is no longer than its figure: everything in it is of the structure. @param {string} measure */
 const shortOf = (measure) => measure.replace(" of the structure", "");
@@ -27,45 +34,97 @@ const frequencies = (of) => of.frequency_hz ?? of.frequency_ratio;
 /** @param {any} of */
 const frequencyTitle = (of) => (of.frequency_hz ? "frequency [Hz]" : "frequency ratio r");
 
-/** The recommended damper as drawn, under the largest amplitude, beside others. @param {any} design @param {Scale} scale */
+/**
+ * The recommended damper as drawn, under the largest amplitude, beside others.
+ *
+ * @param {any} design
+ * @param {Scale} scale
+ */
 export function overBand(design, { metres, unit, atFrequency }) {
   const { answer } = design;
-  const chart = figure({ label: "Response over the band under the largest amplitude, of the recommended damper as drawn and of others", name: `design-${design.id}`, height: 420 });
-  const others = Object.entries(OTHERS).filter(([key]) => answer[key]?.response?.value && !isItself(answer, key));
+  const chart = figure({
+    label:
+      "Response over the band under the largest amplitude, of the recommended damper as drawn and of others",
+    name: `design-${design.id}`,
+    height: 420,
+  });
+  const others = Object.entries(OTHERS).filter(
+    ([key]) => answer[key]?.response?.value && !isItself(answer, key),
+  );
   chart.draw(
     () => [
-      { x: frequencies(answer.response), y: scaled(answer.response.value, metres), mode: "lines+markers", marker: { size: 4 }, line: { color: CURVES()[0], width: 2.5 }, name: given(answer) ? "as given" : "recommended" },
+      {
+        x: frequencies(answer.response),
+        y: scaled(answer.response.value, metres),
+        mode: "lines+markers",
+        marker: { size: 4 },
+        line: { color: CURVES()[0], width: 2.5 },
+        name: given(answer) ? "as given" : "recommended",
+      },
       ...others.map(([key, name], i) => ({
-        x: frequencies(answer[key].response), y: scaled(answer[key].response.value, metres), mode: "lines", name,
+        x: frequencies(answer[key].response),
+        y: scaled(answer[key].response.value, metres),
+        mode: "lines",
+        name,
         line: { color: CURVES()[i + 1], dash: DASHES[i + 1], width: 1.8 },
       })),
     ],
-    () => ({ xaxis: { title: { text: frequencyTitle(answer.response) } }, yaxis: { title: { text: `${shortOf(atFrequency)} [${unit}]` }, rangemode: "tozero" } }),
+    () => ({
+      xaxis: { title: { text: frequencyTitle(answer.response) } },
+      yaxis: { title: { text: `${shortOf(atFrequency)} [${unit}]` }, rangemode: "tozero" },
+    }),
   );
   return chart.element;
 }
 
-/** The recommended damper under amplitudes from half the least to twice the largest, and its peaks. @param {any} design */
+/**
+ * The recommended damper under amplitudes from half the least to twice the largest, and its peaks.
+ *
+ * @param {any} design
+ */
 export function overAmplitudes(design) {
   /** @type {any[]} */
   const rows = design.answer.amplitudes;
-  const label = "Response over the amplitude of the excitation, of the recommended damper under amplitudes from half the least to twice the largest";
+  const label =
+    "Response over the amplitude of the excitation, of the recommended damper under amplitudes from " +
+    "half the least to twice the largest";
   const chart = figure({ label, name: `amplitudes-${design.id}`, height: 460 });
   const moved = rows.filter((row) => row.worst_ratio > 0);
   chart.draw(
-    () => [
-      ...rows.map((row, i) => ({
-        x: frequencies(row), y: row.ratio, mode: "lines", name: level(row) + (row.asked ? ", asked for" : ""),
-        line: { color: between(i / Math.max(1, rows.length - 1)), dash: row.asked ? "solid" : "dot", width: row.asked ? 2.5 : 1.8 },
-      })),
-      moved.length && {
-        x: moved.map((row) => row.worst_frequency_hz ?? row.worst_frequency_ratio), y: moved.map((row) => row.worst_ratio), mode: "lines+markers",
-        name: "largest", line: { color: colour("ink"), dash: "dash", width: 1 }, marker: { size: 6, color: colour("ink") },
-      },
-    ].filter(Boolean),
+    () =>
+      [
+        ...rows.map((row, i) => ({
+          x: frequencies(row),
+          y: row.ratio,
+          mode: "lines",
+          name: level(row) + (row.asked ? ", asked for" : ""),
+          line: {
+            color: between(i / Math.max(1, rows.length - 1)),
+            dash: row.asked ? "solid" : "dot",
+            width: row.asked ? 2.5 : 1.8,
+          },
+        })),
+        moved.length && {
+          x: moved.map((row) => row.worst_frequency_hz ?? row.worst_frequency_ratio),
+          y: moved.map((row) => row.worst_ratio),
+          mode: "lines+markers",
+          name: "largest",
+          line: { color: colour("ink"), dash: "dash", width: 1 },
+          marker: { size: 6, color: colour("ink") },
+        },
+      ].filter(Boolean),
     () => ({
       xaxis: { title: { text: frequencyTitle(rows[0]) } },
-      yaxis: { title: { text: `response over ${rows[0].amplitude_units === "N" ? "static displacement" : "base amplitude"}${rows[0].units === "m/s²" ? " times ω_n²" : ""}` }, type: "log", dtick: "D2" },
+      yaxis: {
+        title: {
+          text:
+            "response over " +
+            (rows[0].amplitude_units === "N" ? "static displacement" : "base amplitude") +
+            (rows[0].units === "m/s²" ? " times ω_n²" : ""),
+        },
+        type: "log",
+        dtick: "D2",
+      },
     }),
   );
   return chart.element;
@@ -78,15 +137,26 @@ function level({ amplitude, amplitude_units: units }) {
 
 /** A colour between those of the first two curves. @param {number} share */
 function between(share) {
-  const [first, last] = CURVES().slice(0, 2).map((each) => [1, 3, 5].map((at) => parseInt(each.slice(at, at + 2), 16)));
+  const [first, last] = CURVES()
+    .slice(0, 2)
+    .map((each) => [1, 3, 5].map((at) => parseInt(each.slice(at, at + 2), 16)));
   return `rgb(${first.map((part, i) => Math.round(part + share * (last[i] - part))).join(", ")})`;
 }
 
-/** What mass buys: the best damper found of each, beside others of that mass. @param {any} design @param {Scale} scale */
+/**
+ * What mass buys: the best damper found of each, beside others of that mass.
+ *
+ * @param {any} design
+ * @param {Scale} scale
+ */
 export function againstMass(design, { metres, unit, measure }) {
   /** @type {any[]} */
   const rows = design.answer.masses;
-  const chart = figure({ label: "The best response found of every mass, as drawn, and that of a tuned mass damper of it", name: `masses-${design.id}`, height: 420 });
+  const chart = figure({
+    label: "The best response found of every mass, as drawn, and that of a tuned mass damper of it",
+    name: `masses-${design.id}`,
+    height: 420,
+  });
   const x = rows.map((each) => each.particle_mass_kg ?? each.mass_ratio);
   const values = {
     "best found, as drawn": rows.map((each) => each.worst.value),
@@ -95,12 +165,27 @@ export function againstMass(design, { metres, unit, measure }) {
   };
   const drawn = Object.entries(values).filter(([, each]) => each.some((value) => value !== null));
   chart.draw(
-    () => drawn.map(([name, each], i) => ({
-      x, y: scaled(each, metres), mode: "lines+markers", name, line: { color: CURVES()[i], dash: DASHES[i] }, marker: { size: 8, symbol: ["circle", "square", "diamond"][i] },
-    })),
+    () =>
+      drawn.map(([name, each], i) => ({
+        x,
+        y: scaled(each, metres),
+        mode: "lines+markers",
+        name,
+        line: { color: CURVES()[i], dash: DASHES[i] },
+        marker: { size: 8, symbol: ["circle", "square", "diamond"][i] },
+      })),
     () => ({
-      xaxis: { title: { text: rows[0].particle_mass_kg === undefined ? "mass ratio β" : "mass of the particle [kg]" } },
-      yaxis: { title: { text: `${capital(shortOf(isMean(rows[0].worst) ? measure : `worst ${measure}`))} [${unit}]` }, rangemode: "tozero" },
+      xaxis: {
+        title: {
+          text: rows[0].particle_mass_kg === undefined ? "mass ratio β" : "mass of the particle [kg]",
+        },
+      },
+      yaxis: {
+        title: {
+          text: `${capital(shortOf(isMean(rows[0].worst) ? measure : `worst ${measure}`))} [${unit}]`,
+        },
+        rangemode: "tozero",
+      },
     }),
   );
   return chart.element;

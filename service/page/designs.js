@@ -1,11 +1,12 @@
 /**
  * The best designs of a study and its Pareto front, as tables that lead to their points.
  *
- * @typedef {{best: any, idle: any, pareto: any[], ranked: any}} Found designs with a `text` each, and the ranking itself
+ * @typedef {{best: any, idle: any, pareto: any[], ranked: any}} Found designs with a `text` each, and the
+ *   ranking itself
  */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { checkbox, el, fill, picker, prose } from "./dom.js";
+import { checkbox, el, fill, grid, picker, prose } from "./dom.js";
 import { leading, VALUE } from "./headline.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
@@ -26,14 +27,34 @@ export function designs(session, onFound) {
   const band = selection.varied.includes(FREQUENCY);
   const { kept, shown } = session;
   const usual = band ? "peak" : "resonance";
-  const objectives = /** @type {[string, string][]} */ (Object.entries(session.words.objectives)).filter(([name]) => band || name === "resonance")
-    .map(([name, text]) => /** @type {[string, string]} */ ([name, shown.has(VALUE) ? text.replace("amplitude ratio", "amplitude").replace("r = 1", `f = ${shown.value(FREQUENCY, 1)}`) : text]));
-  const respects = /** @type {[string, string][]} */ (Object.entries(session.words.respects)).filter(([name]) => name !== "amplitude" && useful(name, session))
+  const objectives = /** @type {[string, string][]} */ (Object.entries(session.words.objectives))
+    .filter(([name]) => band || name === "resonance")
+    .map(
+      ([name, text]) =>
+        /** @type {[string, string]} */ ([
+          name,
+          shown.has(VALUE)
+            ? text
+                .replace("amplitude ratio", "amplitude")
+                .replace("r = 1", `f = ${shown.value(FREQUENCY, 1)}`)
+            : text,
+        ]),
+    );
+  const respects = /** @type {[string, string][]} */ (Object.entries(session.words.respects))
+    .filter(([name]) => name !== "amplitude" && useful(name, session))
     .map(([name, text]) => /** @type {[string, string]} */ ([name, respectIn(shown, name, text)]));
   const asked = {
-    objective: kept.one("objective", objectives.map(([name]) => name), usual),
+    objective: kept.one(
+      "objective",
+      objectives.map(([name]) => name),
+      usual,
+    ),
     exclude_locked: kept.on("exclude_locked", false),
-    against: kept.one("pareto", respects.map(([name]) => name), ""),
+    against: kept.one(
+      "pareto",
+      respects.map(([name]) => name),
+      "",
+    ),
   };
   const table = el("div");
   const front = el("div");
@@ -47,7 +68,9 @@ export function designs(session, onFound) {
     try {
       const path = studyPath(record.id, "optimal-designs");
       const ranked = await ask(path, { ...question, top: TOP });
-      const pareto = asked.against ? await ask(path, { ...question, top: FRONT, pareto: `amplitude,${asked.against}` }) : null;
+      const pareto = asked.against
+        ? await ask(path, { ...question, top: FRONT, pareto: `amplitude,${asked.against}` })
+        : null;
       if (mine !== number) return;
       const { best, idle } = leading(ranked);
       found = {
@@ -71,46 +94,78 @@ export function designs(session, onFound) {
   /** @param {any} answer @param {string} title @param {string} [against] */
   function listed(answer, title, against) {
     const columns = selection.varied.filter((name) => name !== FREQUENCY);
+    // what is a column already is not shown twice
+    const respect = columns.some((name) => against && name.startsWith(against)) ? undefined : against;
+    const heads = columns.map((name) =>
+      el(
+        "span",
+        { title: shown.title(name) },
+        shown.symbol(name),
+        shown.has(name) && ` [${shown.unit(name).trim()}]`,
+      ),
+    );
+    const reached = (/** @type {any} */ design) =>
+      respect === "impact_speed"
+        ? shown.value("impact_speed_max", design[respect])
+        : short(design[respect ?? ""]);
+    const show = (/** @type {any} */ design, /** @type {number} */ i) =>
+      el(
+        "button",
+        {
+          type: "button",
+          class: "small",
+          "aria-label": `Show design ${i + 1} of ${title} on the map`,
+          onclick: () => go(design),
+        },
+        "Show",
+      );
     return [
       el("h3", {}, title),
-      el(
-        "div",
-        { class: "scroll", tabindex: 0, role: "region", "aria-label": title },
-        el(
-          "table",
-          {},
-          el("thead", {}, el("tr", {}, el("th", { scope: "col" }, shown.has(VALUE) ? `Value [${shown.unit(VALUE).trim()}]` : "Value"), columns.map((name) => el("th", { scope: "col", title: shown.title(name) }, shown.symbol(name), shown.has(name) && ` [${shown.unit(name).trim()}]`)), against && !columns.some((name) => name.startsWith(against)) && el("th", { scope: "col" }, respectIn(shown, against, session.words.respects[against])), el("th", { scope: "col" }, "Response"), el("th", { scope: "col" }, "On the map"))),
-          el(
-            "tbody",
-            {},
-            answer.designs.map((/** @type {any} */ design, /** @type {number} */ i) =>
-              el(
-                "tr",
-                {},
-                el("td", {}, shown.withError(VALUE, design.value, design.error)),
-                columns.map((name) => el("td", {}, short(design[name] * shown.factor(name)))),
-                against && !columns.some((name) => name.startsWith(against)) && el("td", {}, against === "impact_speed" ? shown.value("impact_speed_max", design[against]) : short(design[against])),
-                el("td", {}, design.response_class.replaceAll("_", " ")),
-                el("td", {}, el("button", { type: "button", class: "small", "aria-label": `Show design ${i + 1} of ${title} on the map`, onclick: () => go(design) }, "Show")),
-              ),
-            ),
-          ),
-        ),
+      grid(
+        title,
+        [
+          shown.has(VALUE) ? `Value [${shown.unit(VALUE).trim()}]` : "Value",
+          ...heads,
+          ...(respect ? [respectIn(shown, respect, session.words.respects[respect])] : []),
+          "Response",
+          "On the map",
+        ],
+        answer.designs.map((/** @type {any} */ design, /** @type {number} */ i) => [
+          shown.withError(VALUE, design.value, design.error),
+          ...columns.map((name) => short(design[name] * shown.factor(name))),
+          ...(respect ? [reached(design)] : []),
+          design.response_class.replaceAll("_", " "),
+          show(design, i),
+        ]),
+        false,
       ),
       shown.words(answer).verdict.map((sentence) => el("p", {}, prose(sentence))),
-      el("details", {}, el("summary", {}, "How they were judged"), el("p", { class: "quiet note" }, prose(shown.words(answer).note))),
+      el(
+        "details",
+        {},
+        el("summary", {}, "How they were judged"),
+        el("p", { class: "quiet note" }, prose(shown.words(answer).note)),
+      ),
     ];
   }
 
   /** @param {any} design */
   function go(design) {
-    selection.chooseValues(Object.fromEntries(selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, design[name]])));
+    selection.chooseValues(
+      Object.fromEntries(
+        selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, design[name]]),
+      ),
+    );
   }
 
   /** @param {any} what */
   function change(what) {
     Object.assign(asked, what);
-    kept.keep({ objective: asked.objective === usual ? null : asked.objective, exclude_locked: asked.exclude_locked || null, pareto: asked.against });
+    kept.keep({
+      objective: asked.objective === usual ? null : asked.objective,
+      exclude_locked: asked.exclude_locked || null,
+      pareto: asked.against,
+    });
     look();
   }
 
@@ -125,7 +180,9 @@ export function designs(session, onFound) {
       "div",
       { class: "row controls" },
       picker("Judged by", objectives, asked.objective, (objective) => change({ objective })),
-      picker("Pareto front against", [["", "nothing"], ...respects], asked.against, (against) => change({ against })),
+      picker("Pareto front against", [["", "nothing"], ...respects], asked.against, (against) =>
+        change({ against }),
+      ),
       checkbox("Leave out locked designs", asked.exclude_locked, (on) => change({ exclude_locked: on })),
     ),
     table,
@@ -134,7 +191,12 @@ export function designs(session, onFound) {
   );
 }
 
-/** Whether designs of a study can differ in a respect. @param {string} respect @param {import("./study.js").Session} session */
+/**
+ * Whether designs of a study can differ in a respect.
+ *
+ * @param {string} respect
+ * @param {import("./study.js").Session} session
+ */
 function useful(respect, session) {
   const { varied } = session.selection;
   if (respect === "mass") return varied.includes("mass_ratio");
@@ -142,11 +204,19 @@ function useful(respect, session) {
   return session.variables.includes(respect === "impact_speed" ? "impact_speed_max" : respect);
 }
 
-/** What a respect is called, without the ratio where it is shown in units. @param {import("./shown.js").Shown} shown @param {string} respect @param {string} text */
+/**
+ * What a respect is called, without the ratio where it is shown in units.
+ *
+ * @param {import("./shown.js").Shown} shown
+ * @param {string} respect
+ * @param {string} text
+ */
 function respectIn(shown, respect, text) {
   const ratio = { mass: "mass_ratio", clearance: "clearance_ratio" }[respect];
   if (ratio && shown.has(ratio)) return shown.title(ratio);
-  return respect === "impact_speed" && shown.has("impact_speed_max") ? text.replace(", over Z·ω_n", `, in${shown.unit("impact_speed_max")}`) : text;
+  return respect === "impact_speed" && shown.has("impact_speed_max")
+    ? text.replace(", over Z·ω_n", `, in${shown.unit("impact_speed_max")}`)
+    : text;
 }
 
 /** @param {any} design @param {string} title @param {import("./shown.js").Shown} shown */

@@ -1,5 +1,6 @@
 /**
- * Elements, made so that no text is ever read as markup: what a user typed goes in as text and as nothing else.
+ * Elements, made so that no text is ever read as markup: what a user typed goes in as text and as nothing
+ * else.
  *
  * @typedef {Node | string | number | null | undefined | false} Child
  */
@@ -8,8 +9,8 @@
  * Make an element.
  *
  * @param {string} tag
- * @param {Record<string, any>} [attributes] `onclick` and the like are listeners; true is an empty attribute, null,
- *   undefined and false are none; `value` and `checked` are set as properties.
+ * @param {Record<string, any>} [attributes] `onclick` and the like are listeners; true is an empty attribute,
+ *   null, undefined and false are none; `value` and `checked` are set as properties.
  * @param {...(Child | Child[])} children
  * @returns {any} the element
  */
@@ -73,7 +74,33 @@ export function checkbox(label, checked, onChange) {
   return el("label", { class: "check" }, box, label);
 }
 
-/** A sentence of the service, with what stands between backticks as code. @param {string} text @returns {Child[]} */
+/**
+ * A table that scrolls by itself where it is too wide.
+ *
+ * @param {string} title for who does not see it
+ * @param {(Child | Child[])[]} columns their heads
+ * @param {(Child | Child[])[][]} rows
+ * @param {boolean} [named] whether the first cell names its row
+ * @returns {HTMLElement}
+ */
+export function grid(title, columns, rows, named = true) {
+  const cell = (/** @type {Child | Child[]} */ each, /** @type {number} */ i) =>
+    named && i === 0 ? el("th", { scope: "row" }, each) : el("td", {}, each);
+  const heads = columns.map((each) => el("th", { scope: "col" }, each));
+  const body = rows.map((row) => el("tr", {}, row.map(cell)));
+  return el(
+    "div",
+    { class: "scroll", tabindex: 0, role: "region", "aria-label": title },
+    el("table", {}, el("thead", {}, el("tr", {}, heads)), el("tbody", {}, body)),
+  );
+}
+
+/**
+ * A sentence of the service, with what stands between backticks as code.
+ *
+ * @param {string} text
+ * @returns {Child[]}
+ */
 export function prose(text) {
   return text.split("`").map((part, i) => (i % 2 ? el("code", {}, part) : part));
 }
@@ -133,12 +160,19 @@ export function debounced(milliseconds, run) {
   };
 }
 
-/** The object that a text of JSON says, as it is typed; null while it is none, which is said and keeps the button from being used.
- * @param {HTMLTextAreaElement} text @param {HTMLElement} wrong where the fault is said @param {HTMLButtonElement} submit */
+/**
+ * The object that a text of JSON says, as it is typed. While it is none, null is given, that is said, and the
+ * button may not be used.
+ *
+ * @param {HTMLTextAreaElement} text
+ * @param {HTMLElement} wrong where the fault is said
+ * @param {HTMLButtonElement} submit
+ */
 export function typedObject(text, wrong, submit) {
   try {
     const document = JSON.parse(text.value);
-    if (document === null || typeof document !== "object" || Array.isArray(document)) throw new Error("{ } is needed");
+    if (document === null || typeof document !== "object" || Array.isArray(document))
+      throw new Error("{ } is needed");
     wrong.textContent = "";
     submit.disabled = false;
     return document;

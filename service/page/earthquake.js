@@ -1,7 +1,11 @@
-/** Dampers under an earthquake: the point of the study beside no damper, a tuned mass damper, and each of its parts alone. */
+/**
+ * Dampers under an earthquake: the point of the study beside no damper, a tuned mass damper, and each of its
+ * parts alone.
+ */
 
-import { faultText, Refusal, refusalBox } from "./api.js";
-import { debounced, el, fill, picker, prose, say } from "./dom.js";
+import { Refusal, refusalBox } from "./api.js";
+import { debounced, el, fill, grid, picker, prose, say } from "./dom.js";
+import { field, showFaults } from "./faults.js";
 import { colour, CURVES, figure } from "./figure.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
@@ -11,13 +15,18 @@ import { STRUCTURE, unitFactor } from "./quantities.js";
 import { recordPicker } from "./records.js";
 import { line, mm, SAMPLES, spectrumOf } from "./survey_motion.js";
 import { TUNINGS } from "./vocabulary.js";
+import { WORDS } from "./words.js";
 
 const STARTS = 8;
+const SENSITIVE =
+  "Sensitive: a start that differs by a tenth of a micrometre ends far away, so one number means little. ";
 const USUAL_RECORD = "el-centro";
 /** Cases whose motion is drawn; each part of the damper alone would hide the others. */
 const MOVING = ["none", "tmd", "hybrid"];
 
-/** What is asked for: the key of the request, its label and unit, and what turns metres into what is shown. */
+/**
+ * What is asked for: the key of the request, its label and unit, and what turns metres into what is shown.
+ */
 const FIELDS = /** @type {[string, string, number][]} */ ([
   ["mass_kg", "Mass of the structure [kg]", 1],
   ["natural_frequency_hz", "Natural frequency [Hz]", 1],
@@ -31,72 +40,138 @@ const FIELDS = /** @type {[string, string, number][]} */ ([
 
 /** @type {import("./study.js").Tab} */
 export function earthquakeTab(session, place) {
-  const { record } = session;
-  const asked = /** @type {Record<string, any>} */ ({ ...sizes(session), record: USUAL_RECORD, tmd_criterion: "den_hartog", starts: STARTS, scale: 1 });
+  compared(place, session.record.id, () => sizes(session), sizesNote(session), "Sizes of the study’s point");
+}
+
+/** @type {import("./main.js").View} */
+export function earthquakeView(root) {
+  const place = el("div");
+  fill(root, el("h1", {}, "Dampers under an earthquake"), place);
+  const { mass_kg, natural_frequency_hz, particle_mass_kg, clearance_m, friction_force_n } = WORDS.prototype;
+  const { damping_ratio, restitution } = WORDS.design_point;
+  const prototype = { mass_kg, natural_frequency_hz, particle_mass_kg, clearance_m, friction_force_n };
+  const note = "Sizes are those of the paper’s prototype; enter your own.";
+  compared(
+    place,
+    "prototype",
+    () => ({ ...prototype, damping_ratio, restitution }),
+    note,
+    "Sizes of the prototype",
+  );
+}
+
+/**
+ * @param {HTMLElement} place
+ * @param {string} stem of downloads
+ * @param {() => Record<string, number>} own the sizes that it begins with
+ * @param {string} note about them
+ * @param {string} back what the button says that takes them again
+ */
+function compared(place, stem, own, note, back) {
+  const asked = /** @type {Record<string, any>} */ ({
+    ...own(),
+    record: USUAL_RECORD,
+    tmd_criterion: "den_hartog",
+    starts: STARTS,
+    scale: 1,
+  });
   const answer = el("div");
   const same = () => pythonLine(null, "earthquake_comparison", asked);
-  const chart = figure({ label: "Peak and rms displacement of the structure by damper", name: `earthquake-${record.id}`, height: 340, python: same });
-  const drift = figure({ label: "Displacement against the base over time", name: `earthquake-drift-${record.id}`, height: 280, python: same });
-  const spectrum = figure({ label: "Spectrum of the displacement against the base", name: `earthquake-spectrum-${record.id}`, height: 260, python: same });
+  const chart = figure({
+    label: "Peak and rms displacement of the structure by damper",
+    name: `earthquake-${stem}`,
+    height: 340,
+    python: same,
+  });
+  const drift = figure({
+    label: "Displacement against the base over time",
+    name: `earthquake-drift-${stem}`,
+    height: 280,
+    python: same,
+  });
+  const spectrum = figure({
+    label: "Spectrum of the displacement against the base",
+    name: `earthquake-spectrum-${stem}`,
+    height: 260,
+    python: same,
+  });
   const fields = el("div", { class: "pairs" });
   const goesOn = el("p", { class: "quiet", role: "status" }, "Computing …");
   const shown = el("div", { class: "left" }, goesOn);
+  const rest = el("div", { class: "faults" });
   let number = 0;
 
   const look = debounced(400, async () => {
     const mine = ++number;
     try {
-      const found = await sendPatiently("earthquake-comparisons", asked, (words) => fill(goesOn, words || "Computing …"));
+      const found = await sendPatiently("earthquake-comparisons", asked, (words) =>
+        fill(goesOn, words || "Computing …"),
+      );
       if (mine !== number) return;
-      showFaults([]);
+      showFaults(place, [], rest);
       if (!chart.element.isConnected) fill(shown, chart.element, answer, drift.element, spectrum.element);
       fill(answer, table(found));
-      await chart.draw(() => traces(found), () => ({
-        barmode: "group", xaxis: { title: { text: "" }, tickangle: 0 }, yaxis: { title: { text: "displacement against the base [mm]" }, rangemode: "tozero" },
-      }));
+      await chart.draw(
+        () => traces(found),
+        () => ({
+          barmode: "group",
+          xaxis: { title: { text: "" }, tickangle: 0 },
+          yaxis: { title: { text: "displacement against the base [mm]" }, rangemode: "tozero" },
+        }),
+      );
       say(`Compared under ${found.record.name}.`);
-      const moved = await sendPatiently("earthquake-comparisons", { ...asked, cases: MOVING, starts: 0 }, () => undefined, undefined, { samples: SAMPLES });
+      const moved = await sendPatiently(
+        "earthquake-comparisons",
+        { ...asked, cases: MOVING, starts: 0 },
+        () => undefined,
+        undefined,
+        { samples: SAMPLES },
+      );
       if (mine !== number || !shown.isConnected) return;
-      await drift.draw(() => moving(moved, (history, name, shade, dash) => line(history, mm(history.relative_displacement_m), name, shade, dash)), () => ({
-        xaxis: { title: { text: "time [s]" } }, yaxis: { title: { text: "x − z [mm]" } },
-      }));
-      await spectrum.draw(() => moving(moved, (history, name, shade, dash) => spectrumOf(history, moved.design.natural_frequency_hz, name, shade, dash)), () => ({
-        xaxis: { title: { text: "frequency [Hz]" } }, yaxis: { title: { text: "amplitude of x − z [mm]" }, rangemode: "tozero" },
-      }));
+      await drift.draw(
+        () =>
+          moving(moved, (history, name, shade, dash) =>
+            line(history, mm(history.relative_displacement_m), name, shade, dash),
+          ),
+        () => ({ xaxis: { title: { text: "time [s]" } }, yaxis: { title: { text: "x − z [mm]" } } }),
+      );
+      await spectrum.draw(
+        () => moving(moved, (history, name, shade, dash) => spectrumOf(history, name, shade, dash)),
+        () => ({
+          xaxis: { title: { text: "frequency [Hz]" } },
+          yaxis: { title: { text: "amplitude of x − z [mm]" }, rangemode: "tozero" },
+        }),
+      );
     } catch (error) {
       if (mine !== number) return;
-      if (error instanceof Refusal && error.faults.length) showFaults(error.faults);
+      if (error instanceof Refusal && error.faults.length) showFaults(place, error.faults, rest);
       else fill(shown, refusalBox(error));
     }
   });
-
-  /** @param {import("./api.js").Fault[]} faults */
-  function showFaults(faults) {
-    // what is wrong with a file stays until another is chosen
-    for (const spot of place.querySelectorAll(".faults:not(.upload)")) fill(spot);
-    for (const fault of faults) {
-      const spot = place.querySelector(`[data-field="${CSS.escape(fault.field)}"] .faults:not(.upload)`) ?? place.querySelector(".rest.faults");
-      spot?.append(el("p", {}, faultText(fault)));
-    }
-  }
 
   function drawFields() {
     fill(
       fields,
       FIELDS.map(([key, label, scale]) => {
         const box = el("input", {
-          type: "number", step: "any", value: Number((asked[key] * scale).toPrecision(6)),
+          type: "number",
+          step: "any",
+          value: Number((asked[key] * scale).toPrecision(6)),
           oninput: () => {
             asked[key] = box.value === "" ? null : Number(box.value) / scale;
             look();
           },
         });
-        return el("label", { class: "field", "data-field": key }, el("span", {}, label), box, el("span", { class: "faults" }));
+        return field(key, label, box, { unit: "mm", scale });
       }),
     );
   }
 
-  const again = el("button", { type: "button", onclick: () => (Object.assign(asked, sizes(session)), drawFields(), look()) }, "Sizes of the study’s point");
+  const again = el(
+    "button",
+    { type: "button", onclick: () => (Object.assign(asked, own()), drawFields(), look()) },
+    back,
+  );
   drawFields();
   fill(
     place,
@@ -111,17 +186,26 @@ export function earthquakeTab(session, place) {
         el("h2", {}, "Record and sizes"),
         recordPicker(asked.record, (id) => ((asked.record = id), look())),
         fields,
-        picker("Mass damper tuned by", TUNINGS, asked.tmd_criterion, (criterion) => ((asked.tmd_criterion = criterion), look())),
-        el("p", { class: "quiet" }, sizesNote(session)),
+        picker(
+          "Mass damper tuned by",
+          TUNINGS,
+          asked.tmd_criterion,
+          (criterion) => ((asked.tmd_criterion = criterion), look()),
+        ),
+        el("p", { class: "quiet" }, note),
         again,
-        el("div", { class: "rest faults" }),
+        rest,
       ),
     ),
   );
   look();
 }
 
-/** The point of the study with units: of its own structure where it has one, else of the paper's. @param {import("./study.js").Session} session */
+/**
+ * The point of the study with units: of its own structure where it has one, else of the paper's.
+ *
+ * @param {import("./study.js").Session} session
+ */
 function sizes({ selection, record }) {
   const physical = { ...STRUCTURE, ...numbersIn(record.definition.physical) };
   const of = (/** @type {string} */ ratio) => selection.value(ratio) * (unitFactor(ratio, physical) ?? 0);
@@ -139,7 +223,9 @@ function sizes({ selection, record }) {
 
 /** @param {any} physical @returns {Record<string, number>} */
 function numbersIn(physical) {
-  return Object.fromEntries(Object.entries(physical ?? {}).filter(([name, value]) => name in STRUCTURE && typeof value === "number"));
+  return Object.fromEntries(
+    Object.entries(physical ?? {}).filter(([name, value]) => name in STRUCTURE && typeof value === "number"),
+  );
 }
 
 /** @param {import("./study.js").Session} session */
@@ -147,7 +233,9 @@ function sizesNote({ record }) {
   const own = Object.keys(numbersIn(record.definition.physical)).length === Object.keys(STRUCTURE).length;
   return own
     ? "Sizes are those of the study."
-    : `The study is given in ratios only. Its point is converted to sizes with ${STRUCTURE.mass_kg} kg, ${STRUCTURE.natural_frequency_hz} Hz and a base amplitude of ${1000 * STRUCTURE.base_amplitude_m} mm; enter your own.`;
+    : `The study is given in ratios only. Its point is converted to sizes with ${STRUCTURE.mass_kg} kg, ` +
+        `${STRUCTURE.natural_frequency_hz} Hz and a base amplitude of ${1000 * STRUCTURE.base_amplitude_m} ` +
+        "mm; enter your own.";
 }
 
 /** @param {any} found */
@@ -158,23 +246,35 @@ function table(found) {
     ["peak_absolute_acceleration_m_s2", "Peak acceleration [m/s²]"],
   ]);
   const cases = /** @type {[string, any][]} */ (Object.entries(found.cases));
-  const value = (/** @type {any} */ one, /** @type {string} */ name) => short(one[name] * (name.endsWith("_m") ? 1000 : 1), 4);
+  const value = (/** @type {any} */ one, /** @type {string} */ name) =>
+    short(one[name] * (name.endsWith("_m") ? 1000 : 1), 4);
   const span = (/** @type {any} */ one) => {
     const spread = one.spread?.peak_relative_displacement_m;
-    return spread ? `${short(1000 * spread.lowest, 4)} to ${short(1000 * spread.highest, 4)}${one.spread.sensitive ? ", sensitive" : ""}` : "–";
+    return spread
+      ? `${short(1000 * spread.lowest, 4)} to ` +
+          `${short(1000 * spread.highest, 4)}${one.spread.sensitive ? ", sensitive" : ""}`
+      : "–";
   };
   return [
     el(
       "div",
-      { class: "scroll box", tabindex: 0, role: "region", "aria-label": "Comparison under the record" },
-      el(
-        "table",
-        {},
-        el("thead", {}, el("tr", {}, ["Damper", ...columns.map(([, title]) => title), "Peak from other starts [mm]"].map((title) => el("th", { scope: "col" }, title)))),
-        el("tbody", {}, cases.map(([, one]) => el("tr", {}, el("th", { scope: "row" }, one.label), columns.map(([name]) => el("td", {}, value(one, name))), el("td", {}, span(one))))),
+      { class: "box" },
+      grid(
+        "Comparison under the record",
+        ["Damper", ...columns.map(([, title]) => title), "Peak from other starts [mm]"],
+        cases.map(([, one]) => [one.label, ...columns.map(([name]) => value(one, name)), span(one)]),
       ),
     ),
-    el("p", { class: "quiet note" }, prose(`Displacements are against the base. ${found.record.name}: peak ${short(found.record.peak_acceleration_g, 3)} g, ${short(found.record.duration_s, 4)} s. ${cases.some(([, one]) => one.spread?.sensitive) ? "Sensitive: a start that differs by a tenth of a micrometre ends far away, so one number means little. " : ""}${found.note ?? ""}`)),
+    el(
+      "p",
+      { class: "quiet note" },
+      prose(
+        `Displacements are against the base. ${found.record.name}: peak ` +
+          `${short(found.record.peak_acceleration_g, 3)} g, ${short(found.record.duration_s, 4)} s. ` +
+          (cases.some(([, one]) => one.spread?.sensitive) ? SENSITIVE : "") +
+          (found.note ?? ""),
+      ),
+    ),
   ];
 }
 
@@ -182,8 +282,12 @@ function table(found) {
 function traces(found) {
   const cases = /** @type {any[]} */ (Object.values(found.cases));
   const bar = (/** @type {string} */ name, /** @type {string} */ title, /** @type {number} */ i) => ({
-    type: "bar", name: title, x: cases.map((one) => one.label.replaceAll(" ", "<br>")), y: cases.map((one) => 1000 * one[name]),
-    marker: { color: CURVES()[i], pattern: { shape: ["", "/"][i] } }, hovertemplate: "%{y:.4~g} mm",
+    type: "bar",
+    name: title,
+    x: cases.map((one) => one.label.replaceAll(" ", "<br>")),
+    y: cases.map((one) => 1000 * one[name]),
+    marker: { color: CURVES()[i], pattern: { shape: ["", "/"][i] } },
+    hovertemplate: "%{y:.4~g} mm",
   });
   return [bar("peak_relative_displacement_m", "peak", 0), bar("rms_relative_displacement_m", "rms", 1)];
 }
@@ -194,6 +298,14 @@ function traces(found) {
  * @param {any} found @param {(history: any, name: string, shade: string, dash: string) => any} drawn
  */
 function moving(found, drawn) {
-  const looks = [[colour("quiet"), "dot"], [CURVES()[0], "dash"], [CURVES()[1], "solid"]];
-  return MOVING.flatMap((name, i) => (found.histories[name] ? drawn(found.histories[name], found.cases[name].label, looks[i][0], looks[i][1]) : []));
+  const looks = [
+    [colour("quiet"), "dot"],
+    [CURVES()[0], "dash"],
+    [CURVES()[1], "solid"],
+  ];
+  return MOVING.flatMap((name, i) =>
+    found.histories[name]
+      ? drawn(found.histories[name], found.cases[name].label, looks[i][0], looks[i][1])
+      : [],
+  );
 }

@@ -1,11 +1,14 @@
-/** What shakes the structure: one excitation, several that act one at a time, or records, found or generated. */
+/**
+ * What shakes the structure: one excitation, several that act one at a time, or records, found or generated.
+ */
 
 import { el, picker } from "./dom.js";
-import { group, number, read, span, titled } from "./specified.js";
+import { field } from "./faults.js";
+import { group, number, numbers, span } from "./specified.js";
 import { recordsField } from "./survey_fields.js";
 import { WORDS } from "./words.js";
 
-/** @typedef {import("./specified.js").Held} Held */
+/** @typedef {import("./document_form.js").Held} Held */
 /** @typedef {"band" | "sweep" | "random_vibration" | "shock" | "records"} Kind */
 
 const { motions, frequency, sweep, random_vibration, shock, most, tail } = WORDS.specification.excitation;
@@ -13,20 +16,41 @@ const { measures, measures_under_records } = WORDS.specification.tables;
 const PLACE = "excitation";
 
 /** Kinds of excitation. */
-const KINDS = /** @type {[string, string][]} */ ([["band", "over a band of frequencies"], ["sweep", "a sweep"], ["random_vibration", "random vibration"], ["shock", "a shock"], ["records", "ground-motion records"]]);
-const TITLES = { band: "Excitation", sweep: "Sweep", random_vibration: "Random vibration", shock: "Shock", records: "Ground-motion records" };
+const KINDS = /** @type {[string, string][]} */ ([
+  ["band", "over a band of frequencies"],
+  ["sweep", "a sweep"],
+  ["random_vibration", "random vibration"],
+  ["shock", "a shock"],
+  ["records", "ground-motion records"],
+]);
+const TITLES = {
+  band: "Excitation",
+  sweep: "Sweep",
+  random_vibration: "Random vibration",
+  shock: "Shock",
+  records: "Ground-motion records",
+};
 /** What a form begins with that is told to be about the other kind. */
 const BEGINNING = {
   band: { base_amplitude_m: 0.001, frequency_hz: 2.5 },
   sweep: { sweep: { start_hz: 2, stop_hz: 3, rate_hz_per_s: 0.1, base_amplitude_m: 0.001 } },
-  random_vibration: { random_vibration: { frequency_hz: [1, 50], psd_g2_per_hz: [0.0001, 0.0001], duration_s: 30, seeds: 4 } },
+  random_vibration: {
+    random_vibration: { frequency_hz: [1, 50], psd_g2_per_hz: [0.0001, 0.0001], duration_s: 30, seeds: 4 },
+  },
   shock: { shock: { shape: "half_sine", peak_g: 5, duration_ms: 11 } },
   records: { records: ["el-centro-180"], scales: 1 },
 };
 /** Kinds of records that are generated. */
 const GENERATED = /** @type {Kind[]} */ (["sweep", "random_vibration", "shock"]);
 /** What a field of a sweep begins with that takes the place of another. */
-const USUAL = /** @type {Record<string, number>} */ ({ rate_hz_per_s: 0.1, rate_octaves_per_minute: 1, duration_s: 30, base_amplitude_m: 0.001, base_velocity_m_per_s: 0.05, base_acceleration_m_per_s2: 1 });
+const USUAL = /** @type {Record<string, number>} */ ({
+  rate_hz_per_s: 0.1,
+  rate_octaves_per_minute: 1,
+  duration_s: 30,
+  base_amplitude_m: 0.001,
+  base_velocity_m_per_s: 0.05,
+  base_acceleration_m_per_s2: 1,
+});
 /** What is over an amplitude of the base, which records do not have. */
 const IN_UNITS = { clearance_ratio: "clearance_m", friction_ratio: "friction_force_n" };
 
@@ -36,7 +60,11 @@ function kindOf(each) {
   return kind ?? "band";
 }
 
-/** What shakes the structure: bands of frequencies, records (generated ones too), or both. @param {Held} held */
+/**
+ * What shakes the structure: bands of frequencies, records (generated ones too), or both.
+ *
+ * @param {Held} held
+ */
 export function shakenBy(held) {
   const kinds = [held.get(PLACE)].flat().map(kindOf);
   return { bands: kinds.includes("band"), records: kinds.some((kind) => kind !== "band") };
@@ -50,11 +78,14 @@ export function shakenBy(held) {
  */
 export function excitationFields(held, records) {
   const raw = held.get(PLACE);
-  const kind = kindOf(Array.isArray(raw) ? raw.find((/** @type {any} */ each) => kindOf(each) === "band") ?? raw[0] : raw);
+  const kind = kindOf(
+    Array.isArray(raw) ? (raw.find((/** @type {any} */ each) => kindOf(each) === "band") ?? raw[0]) : raw,
+  );
   const change = (/** @type {string} */ next) => {
     held.set(PLACE, structuredClone(BEGINNING[/** @type {Kind} */ (next)]));
     held.set("measure", undefined);
-    for (const ratio of Object.keys(next === "band" ? {} : IN_UNITS)) for (const place of ["", "choose.", "tolerances."]) held.set(place + ratio, undefined);
+    for (const ratio of Object.keys(next === "band" ? {} : IN_UNITS))
+      for (const place of ["", "choose.", "tolerances."]) held.set(place + ratio, undefined);
     held.again();
   };
   return [picker("Kind of excitation", KINDS, kind, change), everyOne(held, records)];
@@ -68,7 +99,12 @@ function fieldsOfKind(held, records, place, kind) {
   return [...fields(held, `${place}.${kind}`), ...scaleFields(held, place)];
 }
 
-/** Where a sweep begins and ends, how fast it is, and what is constant. @param {Held} held @param {string} path */
+/**
+ * Where a sweep begins and ends, how fast it is, and what is constant.
+ *
+ * @param {Held} held
+ * @param {string} path
+ */
 function sweepFields(held, path) {
   return [
     ...sweep.ends.map((each) => number(held, `${path}.${each.name}`, each)),
@@ -89,16 +125,33 @@ function vibrationFields(held, path) {
 /** Shape, size and length of a pulse. @param {Held} held @param {string} path */
 function shockFields(held, path) {
   const change = (/** @type {string} */ shape) => held.set(`${path}.shape`, shape);
-  return [picker("Shape of the pulse", Object.entries(shock.shapes), held.get(`${path}.shape`), change), ...shock.numbers.map((each) => number(held, `${path}.${each.name}`, each))];
+  return [
+    picker("Shape of the pulse", Object.entries(shock.shapes), held.get(`${path}.shape`), change),
+    ...shock.numbers.map((each) => number(held, `${path}.${each.name}`, each)),
+  ];
 }
 
-/** Numbers with commas between them. @param {Held} held @param {string} path @param {import("./words.js").SpecifiedField} each @param {any} [usual] */
+/**
+ * Numbers with commas between them.
+ *
+ * @param {Held} held
+ * @param {string} path
+ * @param {import("./words.js").SpecifiedField} each
+ * @param {unknown} [usual]
+ */
 function list(held, path, each, usual = "") {
-  const box = el("input", { type: "text", value: [held.get(path) ?? usual].flat().join(", "), oninput: () => held.set(path, box.value.split(",").map((/** @type {string} */ part) => read(part, each))) });
-  return el("label", { class: "field", "data-field": path }, el("span", {}, titled(each)), box, el("span", { class: "faults" }));
+  return numbers(held, path, each, { value: [held.get(path) ?? usual].flat().join(", ") });
 }
 
-/** Which of some fields is given, and that one. @param {Held} held @param {string} path @param {string} title @param {import("./words.js").SpecifiedField[]} fields @param {typeof list} [drawn] */
+/**
+ * Which of some fields is given, and that one.
+ *
+ * @param {Held} held
+ * @param {string} path
+ * @param {string} title
+ * @param {import("./words.js").SpecifiedField[]} fields
+ * @param {(held: Held, path: string, each: import("./words.js").SpecifiedField) => HTMLElement} [drawn]
+ */
 function oneFieldOf(held, path, title, fields, drawn = number) {
   const now = fields.find((each) => held.get(`${path}.${each.name}`) !== undefined) ?? fields[0];
   const change = (/** @type {string} */ name) => {
@@ -107,13 +160,32 @@ function oneFieldOf(held, path, title, fields, drawn = number) {
     held.set(`${path}.${name}`, value);
     held.again();
   };
-  return [picker(title, fields.map((each) => [each.name, each.label]), now.name, change), drawn(held, `${path}.${now.name}`, now)];
+  return [
+    picker(
+      title,
+      fields.map((each) => [each.name, each.label]),
+      now.name,
+      change,
+    ),
+    drawn(held, `${path}.${now.name}`, now),
+  ];
 }
 
-/** Records, their scales, and what follows them. @param {Held} held @param {any[]} records @param {string} place */
+/**
+ * Records, their scales, and what follows them.
+ *
+ * @param {Held} held
+ * @param {any[]} records
+ * @param {string} place
+ */
 function recordFields(held, records, place) {
   return [
-    recordsField({ records: held.get(`${place}.records`) }, (_, value) => held.set(`${place}.records`, value), records, `${place}.records`),
+    recordsField(
+      { records: held.get(`${place}.records`) },
+      (_, value) => held.set(`${place}.records`, value),
+      records,
+      `${place}.records`,
+    ),
     ...scaleFields(held, place),
   ];
 }
@@ -121,7 +193,12 @@ function recordFields(held, records, place) {
 /** @param {Held} held @param {string} place */
 function scaleFields(held, place) {
   return [
-    list(held, `${place}.scales`, { name: "scales", label: "scales, one after the other", unit: "", scale: 1 }, 1),
+    list(
+      held,
+      `${place}.scales`,
+      { name: "scales", label: "scales, one after the other", unit: "", scale: 1 },
+      1,
+    ),
     number(held, `${place}.tail_s`, tail),
   ];
 }
@@ -135,24 +212,54 @@ function everyOne(held, records) {
     several
       ? raw.map((each, i) => oneOf(held, records, each, i))
       : group(TITLES[kindOf(raw)], PLACE, fieldsOfKind(held, records, PLACE, kindOf(raw))),
-    count < most && el(
-      "div",
-      { class: "row" },
-      el("button", { type: "button", class: "small", onclick: () => add(held, likeLast(held)) }, "Add another excitation"),
-      KINDS.filter(([name]) => GENERATED.includes(/** @type {Kind} */ (name))).map(([name, words]) =>
-        el("button", { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING[/** @type {Kind} */ (name)])) }, `Add ${words}`)),
-      ![raw].flat().some((each) => kindOf(each) === "records") && el("button", { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING.records)) }, "Add ground-motion records"),
-    ),
+    count < most &&
+      el(
+        "div",
+        { class: "row" },
+        el(
+          "button",
+          { type: "button", class: "small", onclick: () => add(held, likeLast(held)) },
+          "Add another excitation",
+        ),
+        KINDS.filter(([name]) => GENERATED.includes(/** @type {Kind} */ (name))).map(([name, words]) =>
+          el(
+            "button",
+            {
+              type: "button",
+              class: "small",
+              onclick: () => add(held, structuredClone(BEGINNING[/** @type {Kind} */ (name)])),
+            },
+            `Add ${words}`,
+          ),
+        ),
+        ![raw].flat().some((each) => kindOf(each) === "records") &&
+          el(
+            "button",
+            { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING.records)) },
+            "Add ground-motion records",
+          ),
+      ),
     several && el("p", { class: "quiet" }, "They act one at a time; the worst of them is judged."),
   ];
 }
 
-/** One of several excitations. @param {Held} held @param {any[]} records @param {any} each @param {number} i */
+/**
+ * One of several excitations.
+ *
+ * @param {Held} held
+ * @param {any[]} records
+ * @param {any} each
+ * @param {number} i
+ */
 function oneOf(held, records, each, i) {
   const place = `${PLACE}.${i}`;
   const kind = kindOf(each);
   const title = kind === "band" ? "" : `: ${TITLES[kind].toLowerCase()}`;
-  return group(`Excitation ${i + 1}${title}`, place, [nameField(held, i), ...fieldsOfKind(held, records, place, kind), remover(held, i)]);
+  return group(`Excitation ${i + 1}${title}`, place, [
+    nameField(held, i),
+    ...fieldsOfKind(held, records, place, kind),
+    remover(held, i),
+  ]);
 }
 
 /** One excitation over a band, like the last that there is. @param {Held} held */
@@ -174,7 +281,12 @@ function dropMeasure(held) {
   if (!(held.get("measure") in measuresOf(held))) held.set("measure", undefined);
 }
 
-/** What can be asked for under all that shakes the structure. @param {Held} held @returns {Record<string, string>} */
+/**
+ * What can be asked for under all that shakes the structure.
+ *
+ * @param {Held} held
+ * @returns {Record<string, string>}
+ */
 export function measuresOf(held) {
   const { bands, records } = shakenBy(held);
   if (!records) return measures;
@@ -191,14 +303,23 @@ function remover(held, i) {
     dropMeasure(held);
     held.again();
   };
-  return el("button", { type: "button", class: "small", "aria-label": `Remove excitation ${i + 1}`, onclick: remove }, "Remove");
+  return el(
+    "button",
+    { type: "button", class: "small", "aria-label": `Remove excitation ${i + 1}`, onclick: remove },
+    "Remove",
+  );
 }
 
 /** @param {Held} held @param {number} i */
 function nameField(held, i) {
   const path = `${PLACE}.${i}.name`;
-  const box = el("input", { type: "text", value: held.get(path) ?? "", placeholder: `excitation ${i + 1}`, oninput: () => held.set(path, box.value || undefined) });
-  return el("label", { class: "field", "data-field": path }, el("span", {}, "Name"), box, el("span", { class: "faults" }));
+  const box = el("input", {
+    type: "text",
+    value: held.get(path) ?? "",
+    placeholder: `excitation ${i + 1}`,
+    oninput: () => held.set(path, box.value || undefined),
+  });
+  return field(path, "Name", box);
 }
 
 /** What is constant over the band, how much of it, and the band. @param {Held} held @param {string} place */
@@ -212,8 +333,15 @@ function fieldsAt(held, place) {
   };
   const given = frequency.filter((each) => has(each.name));
   return [
-    picker("Constant over the band", motions.map((each) => [each.name, each.label]), now.name, change),
+    picker(
+      "Constant over the band",
+      motions.map((each) => [each.name, each.label]),
+      now.name,
+      change,
+    ),
     span(held, `${place}.${now.name}`, now),
-    ...(given.length ? given : frequency.slice(0, 1)).map((each) => span(held, `${place}.${each.name}`, each)),
+    ...(given.length ? given : frequency.slice(0, 1)).map((each) =>
+      span(held, `${place}.${each.name}`, each),
+    ),
   ];
 }

@@ -1,4 +1,7 @@
-/** A study explored: slices through the point, all designs at once, what matters, and pinned points beside each other. */
+/**
+ * A study explored: slices through the point, all designs at once, what matters, and pinned points beside
+ * each other.
+ */
 
 import { el, fill } from "./dom.js";
 import { importancePanel } from "./importance.js";
@@ -13,7 +16,16 @@ export function explorerTab(session, place) {
   const parts = [slicesPanel(session), parallelPanel(session), importancePanel(session), pinsPanel(session)];
   fill(
     place,
-    el("div", { class: "explorer" }, el("section", { class: "box wide", "aria-label": "The design point" }, sliders(selection, session.shown)), parts.map((part) => part.element)),
+    el(
+      "div",
+      { class: "explorer" },
+      el(
+        "section",
+        { class: "box wide", "aria-label": "The design point" },
+        sliders(selection, session.shown),
+      ),
+      parts.map((part) => part.element),
+    ),
   );
   const look = () => place.isConnected && parts.forEach((part) => part.look());
   session.changes.addEventListener("grown", look);

@@ -3,7 +3,11 @@
 /** Values that differ more than this are coloured by their logarithm. */
 const WIDE = 20;
 
-/** The least and the greatest of what is known; not a number of two where nothing is. @param {(number | null)[][]} rows */
+/**
+ * The least and the greatest of what is known; not a number of two where nothing is.
+ *
+ * @param {(number | null)[][]} rows
+ */
 export function extentOf(rows) {
   let [low, high] = [NaN, NaN];
   for (const row of rows) {

@@ -1,18 +1,27 @@
-/** Figures: the plotting library, loaded when the first one is drawn, in the colours of the page, with downloads. */
+/**
+ * Figures: the plotting library, loaded when the first one is drawn, in the colours of the page, with
+ * downloads.
+ */
 
 import { el, fill, say } from "./dom.js";
 import { tableOf } from "./figure_table.js";
+import { short } from "./numbers.js";
 
 /** @type {Promise<any> | undefined} */
 let loading;
 
-/** The library would put the rules of its maps, of which there are none here, into the page; where this id is, it does not. */
+/**
+ * The library would put the rules of its maps, of which there are none here, into the page; where this id is,
+ * it does not.
+ */
 const RULES_OF_MAPS = "9f215cf04c5486422605d13261cb87401f4e7763b6296af81e98efbc0130da53";
 
 /** The figures on the page, to be drawn again in other colours. @type {Set<() => void>} */
 const shown = new Set();
 
-window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => shown.forEach((draw) => draw()));
+window
+  .matchMedia("(prefers-color-scheme: dark)")
+  .addEventListener("change", () => shown.forEach((draw) => draw()));
 
 /** @returns {Promise<any>} the plotting library */
 function plotly() {
@@ -36,11 +45,29 @@ export function colour(name) {
 }
 
 /** Colours of curves, told apart by colour-blind people too; the dashes tell them apart in grey. */
-export const CURVES = () => [colour("curve-1"), colour("curve-2"), colour("curve-3"), colour("curve-4"), colour("curve-5")];
+export const CURVES = () => [
+  colour("curve-1"),
+  colour("curve-2"),
+  colour("curve-3"),
+  colour("curve-4"),
+  colour("curve-5"),
+];
 export const DASHES = ["solid", "dash", "dot", "dashdot", "longdash"];
 
 /** Whether the page is shown on a phone. */
 export const NARROW = window.matchMedia("(max-width: 40rem)");
+
+/** 1, 2 and 5 in every decade of a logarithmic axis, each as a whole number: the library writes 2 for 20. */
+const PLACES = Array.from({ length: 13 }, (_, i) => i - 6).flatMap((power) =>
+  [1, 2, 5].map((first) => Number(`${first}e${power}`)),
+);
+
+/** What stands along an axis that asks for two or three marks a decade. @param {any} given */
+function ticks(given) {
+  return given.dtick === "D2"
+    ? { dtick: null, tickvals: PLACES, ticktext: PLACES.map((one) => short(one)) }
+    : {};
+}
 
 /** What every figure has in common. @param {any} layout */
 function styled(layout) {
@@ -63,9 +90,11 @@ function styled(layout) {
     dragmode: window.matchMedia("(pointer: coarse)").matches ? false : "zoom",
     ...layout,
   };
-  for (const name of Object.keys(layout).filter((key) => /^[xy]axis\d*$/.test(key)).concat("xaxis", "yaxis")) {
+  for (const name of Object.keys(layout)
+    .filter((key) => /^[xy]axis\d*$/.test(key))
+    .concat("xaxis", "yaxis")) {
     const given = layout[name] ?? {};
-    merged[name] = { ...axis, ...given, title: { ...axis.title, ...given.title } };
+    merged[name] = { ...axis, ...given, ...ticks(given), title: { ...axis.title, ...given.title } };
   }
   return merged;
 }
@@ -73,17 +102,19 @@ function styled(layout) {
 /**
  * A figure, empty until it is drawn.
  *
- * @param {{label: string, name: string, height?: number, keyboard?: string, python?: () => string}} options `label` is
- *   what a screen reader says, `name` the stem of downloads; with `keyboard`, which says what the keys do, the figure can
- *   be focused; `python` gives the code that gives the same
- * @returns {{element: HTMLElement, plot: any, draw: (traces: () => any[], layout: () => any) => Promise<void>,
- *   forget: () => void}} traces and layout are made anew where the colours change
+ * @param {{label: string, name: string, height?: number, keyboard?: string, python?: () => string}} options
+ *   `label` is what a screen reader says, `name` the stem of downloads; with `keyboard`, which says what the
+ *   keys do, the figure can be focused; `python` gives the code that gives the same
+ * @returns {{element: HTMLElement, plot: any, draw: (traces: () => any[], layout: () => any) =>
+ *   Promise<void>, forget: () => void}} traces and layout are made anew where the colours change
  */
 export function figure({ label, name, height = 320, keyboard, python }) {
   const plot = el("div", {
     class: "plot",
     "data-height": height,
-    ...(keyboard ? { tabindex: 0, role: "application", "aria-label": `${label}. ${keyboard}` } : { role: "img", "aria-label": label }),
+    ...(keyboard
+      ? { tabindex: 0, role: "application", "aria-label": `${label}. ${keyboard}` }
+      : { role: "img", "aria-label": label }),
   });
   const buttons = el("div", { class: "row end downloads" });
   const code = el("pre", { tabindex: 0, role: "region", "aria-label": `Python for: ${label}` });
@@ -96,7 +127,12 @@ export function figure({ label, name, height = 320, keyboard, python }) {
     buttons.append(
       el(
         "button",
-        { type: "button", class: "small quiet", "aria-label": `Download as ${format.toUpperCase()}: ${label}`, onclick: () => save(format) },
+        {
+          type: "button",
+          class: "small quiet",
+          "aria-label": `Download as ${format.toUpperCase()}: ${label}`,
+          onclick: () => save(format),
+        },
         format.toUpperCase(),
       ),
     );
@@ -107,7 +143,13 @@ export function figure({ label, name, height = 320, keyboard, python }) {
     if (format === "csv") return saveTable();
     const library = await plotly();
     const { width, height: high } = plot.getBoundingClientRect();
-    await library.downloadImage(plot, { format, filename: name, width, height: high, scale: format === "png" ? 2 : 1 });
+    await library.downloadImage(plot, {
+      format,
+      filename: name,
+      width,
+      height: high,
+      scale: format === "png" ? 2 : 1,
+    });
     say(`${name}.${format} was saved.`);
   }
 
@@ -126,7 +168,8 @@ export function figure({ label, name, height = 320, keyboard, python }) {
         const library = await plotly();
         const settings = { responsive: true, displayModeBar: false, doubleClick: "reset" };
         if (python) fill(code, python());
-        if (element.isConnected) await library.react(plot, traces(), styled({ height, ...layout() }), settings);
+        if (element.isConnected)
+          await library.react(plot, traces(), styled({ height, ...layout() }), settings);
       };
       shown.add(redraw);
       await again();

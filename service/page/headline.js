@@ -1,4 +1,7 @@
-/** What a study's ranking comes to, before anything else is read: the design to look at, or why there is none yet. */
+/**
+ * What a study's ranking comes to, before anything else is read: the design to look at, or why there is none
+ * yet.
+ */
 
 import { capital, el, prose } from "./dom.js";
 import { count, short } from "./numbers.js";
@@ -8,20 +11,25 @@ import { FREQUENCY } from "./selection.js";
 export const VALUE = "amplitude_ratio";
 /** A study of which less is computed is a fragment, whose best design says little. */
 const FRAGMENT = 0.5;
-/** Doubts that hold for whichever design is shown; the others are about the optimum, of all that is computed. */
+/**
+ * Doubts that hold for whichever design is shown; the others are about the optimum, of all that is computed.
+ */
 const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
 
 /**
- * The design that a study leads to: the best whose damper does something, where the best of all is one in which it does
- * nothing.
+ * The design that a study leads to: the best whose damper does something, where the best of all is one in
+ * which it does nothing.
  *
  * @param {any} ranked the service's ranking
- * @returns {{best: any, idle: any}} `idle` is the best of all where that is another one; null where there is none
+ * @returns {{best: any, idle: any}} `idle` is the best of all where that is another one; null where there is
+ *   none
  */
 export function leading(ranked) {
   const first = ranked.designs[0] ?? null;
   const acting = ranked.best_with_impacts;
-  return first && acting && first.impact_share === 0 ? { best: acting, idle: first } : { best: first, idle: null };
+  return first && acting && first.impact_share === 0
+    ? { best: acting, idle: first }
+    : { best: first, idle: null };
 }
 
 /**
@@ -34,21 +42,56 @@ export function headline({ record, selection, shown }, ranked) {
   const { best, idle } = leading(ranked);
   if (!best) return null;
   const named = selection.varied.filter((name) => name !== FREQUENCY);
-  const at = named.flatMap((name, i) => [i > 0 && ", ", el("span", { class: "one" }, shown.symbol(name), ` = ${shown.value(name, best[name])}`)]);
+  const at = named.flatMap((name, i) => [
+    i > 0 && ", ",
+    el("span", { class: "one" }, shown.symbol(name), ` = ${shown.value(name, best[name])}`),
+  ]);
   const value = shown.withError(VALUE, best.value, best.error) + shown.unit(VALUE);
   const next = ranked.next_frequencies;
-  // while points are missing a better one may yet come, and of a band only the frequencies that are there are judged
+  const name = ranked.long_name;
+  const judged = shown.has(VALUE) ? name.replace("amplitude ratio", "amplitude") : name;
+  // while points are missing a better one may come; of a band only the frequencies that are there are judged
   const soFar = record.points_done < record.points_total ? " so far" : "";
   const few = record.points_done < FRAGMENT * record.points_total;
-  const doubts = shown.words(ranked).doubts.filter(({ kind }) => OF_EVERY_DESIGN.includes(kind) || !(next || idle || few));
+  const doubts = shown
+    .words(ranked)
+    .doubts.filter(({ kind }) => OF_EVERY_DESIGN.includes(kind) || !(next || idle || few));
   return el(
     "section",
     { class: "box headline", "aria-label": "Best design" },
-    el("h2", {}, next ? "No design is recommended yet" : idle ? `Best design with impacts${soFar}` : `Best design${soFar}`),
-    el("p", {}, capital(`${shown.has(VALUE) ? ranked.long_name.replace("amplitude ratio", "amplitude") : ranked.long_name}${next && idle ? ", the least so far with impacts" : ""}: `), el("strong", {}, value), named.length > 0 && " at ", at, "."),
-    few && el("p", { class: "quiet" }, `Only ${count(record.points_done)} of ${count(record.points_total)} points are computed: a better design is likely among the others.`),
+    el(
+      "h2",
+      {},
+      next
+        ? "No design is recommended yet"
+        : idle
+          ? `Best design with impacts${soFar}`
+          : `Best design${soFar}`,
+    ),
+    el(
+      "p",
+      {},
+      capital(`${judged}${next && idle ? ", the least so far with impacts" : ""}: `),
+      el("strong", {}, value),
+      named.length > 0 && " at ",
+      at,
+      ".",
+    ),
+    few &&
+      el(
+        "p",
+        { class: "quiet" },
+        `Only ${count(record.points_done)} of ${count(record.points_total)} points are computed: a ` +
+          "better design is likely among the others.",
+      ),
     doubts.map(({ sentence }) => el("p", { class: "quiet" }, prose(sentence))),
-    idle && el("p", { class: "quiet" }, `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle never meets a wall: these do not act as particle dampers.`),
+    idle &&
+      el(
+        "p",
+        { class: "quiet" },
+        `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle ` +
+          "never meets a wall: these do not act as particle dampers.",
+      ),
     judgedOver(record.id, shown, next),
   );
 }
@@ -56,11 +99,17 @@ export function headline({ record, selection, shown }, ranked) {
 /**
  * Where one frequency was computed: to the form of a new study, which is this one over a band.
  *
- * @param {string} id @param {import("./shown.js").Shown} shown @param {any} next the frequencies; none where there is a band
+ * @param {string} id @param {import("./shown.js").Shown} shown @param {any} next the frequencies; none where
+ *   there is a band
  */
 export function judgedOver(id, shown, next) {
   if (!next) return null;
   const { start, stop, num } = next;
   const href = `#/new?${new URLSearchParams({ from: id, frequencies: [start, stop, num].join(",") })}`;
-  return el("a", { class: "button primary", href }, `Judge it over ${shown.has(FREQUENCY) ? "f" : "r"} = ${short(start * shown.factor(FREQUENCY))} to ${shown.value(FREQUENCY, stop)}`);
+  return el(
+    "a",
+    { class: "button primary", href },
+    `Judge it over ${shown.has(FREQUENCY) ? "f" : "r"} = ${short(start * shown.factor(FREQUENCY))} to ` +
+      `${shown.value(FREQUENCY, stop)}`,
+  );
 }

@@ -13,7 +13,21 @@ const PLACE = document.documentElement.dataset.docs ?? "";
  * @returns {HTMLElement | false}
  */
 export function help(page, about) {
-  return PLACE !== "" && el("a", { class: "help", href: PLACE + page, target: "_blank", rel: "noopener", title: `Documentation: ${about}`, "aria-label": `Documentation: ${about}` }, "?");
+  return (
+    PLACE !== "" &&
+    el(
+      "a",
+      {
+        class: "help",
+        href: PLACE + page,
+        target: "_blank",
+        rel: "noopener",
+        title: `Documentation: ${about}`,
+        "aria-label": `Documentation: ${about}`,
+      },
+      "?",
+    )
+  );
 }
 
 /** The same as an entry of the navigation. */

@@ -1,11 +1,10 @@
 /** A computed motion: columns over time, as the service samples them, and what is read off them. */
 
 /**
- * @typedef {{time: number[], u: number[], u_rate: number[], v: number[], v_rate: number[], p: (number | null)[],
- *   p_rate: (number | null)[], impact: number[]}} Columns τ in 1/ω_n; structure u, the same against the base v, and particle p, over Z
+ * @typedef {{time: number[], u: number[], u_rate: number[], v: number[], v_rate: number[], p: (number |
+ *   null)[], p_rate: (number | null)[], impact: number[]}} Columns τ in 1/ω_n; structure u, the same against
+ *   the base v, and particle p, over Z
  */
-
-const SAMPLES_PER_CYCLE = 256;
 
 export class History {
   /** @param {Columns} columns @param {number} r the frequency ratio */
@@ -45,7 +44,12 @@ export class History {
     return low;
   }
 
-  /** A column at a time in cycles, straight between samples. @param {keyof Columns} name @param {number} cycle */
+  /**
+   * A column at a time in cycles, straight between samples.
+   *
+   * @param {keyof Columns} name
+   * @param {number} cycle
+   */
   at(name, cycle) {
     const i = this.before(cycle);
     const column = this.columns[name];
@@ -61,36 +65,13 @@ export class History {
     return this.columns.p.map((p, i) => (p === null ? null : p - this.columns.u[i]));
   }
 
-  /** States once a cycle at the same phase, as a Poincaré section shows them. @returns {{u: number[], u_rate: number[]}} */
+  /**
+   * States once a cycle at the same phase, as a Poincaré section shows them.
+   *
+   * @returns {{u: number[], u_rate: number[]}}
+   */
   get strobes() {
     const whole = Array.from({ length: this.length }, (_, k) => k);
     return { u: whole.map((k) => this.at("u", k)), u_rate: whole.map((k) => this.at("u_rate", k)) };
-  }
-
-  /**
-   * Amplitudes of the structure over the frequency, over Z: the discrete Fourier transform over all whole cycles.
-   *
-   * @param {number} most highest multiple of the excitation's frequency
-   * @returns {{multiple: number[], amplitude: number[]}} from the lowest frequency that fits, in steps of it
-   */
-  spectrum(most) {
-    const n = this.length;
-    if (n < 1) return { multiple: [], amplitude: [] };
-    const count = n * SAMPLES_PER_CYCLE;
-    const values = Array.from({ length: count }, (_, k) => this.at("u", k / SAMPLES_PER_CYCLE));
-    const multiple = [];
-    const amplitude = [];
-    for (let m = 1; m <= most * n; m += 1) {
-      let real = 0;
-      let imaginary = 0;
-      for (let k = 0; k < count; k += 1) {
-        const angle = (2 * Math.PI * ((m * k) % count)) / count;
-        real += values[k] * Math.cos(angle);
-        imaginary += values[k] * Math.sin(angle);
-      }
-      multiple.push(m / n);
-      amplitude.push((2 * Math.hypot(real, imaginary)) / count);
-    }
-    return { multiple, amplitude };
   }
 }

@@ -9,8 +9,14 @@ const USUAL = "amplitude_ratio";
 /** @param {import("./study.js").Session} session @returns {{element: HTMLElement, look: () => void}} */
 export function importancePanel(session) {
   const { record, kept, shown } = session;
-  const metrics = session.words.variables.filter((/** @type {any} */ v) => session.variables.includes(v.name) && !v.coded);
-  let metric = kept.one("matters", metrics.map((/** @type {any} */ v) => v.name), USUAL);
+  const metrics = session.words.variables.filter(
+    (/** @type {any} */ v) => session.variables.includes(v.name) && !v.coded,
+  );
+  let metric = kept.one(
+    "matters",
+    metrics.map((/** @type {any} */ v) => v.name),
+    USUAL,
+  );
   const table = el("div");
   let asked = 0;
 
@@ -19,8 +25,16 @@ export function importancePanel(session) {
     try {
       const found = await ask(studyPath(record.id, "importance"), { metric });
       if (mine !== asked) return;
-      const rows = found.dimension.map((/** @type {string} */ name, /** @type {number} */ i) => [shown.title(name), found.share[i], short(found.effect[i] === null ? null : found.effect[i] * shown.factor(metric)) + shown.unit(metric)]);
-      fill(table, bars([...rows, ["Combinations of parameters", found.interactions, ""]]), el("p", { class: "quiet note" }, prose(shown.words(found).note)));
+      const rows = found.dimension.map((/** @type {string} */ name, /** @type {number} */ i) => [
+        shown.title(name),
+        found.share[i],
+        short(found.effect[i] === null ? null : found.effect[i] * shown.factor(metric)) + shown.unit(metric),
+      ]);
+      fill(
+        table,
+        bars([...rows, ["Combinations of parameters", found.interactions, ""]]),
+        el("p", { class: "quiet note" }, prose(shown.words(found).note)),
+      );
     } catch (error) {
       if (mine === asked) fill(table, refusalBox(error));
     }
@@ -31,7 +45,16 @@ export function importancePanel(session) {
     "section",
     { class: "box" },
     el("h2", {}, "What matters"),
-    el("div", { class: "row controls" }, picker("Result", options, metric, (now) => ((metric = now), kept.keep({ matters: now === USUAL ? null : now }), look()))),
+    el(
+      "div",
+      { class: "row controls" },
+      picker(
+        "Result",
+        options,
+        metric,
+        (now) => ((metric = now), kept.keep({ matters: now === USUAL ? null : now }), look()),
+      ),
+    ),
     table,
   );
   return { element, look };
@@ -39,11 +62,25 @@ export function importancePanel(session) {
 
 /** @param {[string, number | null, string][]} rows */
 function bars(rows) {
-  const head = ["Parameter", "Share of the variance", "Span of the mean"].map((text) => el("th", { scope: "col" }, text));
+  const head = ["Parameter", "Share of the variance", "Span of the mean"].map((text) =>
+    el("th", { scope: "col" }, text),
+  );
   const body = rows.map(([name, share, effect]) => {
     const percent = share === null ? null : 100 * share;
-    const bar = percent !== null && el("span", { class: "bar", style: `width: ${Math.min(100, Math.max(0, percent)).toFixed(1)}%` });
-    return el("tr", {}, el("th", { scope: "row" }, name), el("td", { class: "bars" }, bar, el("span", {}, percent === null ? "–" : `${short(percent, 2)} %`)), el("td", {}, effect));
+    const bar =
+      percent !== null &&
+      el("span", { class: "bar", style: `width: ${Math.min(100, Math.max(0, percent)).toFixed(1)}%` });
+    return el(
+      "tr",
+      {},
+      el("th", { scope: "row" }, name),
+      el("td", { class: "bars" }, bar, el("span", {}, percent === null ? "–" : `${short(percent, 2)} %`)),
+      el("td", {}, effect),
+    );
   });
-  return el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Importance of each parameter" }, el("table", { class: "importance" }, el("thead", {}, el("tr", {}, head)), el("tbody", {}, body)));
+  return el(
+    "div",
+    { class: "scroll", tabindex: 0, role: "region", "aria-label": "Importance of each parameter" },
+    el("table", { class: "importance" }, el("thead", {}, el("tr", {}, head)), el("tbody", {}, body)),
+  );
 }

@@ -25,7 +25,14 @@ export class Kept {
     return possible.includes(this.values[name]) ? this.values[name] : usual;
   }
 
-  /** A number that was kept, between two limits. @param {string} name @param {number} low @param {number} high @param {number} usual */
+  /**
+   * A number that was kept, between two limits.
+   *
+   * @param {string} name
+   * @param {number} low
+   * @param {number} high
+   * @param {number} usual
+   */
   number(name, low, high, usual) {
     const value = Number(this.values[name] || NaN);
     return value >= low && value <= high ? value : usual;
@@ -39,7 +46,8 @@ export class Kept {
   /**
    * Keep what is shown now; what is as usual is left out.
    *
-   * @param {Record<string, string | number | boolean | null | undefined>} values null, undefined and "" are as usual
+   * @param {Record<string, string | number | boolean | null | undefined>} values null, undefined and "" are
+   *   as usual
    */
   keep(values) {
     const before = this.href;
@@ -66,13 +74,19 @@ export class Kept {
   }
 }
 
-/** A value of an axis in the fewest digits that tell it from its neighbours. @param {any[]} values @param {number} place */
+/**
+ * A value of an axis in the fewest digits that tell it from its neighbours.
+ *
+ * @param {any[]} values
+ * @param {number} place
+ */
 export function plainly(values, place) {
   const value = values[place];
   if (typeof value !== "number") return String(value);
   for (let digits = 3; digits < 16; digits += 1) {
     const text = String(Number(value.toPrecision(digits)));
-    if (nearest(values, Number(text)) === place && Math.abs(Number(text) - value) <= 1e-9 * Math.abs(value)) return text;
+    if (nearest(values, Number(text)) === place && Math.abs(Number(text) - value) <= 1e-9 * Math.abs(value))
+      return text;
   }
   return String(value);
 }

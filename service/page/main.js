@@ -1,14 +1,19 @@
 /**
- * Which view an address shows. Addresses are fragments, so that each can be linked to and the server knows one page only.
+ * Which view an address shows. Addresses are fragments, so that each can be linked to and the server knows
+ * one page only.
  *
  * @typedef {(() => void) | void} Leave
- * @typedef {(root: HTMLElement, address: {parts: string[], query: URLSearchParams}) => Promise<Leave> | Leave} View
+ * @typedef {(root: HTMLElement, address: {parts: string[], query: URLSearchParams}) => Promise<Leave> |
+ *   Leave} View
  */
 
 import { KEY_NEEDED, refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
 import { accuracyView } from "./accuracy.js";
+import { compareView } from "./compare.js";
 import { designsView } from "./design_list.js";
+import { earthquakeView } from "./earthquake.js";
+import { fitView } from "./fit.js";
 import { documentationLink } from "./help.js";
 import { showSession, signInForm } from "./sign_in.js";
 import { studiesView } from "./studies.js";
@@ -16,7 +21,16 @@ import { studyForm } from "./study_form.js";
 import { studyView } from "./study.js";
 
 /** @type {Record<string, View>} */
-const VIEWS = { "": studiesView, new: studyForm, studies: studyView, designs: designsView, accuracy: accuracyView };
+const VIEWS = {
+  "": studiesView,
+  new: studyForm,
+  studies: studyView,
+  designs: designsView,
+  accuracy: accuracyView,
+  compare: compareView,
+  earthquake: earthquakeView,
+  fit: fitView,
+};
 
 /** @type {Leave} */
 let leave;
@@ -38,7 +52,12 @@ async function show() {
     if (mine === shown) leave = leaving;
     else leaving?.();
   } catch (error) {
-    fill(root, el("h1", {}, "This did not work"), refusalBox(error), el("p", {}, el("a", { href: "#/" }, "All studies")));
+    fill(
+      root,
+      el("h1", {}, "This did not work"),
+      refusalBox(error),
+      el("p", {}, el("a", { href: "#/" }, "All studies")),
+    );
   }
   if (mine === shown) arrived(root);
 }

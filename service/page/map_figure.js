@@ -1,4 +1,7 @@
-/** The traces of a resonance map: the values, their contour lines, what is locked, failed or missing, and what is best. */
+/**
+ * The traces of a resonance map: the values, their contour lines, what is locked, failed or missing, and what
+ * is best.
+ */
 
 import { extentOf, isWide } from "./extent.js";
 import { colour, NARROW } from "./figure.js";
@@ -8,7 +11,11 @@ import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
 /** Symbols of one class on one map; more would hide the values. */
 const MOST_SYMBOLS = 900;
 const LOCKED = 1;
-/** Of which point the class of response is, where a map is reduced over a dimension. @type {Record<string, string>} */
+/**
+ * Of which point the class of response is, where a map is reduced over a dimension.
+ *
+ * @type {Record<string, string>}
+ */
 const WHERE = { max: " where it is largest", min: " where it is smallest" };
 const FAILED_FROM = 2;
 /** Values of an axis that are each written beside it. */
@@ -24,7 +31,8 @@ const ROUNDING = 1e-9;
 /**
  * @typedef {{contours: boolean, classes: boolean}} Overlays
  * @typedef {{x: number, y: number, text: string}} Mark
- * @typedef {{best: (Mark & {acts: boolean, name?: string}) | null, idle: Mark | null, pareto: Mark[], point: {x: number, y: number} | null}} Marks
+ * @typedef {{best: (Mark & {acts: boolean, name?: string}) | null, idle: Mark | null, pareto: Mark[], point:
+ *   {x: number, y: number} | null}} Marks
  *   `acts` where the best is the best with impacts and `idle` the best of all
  */
 
@@ -45,29 +53,58 @@ export function mapTraces(map, overlays, marks, words, beside) {
   const common = { x: map.x, y: map.y, z, zsmooth: false, colorscale: "Cividis" };
   /** @type {Record<string, any>[]} what plotly draws; each kind has keys of its own */
   const traces = [
-    { ...common, type: "heatmap", ...bar, customdata: map.values, hoverongaps: false, hovertemplate: hover(map, coded), name: "" },
+    {
+      ...common,
+      type: "heatmap",
+      ...bar,
+      customdata: map.values,
+      hoverongaps: false,
+      hovertemplate: hover(map, coded),
+      name: "",
+    },
   ];
   if (map.preview) traces.unshift(beneath(map, coloured(map.preview.values), traces[0]));
   const fine = map.x.length >= CONTOUR_POINTS && map.y.length >= CONTOUR_POINTS;
   const levels = overlays.contours && fine && !coded && contourLevels(z);
   if (levels) {
     traces.push({
-      ...common, type: "contour", showscale: false, hoverinfo: "skip", autocontour: false,
-      contours: { ...levels, coloring: "none", showlabels: false }, line: { color: "rgba(255,255,255,.7)", width: 1 }, showlegend: false,
+      ...common,
+      type: "contour",
+      showscale: false,
+      hoverinfo: "skip",
+      autocontour: false,
+      contours: { ...levels, coloring: "none", showlabels: false },
+      line: { color: "rgba(255,255,255,.7)", width: 1 },
+      showlegend: false,
     });
   }
   const kinds = map.metric === "response_class" ? map.values : map.response_class;
   if (kinds && overlays.classes) traces.push(...classSymbols(map, kinds, words));
-  else if (kinds) traces.push(...where(map, kinds, (kind) => kind === LOCKED, `locked to the base${WHERE[map.reduce] ?? ""}`, { symbol: "circle", size: 4, color: "white", line: { width: 1, color: "#444" } }));
+  else if (kinds)
+    traces.push(
+      ...where(map, kinds, (kind) => kind === LOCKED, `locked to the base${WHERE[map.reduce] ?? ""}`, {
+        symbol: "circle",
+        size: 4,
+        color: "white",
+        line: { width: 1, color: "#444" },
+      }),
+    );
   const status = map.metric === "status" ? map.values : map.status;
-  traces.push(...where(map, status, (code) => code >= FAILED_FROM, "failed", { symbol: "x-thin", size: 8, line: { width: 2, color: colour("fault") } }));
+  traces.push(
+    ...where(map, status, (code) => code >= FAILED_FROM, "failed", {
+      symbol: "x-thin",
+      size: 8,
+      line: { width: 2, color: colour("fault") },
+    }),
+  );
   traces.push(...markers(marks));
   return traces;
 }
 
 /**
- * Round levels within the values, at most `CONTOUR_LINES`; none where the values are equal but for rounding, as in a study
- * whose first points are all locked: there the library's own levels leave it without a line to draw, and it fails.
+ * Round levels within the values, at most `CONTOUR_LINES`; none where the values are equal but for rounding,
+ * as in a study whose first points are all locked: there the library's own levels leave it without a line to
+ * draw, and it fails.
  *
  * @param {(number | null)[][]} z
  */
@@ -76,24 +113,51 @@ function contourLevels(z) {
   const span = high - low;
   if (!(span > ROUNDING * Math.max(Math.abs(low), Math.abs(high)))) return null;
   const power = 10 ** Math.floor(Math.log10(span / CONTOUR_LINES));
-  const size = power * /** @type {number} */ ([1, 2, 5, 10, 20].find((digit) => digit * power * CONTOUR_LINES >= span));
+  const size =
+    power * /** @type {number} */ ([1, 2, 5, 10, 20].find((digit) => digit * power * CONTOUR_LINES >= span));
   const [start, end] = [size * (Math.floor(low / size) + 1), size * (Math.ceil(high / size) - 1)];
   return start <= end ? { start, end, size } : null;
 }
 
-/** The coarse map, paler, beneath what is computed of the map itself. @param {any} map @param {(number | null)[][]} z @param {any} above */
+/**
+ * The coarse map, paler, beneath what is computed of the map itself.
+ *
+ * @param {any} map
+ * @param {(number | null)[][]} z
+ * @param {any} above
+ */
 function beneath({ preview, long_name }, z, above) {
   const hovertemplate = `coarse grid: %{customdata:.3~g}<extra></extra>`;
-  return { ...above, x: preview.x, y: preview.y, z, customdata: preview.values, opacity: PALER, showscale: false, hovertemplate, name: `coarse grid, ${long_name}` };
+  return {
+    ...above,
+    x: preview.x,
+    y: preview.y,
+    z,
+    customdata: preview.values,
+    opacity: PALER,
+    showscale: false,
+    hovertemplate,
+    name: `coarse grid, ${long_name}`,
+  };
 }
 
-/** Values as they are coloured, and the bar beside them. @param {any} map @param {(number | null)[][]} [beside] */
+/**
+ * Values as they are coloured, and the bar beside them.
+ *
+ * @param {any} map
+ * @param {(number | null)[][]} [beside]
+ */
 function scale(map, beside) {
   const extent = extentOf([...map.values, ...(beside ?? [])]);
   const title = { text: map.long_name, side: NARROW.matches ? "top" : "right" };
   const ends = (/** @type {number[]} */ [zmin, zmax]) => (beside && zmin < zmax ? { zmin, zmax } : {});
-  if (!isWide(extent)) return { coloured: (/** @type {any[][]} */ rows) => rows, bar: { ...ends(extent), colorbar: { title, ...barLook() } } };
-  const coloured = (/** @type {any[][]} */ rows) => rows.map((row) => row.map((value) => (value > 0 ? Math.log10(value) : null)));
+  if (!isWide(extent))
+    return {
+      coloured: (/** @type {any[][]} */ rows) => rows,
+      bar: { ...ends(extent), colorbar: { title, ...barLook() } },
+    };
+  const coloured = (/** @type {any[][]} */ rows) =>
+    rows.map((row) => row.map((value) => (value > 0 ? Math.log10(value) : null)));
   const ticks = [];
   for (let power = Math.floor(Math.log10(extent[0])); power <= Math.log10(extent[1]); power += 1) {
     for (const digit of [1, 2, 5]) {
@@ -103,7 +167,15 @@ function scale(map, beside) {
   }
   return {
     coloured,
-    bar: { ...ends(extent.map(Math.log10)), colorbar: { title, ...barLook(), tickvals: ticks.map(Math.log10), ticktext: ticks.map((tick) => short(tick, 3)) } },
+    bar: {
+      ...ends(extent.map(Math.log10)),
+      colorbar: {
+        title,
+        ...barLook(),
+        tickvals: ticks.map(Math.log10),
+        ticktext: ticks.map((tick) => short(tick, 3)),
+      },
+    },
   };
 }
 
@@ -116,20 +188,37 @@ function barLook() {
 /** Codes as steps of colour with their names. @param {any} map @param {any} words */
 function codes(map, words) {
   const meanings = map.meanings[map.metric];
-  const known = Object.keys(meanings).map(Number).sort((a, b) => a - b);
+  const known = Object.keys(meanings)
+    .map(Number)
+    .sort((a, b) => a - b);
   const edge = known.length;
-  const colours = known.map((code, i) => (map.metric === "response_class" ? CLASS_LOOKS[String(code)].colour : ["#888888", "#009e73", "#f0e442", "#d55e00"][Math.min(i, 3)]));
-  const colorscale = colours.flatMap((shade, i) => [[i / edge, shade], [(i + 1) / edge, shade]]);
+  const colours = known.map((code, i) =>
+    map.metric === "response_class"
+      ? CLASS_LOOKS[String(code)].colour
+      : ["#888888", "#009e73", "#f0e442", "#d55e00"][Math.min(i, 3)],
+  );
+  const colorscale = colours.flatMap((shade, i) => [
+    [i / edge, shade],
+    [(i + 1) / edge, shade],
+  ]);
   const names = known.map((code) => meanings[code].replaceAll("_", " "));
   return {
-    coloured: (/** @type {any[][]} */ rows) => rows.map((row) => row.map((code) => (code === null ? null : known.indexOf(code)))),
-    bar: { colorscale, zmin: -0.5, zmax: edge - 0.5, colorbar: { ...barLook(), tickvals: known.map((_, i) => i), ticktext: names } },
+    coloured: (/** @type {any[][]} */ rows) =>
+      rows.map((row) => row.map((code) => (code === null ? null : known.indexOf(code)))),
+    bar: {
+      colorscale,
+      zmin: -0.5,
+      zmax: edge - 0.5,
+      colorbar: { ...barLook(), tickvals: known.map((_, i) => i), ticktext: names },
+    },
   };
 }
 
 /** @param {any} map @param {boolean} coded */
 function hover(map, coded) {
-  const place = `${(map.x_title ?? axisTitle(map.x_dimension))} = %{x}<br>${(map.y_title ?? axisTitle(map.y_dimension))} = %{y}<br>`;
+  const place =
+    `${map.x_title ?? axisTitle(map.x_dimension)} = %{x}<br>${map.y_title ?? axisTitle(map.y_dimension)} ` +
+    "= %{y}<br>";
   return coded ? place + "<extra></extra>" : `${place}${map.long_name} = %{customdata:.5~g}<extra></extra>`;
 }
 
@@ -148,7 +237,16 @@ function where(map, codes, holds, name, marker) {
   if (found.length === 0) return [];
   const kept = thinned(found);
   return [
-    { type: "scatter", mode: "markers", x: kept.map(([x]) => x), y: kept.map(([, y]) => y), marker, name, hoverinfo: "skip", showlegend: true },
+    {
+      type: "scatter",
+      mode: "markers",
+      x: kept.map(([x]) => x),
+      y: kept.map(([, y]) => y),
+      marker,
+      name,
+      hoverinfo: "skip",
+      showlegend: true,
+    },
   ];
 }
 
@@ -164,7 +262,10 @@ function classSymbols(map, kinds, words) {
     Number(code) < 0
       ? []
       : where(map, kinds, (kind) => kind === Number(code), name, {
-          symbol: CLASS_LOOKS[code].shape, size: 9, color: CLASS_LOOKS[code].colour, line: { width: 1, color: "white" },
+          symbol: CLASS_LOOKS[code].shape,
+          size: 9,
+          color: CLASS_LOOKS[code].colour,
+          line: { width: 1, color: "white" },
         }),
   );
 }
@@ -175,16 +276,49 @@ function markers({ best, idle, pareto, point }) {
   /** @param {Mark[]} list @param {string} name @param {any} marker */
   const add = (list, name, marker) =>
     traces.push({
-      type: "scatter", mode: "markers", x: list.map((m) => m.x), y: list.map((m) => m.y), text: list.map((m) => m.text),
-      name, marker, hovertemplate: "%{text}<extra></extra>", showlegend: true, cliponaxis: false,
+      type: "scatter",
+      mode: "markers",
+      x: list.map((m) => m.x),
+      y: list.map((m) => m.y),
+      text: list.map((m) => m.text),
+      name,
+      marker,
+      hovertemplate: "%{text}<extra></extra>",
+      showlegend: true,
+      cliponaxis: false,
     });
-  if (pareto.length) add(pareto, "Pareto front", { symbol: "diamond", size: 10, color: "white", line: { width: 2, color: "black" } });
+  if (pareto.length)
+    add(pareto, "Pareto front", {
+      symbol: "diamond",
+      size: 10,
+      color: "white",
+      line: { width: 2, color: "black" },
+    });
   // white within black: seen on light cells and on dark ones, among which it mostly lies
-  if (idle) add([idle], "best, no impact", { symbol: "star", size: 14, color: "white", line: { width: 1.5, color: "black" } });
-  if (best) add([best], best.name ?? (best.acts ? "best with impacts" : "optimum"), { symbol: "star", size: 18, color: "#ff9f40", line: { width: 1.5, color: "black" } });
+  if (idle)
+    add([idle], "best, no impact", {
+      symbol: "star",
+      size: 14,
+      color: "white",
+      line: { width: 1.5, color: "black" },
+    });
+  if (best)
+    add([best], best.name ?? (best.acts ? "best with impacts" : "optimum"), {
+      symbol: "star",
+      size: 18,
+      color: "#ff9f40",
+      line: { width: 1.5, color: "black" },
+    });
   if (point) {
     traces.push({
-      type: "scatter", mode: "markers", x: [point.x], y: [point.y], name: "this point", hoverinfo: "skip", showlegend: true, cliponaxis: false,
+      type: "scatter",
+      mode: "markers",
+      x: [point.x],
+      y: [point.y],
+      name: "this point",
+      hoverinfo: "skip",
+      showlegend: true,
+      cliponaxis: false,
       marker: { symbol: "circle-open", size: 20, color: "#ff3030", line: { width: 3, color: "#ff3030" } },
     });
   }
@@ -199,22 +333,34 @@ function markers({ best, idle, pareto, point }) {
  */
 export function mapLayout(map) {
   return {
-    xaxis: { title: { text: (map.x_title ?? axisTitle(map.x_dimension)) }, ...span(map.x) },
-    yaxis: { title: { text: (map.y_title ?? axisTitle(map.y_dimension)) }, ...span(map.y) },
+    xaxis: { title: { text: map.x_title ?? axisTitle(map.x_dimension) }, ...span(map.x) },
+    yaxis: { title: { text: map.y_title ?? axisTitle(map.y_dimension) }, ...span(map.y) },
     plot_bgcolor: colour("empty"),
     margin: { l: 56, r: 8, t: 12, b: 48 },
     hovermode: "closest",
   };
 }
 
-/** Type and range of an axis: from the outer edge of the first cell to that of the last. @param {number[]} values */
+/**
+ * Type and range of an axis: from the outer edge of the first cell to that of the last.
+ *
+ * @param {number[]} values
+ */
 function span(values) {
   const log = isLogarithmic(values);
   const along = log ? values.map(Math.log10) : values;
-  const half = along.length > 1 ? [(along[1] - along[0]) / 2, (along[along.length - 1] - along[along.length - 2]) / 2] : [0.5, 0.5];
+  const half =
+    along.length > 1
+      ? [(along[1] - along[0]) / 2, (along[along.length - 1] - along[along.length - 2]) / 2]
+      : [0.5, 0.5];
   // within a decade the library writes every digit, one over the other
-  const ticks = log && values.length <= FEW ? { tickvals: values, ticktext: values.map((value) => short(value, 3)) } : {};
-  return { type: log ? "log" : "linear", range: [along[0] - half[0], along[along.length - 1] + half[1]], ...ticks };
+  const few = { tickvals: values, ticktext: values.map((value) => short(value, 3)) };
+  const ticks = !log ? {} : values.length <= FEW ? few : { dtick: "D2" };
+  return {
+    type: log ? "log" : "linear",
+    range: [along[0] - half[0], along[along.length - 1] + half[1]],
+    ...ticks,
+  };
 }
 
 /**
@@ -223,10 +369,23 @@ function span(values) {
  * @param {any} map
  */
 export function lineTraces(map) {
-  return [{ type: "scatter", mode: "lines+markers", x: map.x, y: map.values[0], line: { color: colour("curve-1") }, name: map.long_name }];
+  return [
+    {
+      type: "scatter",
+      mode: "lines+markers",
+      x: map.x,
+      y: map.values[0],
+      line: { color: colour("curve-1") },
+      name: map.long_name,
+    },
+  ];
 }
 
 /** @param {any} map @returns {any} */
 export function lineLayout(map) {
-  return { xaxis: { title: { text: (map.x_title ?? axisTitle(map.x_dimension)) } }, yaxis: { title: { text: map.long_name } }, showlegend: false };
+  return {
+    xaxis: { title: { text: map.x_title ?? axisTitle(map.x_dimension) } },
+    yaxis: { title: { text: map.long_name } },
+    showlegend: false,
+  };
 }

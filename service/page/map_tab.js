@@ -42,16 +42,32 @@ export function mapTab(session, place) {
   const controls = el("div", { class: "row controls" });
 
   function drawControls() {
-    const options = selection.varied.length > 1 ? selection.varied : DIMENSIONS.filter((name) => name === x || name === y);
+    const options =
+      selection.varied.length > 1 ? selection.varied : DIMENSIONS.filter((name) => name === x || name === y);
     const names = /** @type {[string, string][]} */ (options.map((name) => [name, shown.title(name)]));
-    const metrics = session.words.variables.filter((/** @type {any} */ v) => session.variables.includes(v.name));
+    const metrics = session.words.variables.filter((/** @type {any} */ v) =>
+      session.variables.includes(v.name),
+    );
     fill(
       controls,
       picker("Across", names, view.x, (name) => exchange("x", "y", name)),
       picker("Up", names, view.y, (name) => exchange("y", "x", name)),
-      picker("Shown", metrics.map((/** @type {any} */ v) => [v.name, shown.variable(v.name, v.long_name)]), view.metric, (metric) => change({ metric })),
-      checkbox("Contour lines", view.contours, (contours) => (Object.assign(view, { contours }), keep(), draw())),
-      checkbox("Response classes", view.classes, (classes) => (Object.assign(view, { classes }), keep(), draw())),
+      picker(
+        "Shown",
+        metrics.map((/** @type {any} */ v) => [v.name, shown.variable(v.name, v.long_name)]),
+        view.metric,
+        (metric) => change({ metric }),
+      ),
+      checkbox(
+        "Contour lines",
+        view.contours,
+        (contours) => (Object.assign(view, { contours }), keep(), draw()),
+      ),
+      checkbox(
+        "Response classes",
+        view.classes,
+        (classes) => (Object.assign(view, { classes }), keep(), draw()),
+      ),
     );
   }
 
@@ -84,7 +100,9 @@ export function mapTab(session, place) {
     });
   }
 
-  /** What the map is asked for: the other dimensions at the point, the frequency open where the worst counts. */
+  /**
+   * What the map is asked for: the other dimensions at the point, the frequency open where the worst counts.
+   */
   function whole() {
     const except = [view.x, view.y, ...(selection.worst ? [FREQUENCY] : [])];
     return { x: view.x, y: view.y, metric: view.metric, ...selection.at(except) };
@@ -105,7 +123,9 @@ export function mapTab(session, place) {
       if (mine !== asked) return;
       map = shown.map(answer);
       fill(trouble);
-      const its = answer.preview && el("a", { href: `#/studies/${answer.preview.study}` }, "Designs and responses of the coarse grid");
+      const its =
+        answer.preview &&
+        el("a", { href: `#/studies/${answer.preview.study}` }, "Designs and responses of the coarse grid");
       fill(note, prose(said(answer, shown)), its && [" ", its, "."]);
       await draw();
     } catch (error) {
@@ -116,21 +136,42 @@ export function mapTab(session, place) {
   async function draw() {
     if (!map) return;
     const current = map;
-    if (current.y.length === 1) await map_.draw(() => lineTraces(current), () => lineLayout(current));
-    else await map_.draw(() => mapTraces(current, view, marks(), session.words), () => mapLayout(current));
+    if (current.y.length === 1)
+      await map_.draw(
+        () => lineTraces(current),
+        () => lineLayout(current),
+      );
+    else
+      await map_.draw(
+        () => mapTraces(current, view, marks(), session.words),
+        () => mapLayout(current),
+      );
     if (!map_.plot.dataset.wired) wire();
   }
 
   /** What is marked: what lies in this map, not what lies beside it. */
   function marks() {
     const judged = view.x !== FREQUENCY && view.y !== FREQUENCY;
-    const here = (/** @type {any} */ design) => judged && selection.varied.every((name) => [view.x, view.y, FREQUENCY].includes(name) || design[name] === selection.value(name));
-    const mark = (/** @type {any} */ design) => ({ x: design[view.x] * shown.factor(view.x), y: design[view.y] * shown.factor(view.y), text: design.text });
+    const here = (/** @type {any} */ design) =>
+      judged &&
+      selection.varied.every(
+        (name) => [view.x, view.y, FREQUENCY].includes(name) || design[name] === selection.value(name),
+      );
+    const mark = (/** @type {any} */ design) => ({
+      x: design[view.x] * shown.factor(view.x),
+      y: design[view.y] * shown.factor(view.y),
+      text: design.text,
+    });
     return {
       best: found.best && here(found.best) ? { ...mark(found.best), acts: found.idle !== null } : null,
       idle: found.idle && here(found.idle) ? mark(found.idle) : null,
       pareto: found.pareto.filter(here).map(mark),
-      point: selection.chosen ? { x: selection.value(view.x) * shown.factor(view.x), y: selection.value(view.y) * shown.factor(view.y) } : null,
+      point: selection.chosen
+        ? {
+            x: selection.value(view.x) * shown.factor(view.x),
+            y: selection.value(view.y) * shown.factor(view.y),
+          }
+        : null,
     };
   }
 
@@ -143,15 +184,25 @@ export function mapTab(session, place) {
     map_.plot.on("plotly_relayout", (/** @type {any} */ event) => zoomed(event));
   }
 
-  /** What is looked at more closely is kept in the address, and asked for again: a map that was thinned shows more there. @param {any} event */
+  /**
+   * What is looked at more closely is kept in the address, and asked for again: a map that was thinned shows
+   * more there.
+   *
+   * @param {any} event
+   */
   function zoomed(event) {
     if (event["xaxis.autorange"] && view.window.x_range) change({ window: {} });
     else if (event["xaxis.range[0]"] !== undefined || event["yaxis.range[0]"] !== undefined) {
       // kept in ratios, so that an address means the same to who looks at units
       const span = (/** @type {"x" | "y"} */ axis) => {
         const log = map_.plot.layout[`${axis}axis`].type === "log";
-        const ends = map_.plot.layout[`${axis}axis`].range.map((/** @type {number} */ end) => (log ? 10 ** end : end));
-        return ends.map((/** @type {number} */ end) => end / shown.factor(view[axis])).sort((/** @type {number} */ a, /** @type {number} */ b) => a - b).join(",");
+        const ends = map_.plot.layout[`${axis}axis`].range.map((/** @type {number} */ end) =>
+          log ? 10 ** end : end,
+        );
+        return ends
+          .map((/** @type {number} */ end) => end / shown.factor(view[axis]))
+          .sort((/** @type {number} */ a, /** @type {number} */ b) => a - b)
+          .join(",");
       };
       change({ window: { x_range: span("x"), y_range: span("y") } });
     }
@@ -159,7 +210,10 @@ export function mapTab(session, place) {
 
   map_.plot.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
     const steps = /** @type {Record<string, [string, number]>} */ ({
-      ArrowLeft: [view.x, -1], ArrowRight: [view.x, 1], ArrowDown: [view.y, -1], ArrowUp: [view.y, 1],
+      ArrowLeft: [view.x, -1],
+      ArrowRight: [view.x, 1],
+      ArrowDown: [view.y, -1],
+      ArrowUp: [view.y, 1],
     });
     const step = steps[event.key];
     if (!step) return;
@@ -168,7 +222,10 @@ export function mapTab(session, place) {
   });
 
   selection.addEventListener("chosen", () => (JSON.stringify(question()) === last ? draw() : look()));
-  session.changes.addEventListener("grown", throttled(PATIENCE_MILLISECONDS, () => place.isConnected && look()));
+  session.changes.addEventListener(
+    "grown",
+    throttled(PATIENCE_MILLISECONDS, () => place.isConnected && look()),
+  );
 
   drawControls();
   const ranking = designs(session, (now) => {
@@ -181,7 +238,16 @@ export function mapTab(session, place) {
     el(
       "div",
       { class: "study" },
-      el("div", { class: "left" }, head, controls, trouble, map_.element, note, sliders(selection, session.shown)),
+      el(
+        "div",
+        { class: "left" },
+        head,
+        controls,
+        trouble,
+        map_.element,
+        note,
+        sliders(selection, session.shown),
+      ),
       pointPanel(session, () => found.best),
       ranking,
     ),
@@ -222,8 +288,12 @@ function usualAxes(varied) {
 
 /** @param {any} answer @param {import("./shown.js").Shown} shown */
 function said(answer, shown) {
-  const preview = answer.preview ? `The paler rest is a preview: a coarse grid of ${answer.preview.x.length} × ${answer.preview.y.length} places, computed first. ` : "";
-  const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ${preview}` : "";
+  const preview = answer.preview
+    ? `The paler rest is a preview: a coarse grid of ${answer.preview.x.length} × ` +
+      `${answer.preview.y.length} places, computed first. `
+    : "";
+  const share =
+    answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ${preview}` : "";
   const failed = answer.points_failed ? `${answer.points_failed} points failed. ` : "";
   return share + failed + shown.words(answer).note;
 }

@@ -5,21 +5,29 @@ import { inBrackets } from "./shown.js";
 import { WORDS } from "./words.js";
 
 /**
- * Results of a study: those of a suite are in units; over base amplitudes they are where the study is shown so, else ratios.
+ * Results of a study: those of a suite are in units; over base amplitudes they are where the study is shown
+ * so, else ratios.
  *
  * @param {import("./study.js").Session} session @returns {any[]}
  */
 export function measures({ words, variables, shown, selection }) {
   if (RECORD in selection.axes) return words.suite.variables;
-  if (!(AMPLITUDE in selection.axes)) return words.variables.filter((/** @type {any} */ one) => variables.includes(one.name));
+  if (!(AMPLITUDE in selection.axes))
+    return words.variables.filter((/** @type {any} */ one) => variables.includes(one.name));
   const lengths = Object.entries(WORDS.results_in_units).filter(([name]) => variables.includes(name));
   const hidden = shown.inUnits ? lengths.map(([, [source]]) => source) : [];
-  const plain = words.variables.filter((/** @type {any} */ one) => variables.includes(one.name) && !hidden.includes(one.name));
+  const plain = words.variables.filter(
+    (/** @type {any} */ one) => variables.includes(one.name) && !hidden.includes(one.name),
+  );
   const inUnits = lengths.map(([name, [, long_name, units]]) => ({ name, long_name, units, coded: false }));
   return shown.inUnits ? [...inUnits, ...plain] : plain;
 }
 
-/** What a result is called, with the unit that it is shown in. @param {{long_name: string, units: string}} variable */
+/**
+ * What a result is called, with the unit that it is shown in.
+ *
+ * @param {{long_name: string, units: string}} variable
+ */
 export function unitOf({ long_name, units }) {
   return long_name + inBrackets(units);
 }

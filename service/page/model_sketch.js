@@ -21,6 +21,8 @@ function label(x, y, words, sub) {
   return text;
 }
 
+const PARTICLE = ", with the particle m, which has the clearance d on either side and rebounds with e";
+
 /**
  * Base, spring, dashpot, friction pad, cavity and particle.
  *
@@ -30,8 +32,12 @@ export function modelSketch(particle = true) {
   const box = HALF + 28;
   const length = MIDDLE - box - WALL;
   const picture = svg("svg", {
-    viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "sketch model", role: "img",
-    "aria-label": `The structure M on spring k and dashpot c, rubbing with the force F_f on its shaken base z${particle ? ", with the particle m, which has the clearance d on either side and rebounds with e" : ""}`,
+    viewBox: `0 0 ${WIDTH} ${HEIGHT}`,
+    class: "sketch model",
+    role: "img",
+    "aria-label":
+      "The structure M on spring k and dashpot c, rubbing with the force F_f on its shaken base " +
+      `z${particle ? PARTICLE : ""}`,
   });
   picture.append(
     svg("path", { d: `M${WALL},20 V${FLOOR} H${WIDTH - 20}`, class: "line thick" }),
@@ -39,7 +45,10 @@ export function modelSketch(particle = true) {
     svg("path", { d: cylinder(length), class: "line", transform: `translate(${WALL},100)` }),
     svg("rect", { x: MIDDLE - box, y: 36, width: 2 * box, height: 90, rx: 4, class: "mass" }),
     svg("rect", { x: MIDDLE - 26, y: 126, width: 52, height: FLOOR - 128, class: "pad sticks" }),
-    svg("path", { d: `M20,${FLOOR + 24} H${WALL} M${WALL},${FLOOR + 24} l-9,-5 M${WALL},${FLOOR + 24} l-9,5`, class: "line" }),
+    svg("path", {
+      d: `M20,${FLOOR + 24} H${WALL} M${WALL},${FLOOR + 24} l-9,-5 M${WALL},${FLOOR + 24} l-9,5`,
+      class: "line",
+    }),
     label(28, FLOOR + 16, "z"),
     label(WALL + length / 2 - 4, 46, "k"),
     label(WALL + length / 2 - 4, 134, "c"),

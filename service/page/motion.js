@@ -1,9 +1,11 @@
-/** The steady motion of one design: an animated sketch, time history with the gap, phase portrait, spectrum, and where the energy goes. */
+/**
+ * The steady motion of one design: an animated sketch, time history with the gap, phase portrait, spectrum,
+ * and where the energy goes.
+ */
 
 import { refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
-import { colour, CURVES, figure } from "./figure.js";
-import { forceTraces } from "./forces.js";
+import { colour, CURVES, DASHES, figure } from "./figure.js";
 import { History } from "./history.js";
 import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
@@ -19,13 +21,24 @@ const MOST_CYCLES = 60;
 const CYCLES_OF_OTHERS = 12;
 /** The most that the service sends: with fewer, impacts would be among what is left out. */
 const SAMPLES = 20000;
-/** Highest harmonic of the spectrum. */
-const HARMONICS = 8;
 /** Between a closed curve and the frame, over its width. */
 const MARGIN = 0.05;
 /** Of the largest amplitude: what is less is rounding. */
 const NOTHING = 1e-6;
-const MEASURES = ["impacts_per_cycle", "impact_speed_max", "period", "floquet_multiplier", "stick_fraction", "dissipation_per_cycle"];
+const MEASURES = [
+  "impacts_per_cycle",
+  "impact_speed_max",
+  "period",
+  "floquet_multiplier",
+  "stick_fraction",
+  "dissipation_per_cycle",
+];
+const FORCES = [
+  ["spring", "spring"],
+  ["damping", "damping of the structure"],
+  ["friction", "friction"],
+  ["excitation", "force F₀ sin ωt"],
+];
 const LOSSES = /** @type {[string, string][]} */ ([
   ["dissipation_viscous", "damping of the structure"],
   ["dissipation_friction", "friction"],
@@ -38,10 +51,30 @@ export function motionPanel(session) {
   const { record } = session;
   const element = el("div");
   const same = () => pythonLine(null, "simulate", asked);
-  const time = figure({ label: "Time history of the point", name: `time-history-${record.id}`, height: 340, python: same });
-  const phase = figure({ label: "Phase portrait of the point", name: `phase-portrait-${record.id}`, height: 280, python: same });
-  const spectrum = figure({ label: "Spectrum of the point", name: `spectrum-${record.id}`, height: 240, python: same });
-  const forces = figure({ label: "Forces on the structure at the point", name: `forces-${record.id}`, height: 240, python: same });
+  const time = figure({
+    label: "Time history of the point",
+    name: `time-history-${record.id}`,
+    height: 340,
+    python: same,
+  });
+  const phase = figure({
+    label: "Phase portrait of the point",
+    name: `phase-portrait-${record.id}`,
+    height: 280,
+    python: same,
+  });
+  const spectrum = figure({
+    label: "Spectrum of the point",
+    name: `spectrum-${record.id}`,
+    height: 240,
+    python: same,
+  });
+  const forces = figure({
+    label: "Forces on the structure at the point",
+    name: `forces-${record.id}`,
+    height: 240,
+    python: same,
+  });
   const units = unitsOf(session.shown);
   /** @type {Record<string, any>} what was asked for last */
   let asked = {};
@@ -67,32 +100,72 @@ export function motionPanel(session) {
       asked = question;
       const answer = await sendPatiently("simulate", question, tell, signal);
       const history = new History(answer.history, r);
-      const ratios = { clearance: history.particle ? question.clearance_ratio : null, friction: question.friction_ratio };
+      const ratios = {
+        clearance: history.particle ? question.clearance_ratio : null,
+        friction: question.friction_ratio,
+      };
       fill(
         element,
-        el("h3", {}, `Motion at ${session.shown.has(FREQUENCY) ? "f" : "r"} = ${session.shown.value(FREQUENCY, r)}`),
+        el(
+          "h3",
+          {},
+          `Motion at ${session.shown.has(FREQUENCY) ? "f" : "r"} = ${session.shown.value(FREQUENCY, r)}`,
+        ),
         shownNote(record, answer, history),
         sketch(history, ratios, (u) => `${short(u * units.ofLength, 3)} ${units.plain}`),
         time.element,
         phase.element,
         spectrum.element,
         forces.element,
-        el("p", { class: "quiet" }, "Spring, damping and friction; an instantaneous impact has no finite force, so it has no place in the figure."),
+        el(
+          "p",
+          { class: "quiet" },
+          "Spring, damping and friction; an instantaneous impact has no finite force, so it has no " +
+            "place in the figure.",
+        ),
         measures(answer, session),
       );
-      await time.draw(() => timeTraces(history, ratios.clearance, units), () => timeLayout(history, units));
-      await phase.draw(() => phaseTraces(history, units), () => ({
-        xaxis: { title: { text: `displacement x ${units.length}` }, ...around(phaseTraces(history, units), "x") },
-        yaxis: { title: { text: `velocity ${units.speed}` }, ...around(phaseTraces(history, units), "y") },
-      }));
-      await spectrum.draw(() => spectrumTraces(history, r, units), () => ({
-        xaxis: { title: { text: units.frequencyTitle } }, yaxis: { title: { text: `amplitude of x ${units.length}` }, type: "log", dtick: 1, exponentformat: "power" }, showlegend: false, bargap: 0.3,
-      }));
-      const damper = { damping: question.damping_ratio, friction: question.friction_ratio, mass: question.mass_ratio ?? 0, clearance: ratios.clearance, forced: question.excitation === "force" };
-      await forces.draw(() => forceTraces(history, damper, session.shown.factor("friction_ratio")), () => ({
-        xaxis: { title: { text: "cycles of the excitation" }, range: [0, history.length] },
-        yaxis: { title: { text: session.shown.has("friction_ratio") ? "force on the structure [N]" : "force on the structure, over kZ" } },
-      }));
+      await time.draw(
+        () => timeTraces(history, ratios.clearance, units),
+        () => timeLayout(history, units),
+      );
+      await phase.draw(
+        () => phaseTraces(history, units),
+        () => ({
+          xaxis: {
+            title: { text: `displacement x ${units.length}` },
+            ...around(phaseTraces(history, units), "x"),
+          },
+          yaxis: { title: { text: `velocity ${units.speed}` }, ...around(phaseTraces(history, units), "y") },
+        }),
+      );
+      await spectrum.draw(
+        () => spectrumTraces(answer.spectrum, history.length, r, units),
+        () => ({
+          xaxis: { title: { text: units.frequencyTitle } },
+          yaxis: {
+            title: { text: `amplitude of x ${units.length}` },
+            type: "log",
+            dtick: 1,
+            exponentformat: "power",
+          },
+          showlegend: false,
+          bargap: 0.3,
+        }),
+      );
+      await forces.draw(
+        () => forceTraces(history.cycles, answer.forces, session.shown.factor("friction_ratio")),
+        () => ({
+          xaxis: { title: { text: "cycles of the excitation" }, range: [0, history.length] },
+          yaxis: {
+            title: {
+              text: session.shown.has("friction_ratio")
+                ? "force on the structure [N]"
+                : "force on the structure, over kZ",
+            },
+          },
+        }),
+      );
     } catch (error) {
       if (!signal.aborted) fill(element, refusalBox(error));
     }
@@ -101,10 +174,18 @@ export function motionPanel(session) {
   return { element, look };
 }
 
-/** Room around curves along an axis: a line that touches the frame looks cut. @param {any[]} traces @param {"x" | "y"} axis */
+/**
+ * Room around curves along an axis: a line that touches the frame looks cut.
+ *
+ * @param {any[]} traces
+ * @param {"x" | "y"} axis
+ */
 function around(traces, axis) {
   const values = traces.flatMap((trace) => [...trace[axis]]);
-  const [low, high] = values.reduce(([least, most], value) => [Math.min(least, value), Math.max(most, value)], [Infinity, -Infinity]);
+  const [low, high] = values.reduce(
+    ([least, most], value) => [Math.min(least, value), Math.max(most, value)],
+    [Infinity, -Infinity],
+  );
   const room = MARGIN * (high - low);
   return { autorangeoptions: { include: [low - room, high + room] } };
 }
@@ -115,7 +196,11 @@ function cyclesShown(period) {
   return period <= CYCLES ? period * Math.floor(CYCLES / period) : Math.min(period, MOST_CYCLES);
 }
 
-/** What lengths, speeds and frequencies are shown in: all in units or none. @param {import("./shown.js").Shown} shown */
+/**
+ * What lengths, speeds and frequencies are shown in: all in units or none.
+ *
+ * @param {import("./shown.js").Shown} shown
+ */
 function unitsOf(shown) {
   const inUnits = shown.has("impact_speed_max");
   const factor = (/** @type {string} */ name) => (inUnits ? shown.factor(name) : 1);
@@ -130,41 +215,80 @@ function unitsOf(shown) {
   };
 }
 
-/** The point as a request. @param {import("./study.js").Session} session @param {number} r @param {number} cycles @returns {any} */
+/**
+ * The point as a request.
+ *
+ * @param {import("./study.js").Session} session
+ * @param {number} r
+ * @param {number} cycles
+ * @returns {any}
+ */
 function design({ selection, record }, r, cycles) {
   const { particle, contact, excitation } = record.definition;
   /** @type {Record<string, any>} */
-  const ratios = Object.fromEntries(designDimensions(record.definition).map((name) => [name, selection.value(name)]));
-  return { ...ratios, frequency_ratio: r, particle: particle !== false, ...(contact ? { contact } : {}), ...(excitation ? { excitation } : {}), history: cycles, samples: SAMPLES };
+  const ratios = Object.fromEntries(
+    designDimensions(record.definition).map((name) => [name, selection.value(name)]),
+  );
+  return {
+    ...ratios,
+    frequency_ratio: r,
+    particle: particle !== false,
+    ...(contact ? { contact } : {}),
+    ...(excitation ? { excitation } : {}),
+    history: cycles,
+    samples: SAMPLES,
+  };
 }
 
 /** What the figures show. @param {any} record @param {any} answer @param {History} history */
 function shownNote(record, answer, history) {
   const { period } = answer.metrics;
   const cycles = `${history.length} cycle${history.length === 1 ? "" : "s"}`;
-  const repeats = period >= 1 && history.length % period === 0 ? `: the response repeats after ${period === 1 ? "each" : period}` : "";
+  const repeats =
+    period >= 1 && history.length % period === 0
+      ? `: the response repeats after ${period === 1 ? "each" : period}`
+      : "";
   const struck = history.impacts.length;
-  const impacts = history.particle ? ` ${struck === 0 ? "No impact" : struck === 1 ? "One impact" : `${struck} impacts`} in them.` : "";
+  const impacts = history.particle
+    ? ` ${struck === 0 ? "No impact" : struck === 1 ? "One impact" : `${struck} impacts`} in them.`
+    : "";
   const start = record.definition.start ?? "rest";
-  const other = start === "rest" ? "" : " The study starts its points elsewhere, so this may be another response than the stored one.";
-  return el("p", { class: "quiet" }, `${cycles} of the steady response that a start from rest leads to${repeats}.${impacts}${other}`);
+  const other =
+    start === "rest"
+      ? ""
+      : " The study starts its points elsewhere, so this may be another response than the stored one.";
+  return el(
+    "p",
+    { class: "quiet" },
+    `${cycles} of the steady response that a start from rest leads to${repeats}.${impacts}${other}`,
+  );
 }
 
 /** What the simulation measured. @param {any} answer @param {import("./study.js").Session} session */
 function measures({ metrics }, { words, shown }) {
-  const known = words.variables.filter((/** @type {any} */ v) => MEASURES.includes(v.name) && metrics[v.name] !== undefined && metrics[v.name] !== null);
+  const known = words.variables.filter(
+    (/** @type {any} */ v) =>
+      MEASURES.includes(v.name) && metrics[v.name] !== undefined && metrics[v.name] !== null,
+  );
   /** @param {string} name */
   const value = (name) => {
     if (name === "period" && !(metrics[name] >= 1)) return "none: it does not repeat";
     return shown.value(name, metrics[name], 4);
   };
   const total = LOSSES.reduce((sum, [name]) => sum + (metrics[name] ?? 0), 0);
-  const shares = total > 0 && LOSSES.filter(([name]) => metrics[name] > 0).map(([name, of]) => `${of} ${short((100 * metrics[name]) / total, 3)} %`);
+  const shares =
+    total > 0 &&
+    LOSSES.filter(([name]) => metrics[name] > 0).map(
+      ([name, of]) => `${of} ${short((100 * metrics[name]) / total, 3)} %`,
+    );
   return el(
     "dl",
     { class: "facts" },
-    shares && el("div", { class: "long" }, el("dt", {}, "Where the energy goes"), el("dd", {}, shares.join(", "))),
-    known.map((/** @type {any} */ v) => el("div", {}, el("dt", { title: v.doc }, v.long_name), el("dd", {}, value(v.name)))),
+    shares &&
+      el("div", { class: "long" }, el("dt", {}, "Where the energy goes"), el("dd", {}, shares.join(", "))),
+    known.map((/** @type {any} */ v) =>
+      el("div", {}, el("dt", { title: v.doc }, v.long_name), el("dd", {}, value(v.name))),
+    ),
   );
 }
 
@@ -176,16 +300,43 @@ function timeTraces(history, clearance, units) {
   const line = { type: "scatter", mode: "lines", x };
   const base = x.map((cycle) => history.base(cycle) * units.ofLength);
   const traces = /** @type {any[]} */ ([
-    { ...line, y: u.map((value) => value * units.ofLength), name: "structure x", line: { color: first, width: 1.6 } },
+    {
+      ...line,
+      y: u.map((value) => value * units.ofLength),
+      name: "structure x",
+      line: { color: first, width: 1.6 },
+    },
     { ...line, y: base, name: "base z", line: { color: colour("quiet"), width: 1, dash: "dot" } },
   ]);
   const struck = history.impacts;
-  if (struck.length) traces.push(impactMarks(struck.map((i) => x[i]), struck.map((i) => u[i] * units.ofLength)));
+  if (struck.length)
+    traces.push(
+      impactMarks(
+        struck.map((i) => x[i]),
+        struck.map((i) => u[i] * units.ofLength),
+      ),
+    );
   if (clearance === null) return traces;
   const walls = [-clearance, clearance].map((wall) => wall * units.ofLength);
   traces.push(
-    { ...line, yaxis: "y2", y: history.inCavity.map((gap) => (gap === null ? null : gap * units.ofLength)), name: "particle in its cavity", line: { color: second, width: 1.2 } },
-    ...walls.map((wall, i) => ({ type: "scatter", mode: "lines", x: [0, history.length], y: [wall, wall], yaxis: "y2", name: "walls", showlegend: i === 0, line: { color: third, width: 2, dash: "dash" }, hoverinfo: "skip" })),
+    {
+      ...line,
+      yaxis: "y2",
+      y: history.inCavity.map((gap) => (gap === null ? null : gap * units.ofLength)),
+      name: "particle in its cavity",
+      line: { color: second, width: 1.2 },
+    },
+    ...walls.map((wall, i) => ({
+      type: "scatter",
+      mode: "lines",
+      x: [0, history.length],
+      y: [wall, wall],
+      yaxis: "y2",
+      name: "walls",
+      showlegend: i === 0,
+      line: { color: third, width: 2, dash: "dash" },
+      hoverinfo: "skip",
+    })),
   );
   return traces;
 }
@@ -195,7 +346,11 @@ function timeLayout(history, units) {
   const x = { title: { text: "cycles of the excitation" }, range: [0, history.length] };
   const displacement = { title: { text: `x ${units.length}` } };
   if (!history.particle) return { xaxis: x, yaxis: displacement };
-  return { xaxis: { ...x, anchor: "y2" }, yaxis: { ...displacement, domain: [0.52, 1] }, yaxis2: { title: { text: `y − x ${units.length}` }, domain: [0, 0.44] } };
+  return {
+    xaxis: { ...x, anchor: "y2" },
+    yaxis: { ...displacement, domain: [0.52, 1] },
+    yaxis2: { title: { text: `y − x ${units.length}` }, domain: [0, 0.44] },
+  };
 }
 
 /** @param {History} history @param {any} units */
@@ -206,24 +361,72 @@ function phaseTraces(history, units) {
   const lengths = (values) => values.map((value) => value * units.ofLength);
   /** @param {number[]} values */
   const speeds = (values) => values.map((value) => value * units.ofSpeed);
-  const traces = /** @type {any[]} */ ([{ type: "scatter", mode: "lines", x: lengths(u), y: speeds(u_rate), name: "structure", line: { color: first, width: 1.2 } }]);
+  const traces = /** @type {any[]} */ ([
+    {
+      type: "scatter",
+      mode: "lines",
+      x: lengths(u),
+      y: speeds(u_rate),
+      name: "structure",
+      line: { color: first, width: 1.2 },
+    },
+  ]);
   const struck = history.impacts;
-  if (struck.length) traces.push(impactMarks(lengths(struck.map((i) => u[i])), speeds(struck.map((i) => u_rate[i]))));
+  if (struck.length)
+    traces.push(impactMarks(lengths(struck.map((i) => u[i])), speeds(struck.map((i) => u_rate[i]))));
   const strobes = history.strobes;
-  traces.push({ type: "scatter", mode: "markers", x: lengths(strobes.u), y: speeds(strobes.u_rate), name: "once a cycle", cliponaxis: false, marker: { symbol: "circle-open", size: 9, color: third, line: { width: 2 } } });
+  traces.push({
+    type: "scatter",
+    mode: "markers",
+    x: lengths(strobes.u),
+    y: speeds(strobes.u_rate),
+    name: "once a cycle",
+    cliponaxis: false,
+    marker: { symbol: "circle-open", size: 9, color: third, line: { width: 2 } },
+  });
   return traces;
 }
 
-/** @param {History} history @param {number} r @param {any} units */
-function spectrumTraces(history, r, units) {
-  const { multiple, amplitude } = history.spectrum(HARMONICS);
+/**
+ * @param {{multiple: number[], amplitude: number[]}} spectrum
+ * @param {number} cycles
+ * @param {number} r
+ * @param {any} units
+ */
+function spectrumTraces({ multiple, amplitude }, cycles, r, units) {
   const x = multiple.map((m) => m * r * units.ofFrequency);
   const floor = NOTHING * amplitude.reduce((most, value) => Math.max(most, value), 0);
   const y = amplitude.map((value) => (value > floor ? value * units.ofLength : null));
-  return [{ type: "bar", x, y, marker: { color: CURVES()[0] }, width: (0.7 * r * units.ofFrequency) / Math.max(1, history.length), name: "amplitude" }];
+  const width = (0.7 * r * units.ofFrequency) / Math.max(1, cycles);
+  return [{ type: "bar", x, y, marker: { color: CURVES()[0] }, width, name: "amplitude" }];
 }
 
 /** @param {number[]} x @param {number[]} y */
 function impactMarks(x, y) {
-  return { type: "scatter", mode: "markers", x, y, name: "impact", marker: { symbol: "x", size: 7, color: CURVES()[2] } };
+  return {
+    type: "scatter",
+    mode: "markers",
+    x,
+    y,
+    name: "impact",
+    marker: { symbol: "x", size: 7, color: CURVES()[2] },
+  };
+}
+
+/**
+ * The forces that are there, over the cycles.
+ *
+ * @param {number[]} cycles
+ * @param {Record<string, number[]>} forces as the service has them, over k·Z
+ * @param {number} factor from that to what is shown
+ */
+function forceTraces(cycles, forces, factor) {
+  return FORCES.filter(([name]) => forces[name].some((force) => force !== 0)).map(([name, title], i) => ({
+    type: "scatter",
+    mode: "lines",
+    x: cycles,
+    y: forces[name].map((force) => force * factor),
+    name: title,
+    line: { color: CURVES()[i], dash: DASHES[i], width: 1.4 },
+  }));
 }

@@ -9,7 +9,8 @@
 export function short(value, digits = 5) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   const size = Math.abs(value);
-  if (size !== 0 && (size < 1e-4 || size >= 1e7)) return value.toExponential(Math.max(0, digits - 3)).replace("e+", "e");
+  if (size !== 0 && (size < 1e-4 || size >= 1e7))
+    return value.toExponential(Math.max(0, digits - 3)).replace("e+", "e");
   return String(Number(value.toPrecision(digits)));
 }
 
@@ -23,9 +24,17 @@ export function counted(value, noun) {
   return `${count(value)} ${noun}${value === 1 ? "" : "s"}`;
 }
 
-/** A quantity in the unit of a drawing, millimetres for metres. @param {number} value @param {string} units in SI @param {number} digits */
+/**
+ * A quantity in the unit of a drawing, millimetres for metres.
+ *
+ * @param {number} value
+ * @param {string} units in SI
+ * @param {number} digits
+ */
 export function drawn(value, units, digits) {
-  return units === "m" || units === "m/s" ? `${short(1000 * value, digits)} m${units}` : `${short(value, digits)} ${units}`;
+  return units === "m" || units === "m/s"
+    ? `${short(1000 * value, digits)} m${units}`
+    : `${short(value, digits)} ${units}`;
 }
 
 /** A time span. @param {number | null | undefined} seconds */

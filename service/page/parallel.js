@@ -14,7 +14,10 @@ const STEP = 130;
 const STEPS = 100;
 const PATIENCE_MILLISECONDS = 300;
 
-/** @typedef {{name: string, title: string, low: number, high: number, of: (design: any) => number, text: (value: number) => string}} Axis */
+/**
+ * @typedef {{name: string, title: string, low: number, high: number, of: (design: any) => number, text:
+ *   (value: number) => string}} Axis
+ */
 
 /** @param {import("./study.js").Session} session @returns {{element: HTMLElement, look: () => void}} */
 export function parallelPanel(session) {
@@ -34,7 +37,9 @@ export function parallelPanel(session) {
   async function look() {
     const mine = ++asked;
     const filters = {
-      ...(Number.isFinite(limits.speed) ? { max_impact_speed: limits.speed / shown.factor("impact_speed_max") } : {}),
+      ...(Number.isFinite(limits.speed)
+        ? { max_impact_speed: limits.speed / shown.factor("impact_speed_max") }
+        : {}),
       ...(Number.isFinite(limits.stuck) ? { stick_fraction: `0,${limits.stuck}` } : {}),
     };
     try {
@@ -43,7 +48,9 @@ export function parallelPanel(session) {
       found = ranked.designs;
       total = ranked.designs_total;
       axes = axesOf(session, found);
-      brushes = Object.fromEntries(axes.map(({ name }) => [name, brushes[name] ?? readBrush(kept.values[`brush_${name}`])]));
+      brushes = Object.fromEntries(
+        axes.map(({ name }) => [name, brushes[name] ?? readBrush(kept.values[`brush_${name}`])]),
+      );
       fill(place, found.length > 0 && [drawing(), bySliders()]);
       update();
     } catch (error) {
@@ -53,10 +60,11 @@ export function parallelPanel(session) {
 
   const soon = debounced(PATIENCE_MILLISECONDS, look);
 
-  const within = (/** @type {any} */ design) => axes.every((axis) => {
-    const share = shareOf(axis, axis.of(design));
-    return share >= brushes[axis.name][0] - 1e-9 && share <= brushes[axis.name][1] + 1e-9;
-  });
+  const within = (/** @type {any} */ design) =>
+    axes.every((axis) => {
+      const share = shareOf(axis, axis.of(design));
+      return share >= brushes[axis.name][0] - 1e-9 && share <= brushes[axis.name][1] + 1e-9;
+    });
 
   /** @type {Record<string, SVGElement>} */
   let parts = {};
@@ -70,15 +78,35 @@ export function parallelPanel(session) {
       svg("text", { x: xOf(i) - 4, y: TOP + 4, "text-anchor": "end", class: "tick" }, axis.text(axis.high)),
       svg("text", { x: xOf(i) - 4, y: BOTTOM + 4, "text-anchor": "end", class: "tick" }, axis.text(axis.low)),
       (parts[`brush ${axis.name}`] = svg("rect", { x: xOf(i) - 6, width: 12, class: "brush" })),
-      brushing(axis, svg("rect", { x: xOf(i) - 18, y: TOP - 8, width: 36, height: BOTTOM - TOP + 16, class: "handle" })),
+      brushing(
+        axis,
+        svg("rect", { x: xOf(i) - 18, y: TOP - 8, width: 36, height: BOTTOM - TOP + 16, class: "handle" }),
+      ),
     ]);
     const label = `Parallel coordinates of ${found.length} designs; the sliders below limit each axis`;
-    const picture = svg("svg", { viewBox: `0 0 ${width} ${HEIGHT}`, class: "parallel", role: "img", "aria-label": label }, parts.muted, parts.inside, parts.point, parts.best, ...heads);
+    const picture = svg(
+      "svg",
+      { viewBox: `0 0 ${width} ${HEIGHT}`, class: "parallel", role: "img", "aria-label": label },
+      parts.muted,
+      parts.inside,
+      parts.point,
+      parts.best,
+      ...heads,
+    );
     picture.style.minWidth = `${120 * axes.length}px`;
-    return el("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Parallel coordinates" }, picture);
+    return el(
+      "div",
+      { class: "scroll", tabindex: 0, role: "region", "aria-label": "Parallel coordinates" },
+      picture,
+    );
   }
 
-  /** A drag along an axis brushes it, a click on it takes the brush away. @param {Axis} axis @param {SVGElement} handle */
+  /**
+   * A drag along an axis brushes it, a click on it takes the brush away.
+   *
+   * @param {Axis} axis
+   * @param {SVGElement} handle
+   */
   function brushing(axis, handle) {
     let first = 0;
     const share = (/** @type {PointerEvent} */ event) => {
@@ -93,7 +121,8 @@ export function parallelPanel(session) {
     handle.addEventListener("pointermove", (event) => {
       if (!handle.hasPointerCapture(event.pointerId)) return;
       const now = share(event);
-      brushes[axis.name] = Math.abs(now - first) < 0.02 ? [0, 1] : [Math.min(first, now), Math.max(first, now)];
+      brushes[axis.name] =
+        Math.abs(now - first) < 0.02 ? [0, 1] : [Math.min(first, now), Math.max(first, now)];
       update();
     });
     handle.addEventListener("pointerup", (event) => {
@@ -112,7 +141,11 @@ export function parallelPanel(session) {
     const rows = axes.map((axis) => {
       const ends = [0, 1].map((end) => {
         const slider = el("input", {
-          type: "range", min: 0, max: STEPS, step: 1, "aria-label": `${axis.title}, ${end ? "at most" : "at least"}`,
+          type: "range",
+          min: 0,
+          max: STEPS,
+          step: 1,
+          "aria-label": `${axis.title}, ${end ? "at most" : "at least"}`,
           oninput: () => {
             const value = Number(slider.value) / STEPS;
             const [low, high] = brushes[axis.name];
@@ -125,23 +158,49 @@ export function parallelPanel(session) {
       });
       const output = el("output", {});
       inputs[axis.name] = [...ends, output];
-      return el("div", { class: "brushes" }, el("span", { "aria-hidden": "true" }, axis.title), ...ends, output);
+      return el(
+        "div",
+        { class: "brushes" },
+        el("span", { "aria-hidden": "true" }, axis.title),
+        ...ends,
+        output,
+      );
     });
-    return el("details", {}, el("summary", {}, "Limit the axes by sliders"), el("fieldset", { class: "sliders" }, el("legend", {}, "Show only designs with"), rows));
+    return el(
+      "details",
+      {},
+      el("summary", {}, "Limit the axes by sliders"),
+      el("fieldset", { class: "sliders" }, el("legend", {}, "Show only designs with"), rows),
+    );
   }
 
   function keep() {
     const whole = ([low, high] = [0, 1]) => low <= 0 && high >= 1;
-    kept.keep(Object.fromEntries(axes.map(({ name }) => [`brush_${name}`, whole(brushes[name]) ? null : brushes[name].map((share) => short(share, 4)).join(",")])));
+    kept.keep(
+      Object.fromEntries(
+        axes.map(({ name }) => [
+          `brush_${name}`,
+          whole(brushes[name]) ? null : brushes[name].map((share) => short(share, 4)).join(","),
+        ]),
+      ),
+    );
   }
 
   /** Draw what the brushes leave. */
   function update() {
     if (found.length === 0) return void fill(said, "No design is left.");
     const inside = found.filter(within);
-    const best = leading({ designs: inside, best_with_impacts: inside.find((design) => design.impact_share > 0) }).best;
-    const here = found.find((design) => selection.varied.every((name) => name === FREQUENCY || design[name] === selection.value(name)));
-    const path = (/** @type {any[]} */ designs) => designs.map((design) => "M" + axes.map((axis, i) => `${xOf(i)},${yOf(axis, axis.of(design))}`).join("L")).join("");
+    const best = leading({
+      designs: inside,
+      best_with_impacts: inside.find((design) => design.impact_share > 0),
+    }).best;
+    const here = found.find((design) =>
+      selection.varied.every((name) => name === FREQUENCY || design[name] === selection.value(name)),
+    );
+    const path = (/** @type {any[]} */ designs) =>
+      designs
+        .map((design) => "M" + axes.map((axis, i) => `${xOf(i)},${yOf(axis, axis.of(design))}`).join("L"))
+        .join("");
     parts.muted.setAttribute("d", path(found));
     parts.inside.setAttribute("d", path(inside));
     parts.best.setAttribute("d", best ? path([best]) : "");
@@ -159,14 +218,41 @@ export function parallelPanel(session) {
       least.setAttribute("aria-valuetext", text(low));
       most.setAttribute("aria-valuetext", text(high));
     }
-    const of = total > found.length ? ` The study has ${total}: designs without impacts that share one response are drawn as one line, and at most ${MOST} lines are drawn.` : "";
-    fill(said, `${inside.length} of ${found.length} designs are within the limits.${of} `, best && el("button", { type: "button", class: "small", onclick: () => selection.chooseValues(Object.fromEntries(selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, best[name]]))) }, `Go to the best of them, ${shown.value(VALUE, best.value)}`));
+    const of =
+      total > found.length
+        ? ` The study has ${total}: designs without impacts that share one response are drawn as one ` +
+          `line, and at most ${MOST} lines are drawn.`
+        : "";
+    fill(
+      said,
+      `${inside.length} of ${found.length} designs are within the limits.${of} `,
+      best &&
+        el(
+          "button",
+          {
+            type: "button",
+            class: "small",
+            onclick: () =>
+              selection.chooseValues(
+                Object.fromEntries(
+                  selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, best[name]]),
+                ),
+              ),
+          },
+          `Go to the best of them, ${shown.value(VALUE, best.value)}`,
+        ),
+    );
   }
 
   /** @param {string} label @param {"speed" | "stuck"} name @param {Record<string, any>} more */
   function limit(label, name, more) {
     const input = el("input", {
-      type: "number", step: "any", min: 0, placeholder: "any", value: Number.isFinite(limits[name]) ? limits[name] : "", ...more,
+      type: "number",
+      step: "any",
+      min: 0,
+      placeholder: "any",
+      value: Number.isFinite(limits[name]) ? limits[name] : "",
+      ...more,
       oninput: () => {
         limits[name] = input.value === "" ? NaN : Number(input.value);
         kept.keep({ [name]: input.value });
@@ -182,11 +268,17 @@ export function parallelPanel(session) {
     "section",
     { class: "box wide" },
     el("h2", {}, "All designs"),
-    el("p", { class: "quiet" }, "Each line is a design. Drag along an axis to keep only the designs that cross it there; click the axis to remove the limit."),
+    el(
+      "p",
+      { class: "quiet" },
+      "Each line is a design. Drag along an axis to keep only the designs that cross it there; click " +
+        "the axis to remove the limit.",
+    ),
     el(
       "div",
       { class: "row controls" },
-      has("impact_speed_max") && limit(`Impact speed at most${shown.has("impact_speed_max") ? " [m/s]" : " [Z ω_n]"}`, "speed", {}),
+      has("impact_speed_max") &&
+        limit(`Impact speed at most${shown.has("impact_speed_max") ? " [m/s]" : " [Z ω_n]"}`, "speed", {}),
       has("stick_fraction") && limit("Share of time sticking at most", "stuck", { max: 1 }),
     ),
     said,
@@ -195,19 +287,55 @@ export function parallelPanel(session) {
   return { element, look };
 }
 
-/** The axes: what varies, and what comes of it. @param {import("./study.js").Session} session @param {any[]} designs @returns {Axis[]} */
+/**
+ * The axes: what varies, and what comes of it.
+ *
+ * @param {import("./study.js").Session} session
+ * @param {any[]} designs
+ * @returns {Axis[]}
+ */
 function axesOf({ selection, shown }, designs) {
-  const span = (/** @type {number[]} */ values) => values.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
-  const axis = (/** @type {string} */ name, /** @type {string} */ title, /** @type {(design: any) => number} */ of, /** @type {(value: number) => string} */ text) => {
+  const span = (/** @type {number[]} */ values) =>
+    values.reduce(
+      ([low, high], value) => [Math.min(low, value), Math.max(high, value)],
+      [Infinity, -Infinity],
+    );
+  const axis = (
+    /** @type {string} */ name,
+    /** @type {string} */ title,
+    /** @type {(design: any) => number} */ of,
+    /** @type {(value: number) => string} */ text,
+  ) => {
     const [low, high] = span(designs.map(of));
     return { name, title, low, high: high > low ? high : low + 1, of, text };
   };
   const named = selection.varied.filter((name) => name !== FREQUENCY);
-  const plain = (/** @type {string} */ name) => (shown.has(name) ? shown.title(name).replace(/^.* (?=\S+ \[)/, "") : shown.title(name).replace(/^.* /, "")).replace("_", "");
+  const plain = (/** @type {string} */ name) =>
+    (shown.has(name)
+      ? shown.title(name).replace(/^.* (?=\S+ \[)/, "")
+      : shown.title(name).replace(/^.* /, "")
+    ).replace("_", "");
   return [
-    ...named.map((name) => axis(name, plain(name), (design) => design[name], (value) => short(value * shown.factor(name), 3))),
-    axis("impact_share", "impacts", (design) => design.impact_share ?? 0, (value) => `${short(100 * value, 3)} %`),
-    axis("value", shown.has(VALUE) ? `X${shown.unit(VALUE).replace(/^ (.*)$/, " [$1]")}` : "X/Z", (design) => design.value, (value) => short(value * shown.factor(VALUE), 3)),
+    ...named.map((name) =>
+      axis(
+        name,
+        plain(name),
+        (design) => design[name],
+        (value) => short(value * shown.factor(name), 3),
+      ),
+    ),
+    axis(
+      "impact_share",
+      "impacts",
+      (design) => design.impact_share ?? 0,
+      (value) => `${short(100 * value, 3)} %`,
+    ),
+    axis(
+      "value",
+      shown.has(VALUE) ? `X${shown.unit(VALUE).replace(/^ (.*)$/, " [$1]")}` : "X/Z",
+      (design) => design.value,
+      (value) => short(value * shown.factor(VALUE), 3),
+    ),
   ];
 }
 
@@ -237,7 +365,12 @@ function line(kind) {
   return svg("path", { class: kind, fill: "none" });
 }
 
-/** @param {string} tag @param {Record<string, any>} attributes @param {...(Node | string)} children @returns {SVGElement} */
+/**
+ * @param {string} tag
+ * @param {Record<string, any>} attributes
+ * @param {...(Node | string)} children
+ * @returns {SVGElement}
+ */
 function svg(tag, attributes, ...children) {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));

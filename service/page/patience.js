@@ -35,7 +35,11 @@ export async function sendPatiently(path, document, tell, signal = undefined, pa
   }
 }
 
-/** That kernels are compiled, and how many are. @param {any} at what has a phase, with how much of it is over */
+/**
+ * That kernels are compiled, and how many are.
+ *
+ * @param {any} at what has a phase, with how much of it is over
+ */
 export function compiling(at) {
   return `Compiling kernels, ${at.phase_done} of ${counted(at.phase_total, "scene")} done …`;
 }

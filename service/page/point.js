@@ -20,9 +20,23 @@ const NOT_COMPUTED = -1;
 export function pointPanel(session, best) {
   const { selection, record } = session;
   const heading = el("h2", { id: "point" }, "Choose a point");
-  const start = el("button", { type: "button", onclick: () => best() && selection.chooseValues(designOf(best(), selection)) }, "Look at the best design");
-  const about = el("div", {}, el("p", { class: "quiet" }, "Click the map, move the sliders, or take a design from the table."), start);
-  const curve = figure({ label: "Frequency response of the point", name: `response-${record.id}`, height: 260, python: () => pythonLine(record.id, "frequency_response", selection.at([FREQUENCY])) });
+  const start = el(
+    "button",
+    { type: "button", onclick: () => best() && selection.chooseValues(designOf(best(), selection)) },
+    "Look at the best design",
+  );
+  const about = el(
+    "div",
+    {},
+    el("p", { class: "quiet" }, "Click the map, move the sliders, or take a design from the table."),
+    start,
+  );
+  const curve = figure({
+    label: "Frequency response of the point",
+    name: `response-${record.id}`,
+    height: 260,
+    python: () => pythonLine(record.id, "frequency_response", selection.at([FREQUENCY])),
+  });
   const curves = el("div");
   const moving = motionPanel(session);
   /** @type {AbortController | undefined} */
@@ -37,8 +51,13 @@ export function pointPanel(session, best) {
     fill(heading, title(session));
     try {
       const path = studyPath(record.id, "frequency-response");
-      const along = (/** @type {string} */ metric) => (session.variables.includes(metric) ? ask(path, { ...at, metric }, options) : null);
-      const [response, times, periods] = await Promise.all([ask(path, at, options), along("run_time"), along("period")]);
+      const along = (/** @type {string} */ metric) =>
+        session.variables.includes(metric) ? ask(path, { ...at, metric }, options) : null;
+      const [response, times, periods] = await Promise.all([
+        ask(path, at, options),
+        along("run_time"),
+        along("period"),
+      ]);
       const place = frequencyPlace(response);
       fill(about, stored(session, response, times, place));
       await drawCurve(response, place);
@@ -52,32 +71,63 @@ export function pointPanel(session, best) {
     }
   }
 
-  /** The frequency that is looked at: where the response is largest, or what the slider says. @param {any} response */
+  /**
+   * The frequency that is looked at: where the response is largest, or what the slider says.
+   *
+   * @param {any} response
+   */
   function frequencyPlace(response) {
     if (!selection.worst || empty(response)) return selection.place[FREQUENCY];
     const values = response.values.map((/** @type {any} */ value) => value ?? -1);
-    return values.indexOf(values.reduce((/** @type {number} */ a, /** @type {number} */ b) => Math.max(a, b)));
+    return values.indexOf(
+      values.reduce((/** @type {number} */ a, /** @type {number} */ b) => Math.max(a, b)),
+    );
   }
 
   /** @param {any} response @param {number} place */
   async function drawCurve(response, place) {
     if (response.frequency_ratio.length < 2) return fill(curves);
     if (!curve.element.isConnected) fill(curves, el("h3", {}, "Frequency response"), curve.element);
-    await curve.draw(() => curveTraces(response, place, session), () => ({
-      xaxis: { title: { text: session.shown.has(FREQUENCY) ? session.shown.title(FREQUENCY) : "frequency ratio r" } },
-      yaxis: { title: { text: session.shown.variable("amplitude_ratio", response.long_name) }, rangemode: "tozero" },
-    }));
+    await curve.draw(
+      () => curveTraces(response, place, session),
+      () => ({
+        xaxis: {
+          title: {
+            text: session.shown.has(FREQUENCY) ? session.shown.title(FREQUENCY) : "frequency ratio r",
+          },
+        },
+        yaxis: {
+          title: { text: session.shown.variable("amplitude_ratio", response.long_name) },
+          rangemode: "tozero",
+        },
+      }),
+    );
   }
 
   const soon = debounced(PATIENCE_MILLISECONDS, look);
   selection.addEventListener("chosen", soon);
   if (selection.chosen) look();
-  return el("section", { class: "box point", "aria-labelledby": "point" }, help("response-classes/", "classes of response"), heading, about, curves, moving.element);
+  return el(
+    "section",
+    { class: "box point", "aria-labelledby": "point" },
+    help("response-classes/", "classes of response"),
+    heading,
+    about,
+    curves,
+    moving.element,
+  );
 }
 
-/** What a design says about the dimensions that vary. @param {any} design @param {import("./selection.js").Selection} selection */
+/**
+ * What a design says about the dimensions that vary.
+ *
+ * @param {any} design
+ * @param {import("./selection.js").Selection} selection
+ */
 function designOf(design, selection) {
-  return Object.fromEntries(selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, design[name]]));
+  return Object.fromEntries(
+    selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, design[name]]),
+  );
 }
 
 /** The point in symbols. @param {import("./study.js").Session} session */
@@ -93,23 +143,48 @@ function empty(response) {
   return response.values.every((/** @type {number | null} */ value) => value === null);
 }
 
-/** What the study has stored about the point. @param {import("./study.js").Session} session @param {any} response @param {any} times @param {number} place */
+/**
+ * What the study has stored about the point.
+ *
+ * @param {import("./study.js").Session} session
+ * @param {any} response
+ * @param {any} times
+ * @param {number} place
+ */
 function stored(session, response, times, place) {
   const { words, selection, shown } = session;
   const error = response.amplitude_error?.[place];
   const kind = response.response_class && words.response_class[String(response.response_class[place])];
-  const at = `${shown.has(FREQUENCY) ? "f" : "r"} = ${shown.value(FREQUENCY, response.frequency_ratio[place])}`;
+  const r = response.frequency_ratio[place];
+  const at = `${shown.has(FREQUENCY) ? "f" : "r"} = ${shown.value(FREQUENCY, r)}`;
   const x = shown.has("amplitude_ratio") ? "X" : "X/Z";
   const entries = /** @type {[string, string][]} */ ([
-    [selection.worst && !empty(response) ? `Largest ${x}, at ${at}` : `${x} at ${at}`, shown.value("amplitude_ratio", response.values[place], 6)],
+    [
+      selection.worst && !empty(response) ? `Largest ${x}, at ${at}` : `${x} at ${at}`,
+      shown.value("amplitude_ratio", response.values[place], 6),
+    ],
     ["Error", shown.error("amplitude_ratio", response.values[place], error)],
     ["Run time", duration(times?.values[place])],
     ["Response", kind?.sentence ?? "–"],
     ["Status", words.status[String(response.status[place])]],
   ]);
   return [
-    response.values.includes(null) && response.status.includes(NOT_COMPUTED) && el("p", { class: "quiet" }, empty(response) ? `The study has computed no frequency of this point yet; the motion below is the one at ${at}.` : "Not every frequency of this point is computed yet."),
-    el("dl", { class: "facts" }, entries.map(([term, value]) => el("div", { class: value.length > 24 ? "long" : "" }, el("dt", {}, term), el("dd", {}, prose(value))))),
+    response.values.includes(null) &&
+      response.status.includes(NOT_COMPUTED) &&
+      el(
+        "p",
+        { class: "quiet" },
+        empty(response)
+          ? `The study has computed no frequency of this point yet; the motion below is the one at ${at}.`
+          : "Not every frequency of this point is computed yet.",
+      ),
+    el(
+      "dl",
+      { class: "facts" },
+      entries.map(([term, value]) =>
+        el("div", { class: value.length > 24 ? "long" : "" }, el("dt", {}, term), el("dd", {}, prose(value))),
+      ),
+    ),
   ];
 }
 
@@ -119,22 +194,55 @@ function curveTraces(response, place, { words, shown }) {
   const kinds = response.response_class ?? [];
   const present = [...new Set(kinds)].filter((kind) => /** @type {number} */ (kind) >= 0);
   const r = response.frequency_ratio.map((/** @type {number} */ value) => value * shown.factor(FREQUENCY));
-  const amplitude = (/** @type {number | null} */ value) => (value === null ? null : value * shown.factor("amplitude_ratio"));
+  const amplitude = (/** @type {number | null} */ value) =>
+    value === null ? null : value * shown.factor("amplitude_ratio");
   const values = response.values.map(amplitude);
   return [
     {
-      type: "scatter", mode: "lines", x: r, y: values, line: { color: first, width: 1.5 }, showlegend: false, connectgaps: false,
-      error_y: { type: "data", array: response.amplitude_error?.map(amplitude), color: first, thickness: 1, width: 2 }, hoverinfo: "skip",
+      type: "scatter",
+      mode: "lines",
+      x: r,
+      y: values,
+      line: { color: first, width: 1.5 },
+      showlegend: false,
+      connectgaps: false,
+      error_y: {
+        type: "data",
+        array: response.amplitude_error?.map(amplitude),
+        color: first,
+        thickness: 1,
+        width: 2,
+      },
+      hoverinfo: "skip",
     },
     ...present.map((kind) => {
-      const here = r.map((/** @type {number} */ _, /** @type {number} */ i) => i).filter((/** @type {number} */ i) => kinds[i] === kind);
+      const here = r
+        .map((/** @type {number} */ _, /** @type {number} */ i) => i)
+        .filter((/** @type {number} */ i) => kinds[i] === kind);
       const look = CLASS_LOOKS[String(kind)];
       return {
-        type: "scatter", mode: "markers", x: here.map((/** @type {number} */ i) => r[i]), y: here.map((/** @type {number} */ i) => values[i]),
-        name: words.response_class[String(kind)].name, marker: { symbol: look.shape, color: look.colour, size: 8, line: { width: 0.8, color: colour("ink") } },
+        type: "scatter",
+        mode: "markers",
+        x: here.map((/** @type {number} */ i) => r[i]),
+        y: here.map((/** @type {number} */ i) => values[i]),
+        name: words.response_class[String(kind)].name,
+        marker: {
+          symbol: look.shape,
+          color: look.colour,
+          size: 8,
+          line: { width: 0.8, color: colour("ink") },
+        },
         hovertemplate: `%{x:.5~g}${shown.unit(FREQUENCY)}, %{y:.5~g}${shown.unit("amplitude_ratio")}`,
       };
     }),
-    { type: "scatter", mode: "markers", x: [r[place]], y: [values[place]], marker: { symbol: "circle-open", size: 16, color: "#ff3030", line: { width: 2.5 } }, showlegend: false, hoverinfo: "skip" },
+    {
+      type: "scatter",
+      mode: "markers",
+      x: [r[place]],
+      y: [values[place]],
+      marker: { symbol: "circle-open", size: 16, color: "#ff3030", line: { width: 2.5 } },
+      showlegend: false,
+      hoverinfo: "skip",
+    },
   ];
 }

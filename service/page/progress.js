@@ -21,7 +21,10 @@ export function isActive(state) {
 
 /** What is said of results of an earlier solver. @param {any} record */
 export function outdatedNote(record) {
-  return record.outdated && el("p", { class: "quiet outdated" }, "Outdated: computed by an earlier version of the solver.");
+  return (
+    record.outdated &&
+    el("p", { class: "quiet outdated" }, "Outdated: computed by an earlier version of the solver.")
+  );
 }
 
 /** A state as a sign and a word: never by colour alone. @param {string} state */
@@ -38,7 +41,8 @@ export function badge(state) {
 function preparation(record) {
   if (record.phase === "starting") return "Starting workers …";
   if (record.phase === "waiting") return "Waiting for workers …";
-  if (record.phase === "previewing") return `A coarse grid first: ${count(record.phase_done)} of ${counted(record.phase_total, "point")} …`;
+  if (record.phase === "previewing")
+    return `A coarse grid first: ${count(record.phase_done)} of ${counted(record.phase_total, "point")} …`;
   return record.phase === "compiling" ? compiling(record) : "";
 }
 
@@ -46,14 +50,22 @@ function preparation(record) {
 export function progressBar(record) {
   const done = record.points_done;
   const total = record.points_total;
-  const left = record.state === "running" && record.seconds_left > 0 ? `, ${short((total - done) / record.seconds_left, 2)} points/s, ${duration(record.seconds_left)} left` : "";
+  const left =
+    record.state === "running" && record.seconds_left > 0
+      ? `, ${short((total - done) / record.seconds_left, 2)} points/s, ${duration(record.seconds_left)} left`
+      : "";
   const failed = record.points_failed ? `, ${count(record.points_failed)} failed` : "";
   const before = preparation(record);
-  const words = before ? before : done === total ? counted(total, "point") + failed : `${count(done)} of ${counted(total, "point")}${failed}${left}`;
+  const words = before
+    ? before
+    : done === total
+      ? counted(total, "point") + failed
+      : `${count(done)} of ${counted(total, "point")}${failed}${left}`;
   return el(
     "span",
     { class: "progress" },
-    done < total && el("progress", { max: total, value: done, "aria-label": `Progress of ${record.name || record.id}` }),
+    done < total &&
+      el("progress", { max: total, value: done, "aria-label": `Progress of ${record.name || record.id}` }),
     el("span", { class: "words" }, words),
   );
 }
@@ -91,7 +103,9 @@ export function actions(record, onChange) {
   /** @param {string} verb */
   const post = (verb) => ask(studyPath(record.id, verb), {}, { method: "POST" });
   const remove = async () => {
-    const text = `“${name}” and its ${counted(record.points_done, "computed point")} will be gone. This cannot be undone.`;
+    const text =
+      `“${name}” and its ${counted(record.points_done, "computed point")} will be gone. This cannot be ` +
+      "undone.";
     if (!(await confirmed("Delete this study?", text, "Delete it"))) return undefined;
     return ask(studyPath(record.id), {}, { method: "DELETE" });
   };
@@ -106,8 +120,8 @@ export function actions(record, onChange) {
     place,
     active && button("Cancel", () => post("cancel")),
     stopped && button("Resume", () => post("resume")),
-    record.outdated && !active && button("Recompute", recompute, "quiet"),
-    !active && button("Delete", remove, "quiet"),
+    record.outdated && !active && button("Recompute", recompute),
+    !active && button("Delete", remove),
   );
   return place;
 }

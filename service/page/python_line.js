@@ -5,7 +5,9 @@ function literal(value) {
   if (typeof value === "boolean") return value ? "True" : "False";
   if (Array.isArray(value)) return `[${value.map(literal).join(", ")}]`;
   if (value !== null && typeof value === "object") {
-    return `{${Object.entries(value).map(([key, one]) => `${JSON.stringify(key)}: ${literal(one)}`).join(", ")}}`;
+    return `{${Object.entries(value)
+      .map(([key, one]) => `${JSON.stringify(key)}: ${literal(one)}`)
+      .join(", ")}}`;
   }
   return typeof value === "string" ? JSON.stringify(value) : String(value);
 }
@@ -21,5 +23,6 @@ export function pythonLine(study, method, given) {
   const named = Object.entries(given).filter(([, value]) => value !== null && value !== undefined);
   const values = named.map(([name, value]) => `${name}=${literal(value)}`);
   const client = `Client(${literal(new URL(".", document.baseURI).href.replace(/\/$/, ""))})`;
-  return `from damperlab import Client\n\n${client}${study === null ? "" : `.study(${literal(study)})`}.${method}(${values.join(", ")})`;
+  const of = study === null ? "" : `.study(${literal(study)})`;
+  return `from damperlab import Client\n\n${client}${of}.${method}(${values.join(", ")})`;
 }

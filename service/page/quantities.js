@@ -25,8 +25,23 @@ export const RATIOS = fields("axes", WORDS.design_point, {
 export const PHYSICAL = fields("physical", WORDS.prototype, {
   mass_kg: { label: "Mass of the structure M", unit: "kg", low: 0.1, high: 100, step: 0.1 },
   natural_frequency_hz: { label: "Natural frequency", unit: "Hz", low: 0.1, high: 50, step: 0.1 },
-  base_amplitude_m: { label: "Amplitude of the base Z", unit: "mm", scale: 1000, low: 0.1, high: 50, step: 0.1 },
-  clearance_m: { label: "Clearance d", unit: "mm", scale: 1000, low: 0.5, high: 100, step: 0.5, help: "On either side of the particle: half the free cavity length." },
+  base_amplitude_m: {
+    label: "Amplitude of the base Z",
+    unit: "mm",
+    scale: 1000,
+    low: 0.1,
+    high: 50,
+    step: 0.1,
+  },
+  clearance_m: {
+    label: "Clearance d",
+    unit: "mm",
+    scale: 1000,
+    low: 0.5,
+    high: 100,
+    step: 0.5,
+    help: "On either side of the particle: half the free cavity length.",
+  },
   friction_force_n: { label: "Friction force", unit: "N", low: 0, high: 2, step: 0.005 },
   excitation_frequency_hz: { label: "Excitation frequency", unit: "Hz", low: 0.5, high: 8, step: 0.01 },
   particle_mass_kg: { label: "Mass of the particle m", unit: "kg", low: 0, high: 1, step: 0.01 },
@@ -39,12 +54,17 @@ export const PHYSICAL = fields("physical", WORDS.prototype, {
  * @returns {Record<string, Quantity>}
  */
 function fields(section, begins, looks) {
-  const whole = Object.entries(looks).map(([name, look]) => [name, { field: `${section}.${name}`, label: titled(name), usual: begins[name] * (look.scale ?? 1), ...look }]);
+  const whole = Object.entries(looks).map(([name, look]) => [
+    name,
+    { field: `${section}.${name}`, label: titled(name), usual: begins[name] * (look.scale ?? 1), ...look },
+  ]);
   return Object.fromEntries(whole);
 }
 
 /** Which physical quantity stands for which ratio, of those that have a field here. */
-export const STANDS_FOR = Object.fromEntries(Object.entries(WORDS.stands_for).filter(([, name]) => name in PHYSICAL));
+export const STANDS_FOR = Object.fromEntries(
+  Object.entries(WORDS.stands_for).filter(([, name]) => name in PHYSICAL),
+);
 
 /**
  * What a ratio is multiplied with to get its physical quantity.

@@ -18,7 +18,12 @@ export function recordFigures() {
   const spectrum = figure({ label: "Response spectrum of the record", name: "record-spectrum", height: 260 });
   const words = el("p", { class: "quiet" });
   const place = el("div", {});
-  const element = el("details", { class: "more", ontoggle: () => draw() }, el("summary", {}, "What the record looks like"), place);
+  const element = el(
+    "details",
+    { class: "more", ontoggle: () => draw() },
+    el("summary", {}, "What the record looks like"),
+    place,
+  );
   let wanted = "";
   let drawn = "";
 
@@ -28,12 +33,31 @@ export function recordFigures() {
     try {
       const record = await ask(`records/${encodeURIComponent(id)}`);
       if (id !== wanted) return;
-      fill(words, `${record.name}: ${short(record.duration_s, 4)} s in steps of ${short(record.step_s, 3)} s, at most ${short(record.peak_acceleration_g, 3)} g. The spectrum is that of structures with a damping ratio of ${record.damping_ratio} and no damper.`);
+      fill(
+        words,
+        `${record.name}: ${short(record.duration_s, 4)} s in steps of ${short(record.step_s, 3)} s, at ` +
+          `most ${short(record.peak_acceleration_g, 3)} g. The spectrum is that of structures with a ` +
+          `damping ratio of ${record.damping_ratio} and no damper.`,
+      );
       fill(place, words, time.element, spectrum.element);
       const line = { type: "scatter", mode: "lines", line: { color: CURVES()[0], width: 1.2 } };
       const gs = (/** @type {number[]} */ values) => values.map((value) => value / G);
-      await time.draw(() => [{ ...line, x: record.time_s, y: gs(record.acceleration_m_s2), name: "acceleration" }], () => ({ xaxis: { title: { text: "time [s]" } }, yaxis: { title: { text: "acceleration [g]" } }, showlegend: false }));
-      await spectrum.draw(() => [{ ...line, x: record.period_s, y: gs(record.pseudo_acceleration_m_s2), name: "spectrum" }], () => ({ xaxis: { title: { text: "natural period [s]" }, type: "log", dtick: "D2" }, yaxis: { title: { text: "pseudo-acceleration [g]" }, rangemode: "tozero" }, showlegend: false }));
+      await time.draw(
+        () => [{ ...line, x: record.time_s, y: gs(record.acceleration_m_s2), name: "acceleration" }],
+        () => ({
+          xaxis: { title: { text: "time [s]" } },
+          yaxis: { title: { text: "acceleration [g]" } },
+          showlegend: false,
+        }),
+      );
+      await spectrum.draw(
+        () => [{ ...line, x: record.period_s, y: gs(record.pseudo_acceleration_m_s2), name: "spectrum" }],
+        () => ({
+          xaxis: { title: { text: "natural period [s]" }, type: "log", dtick: "D2" },
+          yaxis: { title: { text: "pseudo-acceleration [g]" }, rangemode: "tozero" },
+          showlegend: false,
+        }),
+      );
     } catch (error) {
       if (id === wanted) fill(place, refusalBox(error));
       drawn = "";

@@ -30,7 +30,11 @@ export function recordPicker(chosen, onChange) {
     fill(
       select,
       records.map((/** @type {any} */ one) =>
-        el("option", { value: one.id, selected: one.id === value }, `${one.name} (${short(one.peak_acceleration_g, 2)} g, ${short(one.duration_s, 3)} s)`),
+        el(
+          "option",
+          { value: one.id, selected: one.id === value },
+          `${one.name} (${short(one.peak_acceleration_g, 2)} g, ${short(one.duration_s, 3)} s)`,
+        ),
       ),
     );
     return value;
@@ -64,11 +68,17 @@ export function recordPicker(chosen, onChange) {
  */
 export function uploadField(onKept) {
   const trouble = el("div", { class: "upload faults", role: "alert" });
-  const file = el("input", { type: "file", accept: ".at2,.AT2,.csv,.txt,text/plain,text/csv", onchange: () => upload() });
+  const file = el("input", {
+    type: "file",
+    accept: ".at2,.AT2,.csv,.txt,text/plain,text/csv",
+    onchange: () => upload(),
+  });
   const units = el(
     "select",
     {},
-    [["", "as the file says"], ...WORDS.acceleration_units.map((unit) => [unit, unit.replace("2", "²")])].map(([value, text]) => el("option", { value }, text)),
+    [["", "as the file says"], ...WORDS.acceleration_units.map((unit) => [unit, unit.replace("2", "²")])].map(
+      ([value, text]) => el("option", { value }, text),
+    ),
   );
 
   async function upload() {
@@ -80,12 +90,20 @@ export function uploadField(onKept) {
       const kept = await ask(
         "records",
         { name: text.name.slice(0, 200), units: units.value },
-        { method: "POST", body: text, headers: { "Content-Type": csv ? "text/csv" : "application/octet-stream" } },
+        {
+          method: "POST",
+          body: text,
+          headers: { "Content-Type": csv ? "text/csv" : "application/octet-stream" },
+        },
       );
       await onKept(kept);
       say(`${kept.name} is chosen.`);
     } catch (error) {
-      if (error instanceof Refusal && error.faults.length) fill(trouble, error.faults.map((fault) => el("p", {}, faultText(fault))));
+      if (error instanceof Refusal && error.faults.length)
+        fill(
+          trouble,
+          error.faults.map((fault) => el("p", {}, faultText(fault))),
+        );
       else fill(trouble, refusalBox(error));
     }
     file.value = "";
@@ -96,8 +114,17 @@ export function uploadField(onKept) {
       "details",
       {},
       el("summary", {}, "Upload your own record"),
-      el("p", { class: "quiet" }, "A PEER file (.at2), or two columns: time in seconds and acceleration (.csv)."),
-      el("div", { class: "row" }, el("label", { class: "field" }, el("span", {}, "Unit of the acceleration"), units), el("label", { class: "field" }, el("span", {}, "File"), file)),
+      el(
+        "p",
+        { class: "quiet" },
+        "A PEER file (.at2), or two columns: time in seconds and acceleration (.csv).",
+      ),
+      el(
+        "div",
+        { class: "row" },
+        el("label", { class: "field" }, el("span", {}, "Unit of the acceleration"), units),
+        el("label", { class: "field" }, el("span", {}, "File"), file),
+      ),
     ),
     trouble,
   ];

@@ -1,4 +1,7 @@
-/** A search around the best design: follow-up studies, submitted and waited for until the best is known well enough. */
+/**
+ * A search around the best design: follow-up studies, submitted and waited for until the best is known well
+ * enough.
+ */
 
 import { ask, refusalBox, send, studyPath } from "./api.js";
 import { el, fill, prose, say } from "./dom.js";
@@ -16,13 +19,23 @@ const LOOK_MILLISECONDS = 500;
 export function refinePanel({ record, selection, shown }, judged) {
   const told = el("div", { role: "status" });
   const button = el("button", { type: "button", onclick: search }, "Search around the best design");
-  const stop = el("button", { type: "button", disabled: true, onclick: () => ((stop.disabled = true), (stopped = true)) }, "Stop");
+  const stop = el(
+    "button",
+    { type: "button", disabled: true, onclick: () => ((stop.disabled = true), (stopped = true)) },
+    "Stop",
+  );
   let stopped = false;
   const panel = el(
     "details",
     { class: "more" },
     el("summary", {}, "Refine: is a better design nearby?"),
-    el("p", { class: "quiet" }, "Computes further designs between those of the grid, in studies of their own, until none can be better by 1 % or 20,000 points are spent. What is computed is kept: a search that was stopped goes on from there."),
+    el(
+      "p",
+      { class: "quiet" },
+      "Computes further designs between those of the grid, in studies of their own, until none can be " +
+        "better by 1 % or 20,000 points are spent. What is computed is kept: a search that was stopped " +
+        "goes on from there.",
+    ),
     el("div", { class: "row" }, button, stop),
     told,
   );
@@ -38,7 +51,9 @@ export function refinePanel({ record, selection, shown }, judged) {
         const asked = { ...judged(), with: rounds.map(({ id }) => id).join(",") };
         const answer = await send(studyPath(record.id, "refine"), {}, asked);
         fill(told, outcome(answer, rounds));
-        const further = (answer.follow_ups ?? []).filter((/** @type {any} */ study) => !rounds.some(({ id }) => id === study.id));
+        const further = (answer.follow_ups ?? []).filter(
+          (/** @type {any} */ study) => !rounds.some(({ id }) => id === study.id),
+        );
         if (further.length === 0) return say("The search around the best design has ended.");
         for (const study of further) {
           await ended(study);
@@ -59,9 +74,11 @@ export function refinePanel({ record, selection, shown }, judged) {
     const words = told.appendChild(el("p", {}));
     for (;;) {
       const now = await ask(studyPath(study.id));
-      words.textContent = `Computing ${counted(now.points_total, "further point")}, ${now.points_done} done …`;
+      const further = counted(now.points_total, "further point");
+      words.textContent = `Computing ${further}, ${now.points_done} done …`;
       if (WORDS.ended.includes(now.state)) {
-        if (now.state !== "done") throw new Error(`the follow-up study ${study.id} is ${now.state}. ${now.message ?? ""}`);
+        if (now.state !== "done")
+          throw new Error(`the follow-up study ${study.id} is ${now.state}. ${now.message ?? ""}`);
         return;
       }
       if (over()) return;
@@ -72,12 +89,36 @@ export function refinePanel({ record, selection, shown }, judged) {
   /** @param {any} answer @param {any[]} rounds */
   function outcome({ found, known, steps, note }, rounds) {
     const named = selection.varied.filter((name) => name !== FREQUENCY);
-    const at = named.flatMap((name, i) => [i > 0 && ", ", el("span", { class: "one" }, shown.symbol(name), ` = ${shown.value(name, found[name])}`, steps[name] ? ` ± ${short(steps[name] * shown.factor(name), 2)}` : "")]);
+    const at = named.flatMap((name, i) => [
+      i > 0 && ", ",
+      el(
+        "span",
+        { class: "one" },
+        shown.symbol(name),
+        ` = ${shown.value(name, found[name])}`,
+        steps[name] ? ` ± ${short(steps[name] * shown.factor(name), 2)}` : "",
+      ),
+    ]);
     const last = rounds[rounds.length - 1];
     return [
-      el("p", {}, known ? "Known: " : "So far: ", el("strong", {}, shown.withError(VALUE, found.value, found.error) + shown.unit(VALUE)), " at ", at, "."),
+      el(
+        "p",
+        {},
+        known ? "Known: " : "So far: ",
+        el("strong", {}, shown.withError(VALUE, found.value, found.error) + shown.unit(VALUE)),
+        " at ",
+        at,
+        ".",
+      ),
       !shown.inUnits && el("p", { class: "quiet" }, prose(note)),
-      last && el("p", { class: "quiet" }, `${counted(rounds.length, "follow-up study").replace("studys", "studies")} computed; the last is `, el("a", { href: `#/studies/${last.id}` }, last.id), "."),
+      last &&
+        el(
+          "p",
+          { class: "quiet" },
+          `${counted(rounds.length, "follow-up study").replace("studys", "studies")} computed; the last is `,
+          el("a", { href: `#/studies/${last.id}` }, last.id),
+          ".",
+        ),
     ];
   }
 

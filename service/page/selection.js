@@ -8,7 +8,9 @@ export const AMPLITUDE = "base_amplitude_m";
 
 /** @param {any[]} values @param {any} wanted */
 function placeOf(values, wanted) {
-  return typeof values[0] === "string" ? Math.max(0, values.indexOf(wanted)) : nearest(values, Number(wanted));
+  return typeof values[0] === "string"
+    ? Math.max(0, values.indexOf(wanted))
+    : nearest(values, Number(wanted));
 }
 
 /** The point, and whether the frequency is left open: then a map shows the worst over the band. */
@@ -41,7 +43,9 @@ export class Selection extends EventTarget {
    * @returns {Record<string, number>}
    */
   at(except = []) {
-    return Object.fromEntries(this.varied.filter((name) => !except.includes(name)).map((name) => [name, this.value(name)]));
+    return Object.fromEntries(
+      this.varied.filter((name) => !except.includes(name)).map((name) => [name, this.value(name)]),
+    );
   }
 
   /**

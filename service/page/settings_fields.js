@@ -1,6 +1,7 @@
 /** The settings of a study that are no axes: contact, starts, and when a response counts as steady. */
 
 import { el, picker } from "./dom.js";
+import { field } from "./faults.js";
 import { help } from "./help.js";
 import { WORDS } from "./words.js";
 
@@ -11,13 +12,13 @@ const STARTS = { ensemble: { n: 10, seed: 0 }, continuation: { direction: "up" }
  * A number with its label.
  *
  * @param {string} label
- * @param {string} field
+ * @param {string} path
  * @param {any} value
  * @param {(value: number) => void} onChange
  */
-export function numberField(label, field, value, onChange) {
+export function numberField(label, path, value, onChange) {
   const box = el("input", { type: "number", step: "any", value, oninput: () => onChange(Number(box.value)) });
-  return el("label", { class: "field", "data-field": field }, el("span", {}, label), box, el("span", { class: "faults" }));
+  return field(path, label, box);
 }
 
 /**
@@ -28,14 +29,21 @@ export function numberField(label, field, value, onChange) {
  */
 export function excitationField(study, redraw) {
   const now = study.excitation ?? "base";
-  const put = (/** @type {string} */ next) => redraw({ ...study, excitation: next === "base" ? undefined : next });
+  const put = (/** @type {string} */ next) =>
+    redraw({ ...study, excitation: next === "base" ? undefined : next });
   return el(
     "div",
     { class: "row", "data-field": "excitation" },
     picker("The structure is excited by", Object.entries(WORDS.excitations), now, put),
     help("model/#a-force-on-the-structure", "a force on the structure"),
     el("span", { class: "faults" }),
-    now === "force" && el("p", { class: "quiet" }, "The base stands still. Z is the static displacement F₀/k: γ_F = F_f/F₀, and the amplitude ratio is X k/F₀."),
+    now === "force" &&
+      el(
+        "p",
+        { class: "quiet" },
+        "The base stands still. Z is the static displacement F₀/k: γ_F = F_f/F₀, and the amplitude " +
+          "ratio is X k/F₀.",
+      ),
   );
 }
 
@@ -58,7 +66,9 @@ export function contactField(study, change, redraw) {
       put(model === "instant" ? { model } : { model, contact_time: 0.5 }),
     ),
     contact.model !== "instant" &&
-      numberField("Contact time × ω_n", "contact.contact_time", contact.contact_time, (time) => change("contact.contact_time", time)),
+      numberField("Contact time × ω_n", "contact.contact_time", contact.contact_time, (time) =>
+        change("contact.contact_time", time),
+      ),
     help("contact/", "contact models"),
     el("span", { class: "faults" }),
   );
@@ -78,14 +88,10 @@ export function startField(study, change, redraw) {
   return el(
     "div",
     { class: "row", "data-field": "start" },
-    picker(
-      "Each point starts",
-      Object.entries(WORDS.start_kinds),
-      kind,
-      (chosen) => put(chosen in STARTS ? { kind: chosen, ...STARTS[chosen] } : chosen),
+    picker("Each point starts", Object.entries(WORDS.start_kinds), kind, (chosen) =>
+      put(chosen in STARTS ? { kind: chosen, ...STARTS[chosen] } : chosen),
     ),
-    kind === "ensemble" &&
-      numberField("Number of starts", "start.n", start.n, (n) => change("start.n", n)),
+    kind === "ensemble" && numberField("Number of starts", "start.n", start.n, (n) => change("start.n", n)),
     kind === "continuation" &&
       picker(
         "Direction of the continuation",
@@ -106,7 +112,17 @@ export function steadyField(study, change) {
   return el(
     "div",
     { class: "row" },
-    numberField("Most cycles per point", "steady.max_cycles", steady.max_cycles ?? WORDS.steady.max_cycles, (value) => change("steady.max_cycles", value)),
-    numberField("Tolerance of the mean", "steady.tolerance", steady.tolerance ?? WORDS.steady.tolerance, (value) => change("steady.tolerance", value)),
+    numberField(
+      "Most cycles per point",
+      "steady.max_cycles",
+      steady.max_cycles ?? WORDS.steady.max_cycles,
+      (value) => change("steady.max_cycles", value),
+    ),
+    numberField(
+      "Tolerance of the mean",
+      "steady.tolerance",
+      steady.tolerance ?? WORDS.steady.tolerance,
+      (value) => change("steady.tolerance", value),
+    ),
   );
 }

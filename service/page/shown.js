@@ -83,32 +83,65 @@ export class Shown {
     return this.has(name) ? lowered(QUANTITIES[name][0]) : symbol(name);
   }
 
-  /** A value with its unit. @param {string} name @param {number | null | undefined} value @param {number} [digits] */
+  /**
+   * A value with its unit.
+   *
+   * @param {string} name
+   * @param {number | null | undefined} value
+   * @param {number} [digits]
+   */
   value(name, value, digits = 5) {
-    return value === null || value === undefined ? "–" : short(value * this.factor(name), digits) + this.unit(name);
+    return value === null || value === undefined
+      ? "–"
+      : short(value * this.factor(name), digits) + this.unit(name);
   }
 
-  /** A value without its unit, and its error where a digit that is shown may be wrong. @param {string} name @param {number} value @param {number | null | undefined} error */
+  /**
+   * A value without its unit, and its error where a digit that is shown may be wrong.
+   *
+   * @param {string} name
+   * @param {number} value
+   * @param {number | null | undefined} error
+   */
   withError(name, value, error) {
     const by = this.factor(name);
     const doubt = error && error > SHOWN_DIGIT * Math.abs(value) ? ` ± ${short(error * by, 2)}` : "";
     return short(value * by) + doubt;
   }
 
-  /** The error of a value, in a table: a word where it is rounding. @param {string} name @param {number | null | undefined} value @param {number | null | undefined} error */
+  /**
+   * The error of a value, in a table: a word where it is rounding.
+   *
+   * @param {string} name
+   * @param {number | null | undefined} value
+   * @param {number | null | undefined} error
+   */
   error(name, value, error) {
     if (error === null || error === undefined) return "–";
-    if (value !== null && value !== undefined && error <= WORDS.rounding.share * Math.abs(value)) return WORDS.rounding.word;
+    if (value !== null && value !== undefined && error <= WORDS.rounding.share * Math.abs(value))
+      return WORDS.rounding.word;
     return `± ${this.value(name, error, 2)}`;
   }
 
-  /** What a variable is called, with its unit or what it is over. @param {string} name @param {string} otherwise */
+  /**
+   * What a variable is called, with its unit or what it is over.
+   *
+   * @param {string} name
+   * @param {string} otherwise
+   */
   variable(name, otherwise) {
     if (this.has(name)) return `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]`;
-    return name in WORDS.over && !otherwise.includes("/") ? `${otherwise} over ${WORDS.over[name]}` : otherwise;
+    return name in WORDS.over && !otherwise.includes("/")
+      ? `${otherwise} over ${WORDS.over[name]}`
+      : otherwise;
   }
 
-  /** The words of an answer: those in units where the study is shown so. @param {any} answer @returns {{note: string, verdict: string[], doubts: {kind: string, sentence: string}[]}} */
+  /**
+   * The words of an answer: those in units where the study is shown so.
+   *
+   * @param {any} answer
+   * @returns {{note: string, verdict: string[], doubts: {kind: string, sentence: string}[]}}
+   */
   words(answer) {
     return { note: "", verdict: [], doubts: [], ...answer, ...(this.inUnits ? answer.in_units : {}) };
   }
@@ -126,11 +159,13 @@ export class Shown {
   /**
    * A map less another one that was asked for by `nameInSi`, as it is shown.
    *
-   * @param {any} answer @param {{x: string, y: string, metric: string}} names of its axes and its metric as ratios @returns {any}
+   * @param {any} answer @param {{x: string, y: string, metric: string}} names of its axes and its metric as
+   *   ratios @returns {any}
    */
   mapInSi(answer, { x, y, metric }) {
     const by = (/** @type {string} */ name) => (this.has(name) ? QUANTITIES[name][3] : this.factor(name));
-    const scaled = (/** @type {any[]} */ values, /** @type {string} */ name) => values.map((value) => (value === null ? null : value * by(name)));
+    const scaled = (/** @type {any[]} */ values, /** @type {string} */ name) =>
+      values.map((value) => (value === null ? null : value * by(name)));
     const plane = (/** @type {any[][]} */ rows) => rows.map((row) => scaled(row, metric));
     const unit = this.has(metric) ? "" : inBrackets(answer.units);
     return {
@@ -148,7 +183,8 @@ export class Shown {
 
   /** A map or a curve of the service as it is shown. @param {any} answer @returns {any} */
   map(answer) {
-    const scaled = (/** @type {any[]} */ values, /** @type {number} */ factor) => values.map((value) => (value === null ? null : value * factor));
+    const scaled = (/** @type {any[]} */ values, /** @type {number} */ factor) =>
+      values.map((value) => (value === null ? null : value * factor));
     const { metric, x_dimension: x, y_dimension: y } = answer;
     const by = this.factor(metric);
     const plane = (/** @type {any} */ { x: across, y: up, values }) => ({
@@ -167,15 +203,30 @@ export class Shown {
   }
 }
 
-/** A unit of the service as it is printed, in brackets after a name: lengths in mm; nothing for a ratio. @param {string} units */
+/**
+ * A unit of the service as it is printed, in brackets after a name: lengths in mm; nothing for a ratio.
+ *
+ * @param {string} units
+ */
 export function inBrackets(units) {
-  const printed = units === "m" ? "mm" : units.replace(/ s-(\d)/, (_, power) => (power === "1" ? "/s" : "/s²"));
+  const printed =
+    units === "m" ? "mm" : units.replace(/ s-(\d)/, (_, power) => (power === "1" ? "/s" : "/s²"));
   return units === "1" ? "" : ` [${printed}]`;
 }
 
-/** The switch, where there is something to switch. @param {Shown} shown @param {() => void} again shows the view anew */
+/**
+ * The switch, where there is something to switch.
+ *
+ * @param {Shown} shown
+ * @param {() => void} again shows the view anew
+ */
 export function unitSwitch(shown, again) {
   if (!shown.possible) return null;
-  const choose = el("select", { "aria-label": "Quantities", onchange: () => (shown.remember(choose.value === "units"), again()) }, el("option", { value: "units", selected: shown.inUnits }, "in units"), el("option", { value: "ratios", selected: !shown.inUnits }, "as ratios"));
+  const choose = el(
+    "select",
+    { "aria-label": "Quantities", onchange: () => (shown.remember(choose.value === "units"), again()) },
+    el("option", { value: "units", selected: shown.inUnits }, "in units"),
+    el("option", { value: "ratios", selected: !shown.inUnits }, "as ratios"),
+  );
   return choose;
 }

@@ -1,4 +1,7 @@
-/** Signing in with a key, where the service asks for one: the key is turned into a cookie that no script can read. */
+/**
+ * Signing in with a key, where the service asks for one: the key is turned into a cookie that no script can
+ * read.
+ */
 
 import { ask, refusalBox, send } from "./api.js";
 import { el, fill } from "./dom.js";
@@ -10,7 +13,13 @@ import { el, fill } from "./dom.js";
  * @returns {Node[]}
  */
 export function signInForm(onDone) {
-  const key = el("input", { id: "key", type: "password", autocomplete: "current-password", required: true, maxlength: "200" });
+  const key = el("input", {
+    id: "key",
+    type: "password",
+    autocomplete: "current-password",
+    required: true,
+    maxlength: "200",
+  });
   const trouble = el("div", {});
   const form = el(
     "form",
@@ -28,10 +37,19 @@ export function signInForm(onDone) {
         onDone();
       },
     },
-    el("p", {}, el("label", { for: "key" }, "Key"), " ", key, " ", el("button", { type: "submit" }, "Sign in")),
+    el(
+      "p",
+      {},
+      el("label", { for: "key" }, "Key"),
+      " ",
+      key,
+      " ",
+      el("button", { type: "submit" }, "Sign in"),
+    ),
     trouble,
   );
-  const words = "This service asks for a key. Its operator creates one with the command damperlab admin keys create.";
+  const words =
+    "This service asks for a key. Its operator creates one with the command damperlab admin keys create.";
   return [el("h1", {}, "Sign in"), el("p", {}, words), form];
 }
 

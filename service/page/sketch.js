@@ -1,4 +1,7 @@
-/** A sketch of the damper that moves as it was computed: base, spring and dashpot, friction pad, cavity and particle. */
+/**
+ * A sketch of the damper that moves as it was computed: base, spring and dashpot, friction pad, cavity and
+ * particle.
+ */
 
 import { el, fill } from "./dom.js";
 
@@ -23,7 +26,12 @@ const STUCK = 1e-9;
 /** Nearer to a wall than this share of the clearance the particle rides on it. */
 const RIDES = 1e-6;
 
-/** @param {string} name @param {Record<string, any>} attributes @param {...Element} children @returns {any} */
+/**
+ * @param {string} name
+ * @param {Record<string, any>} attributes
+ * @param {...Element} children
+ * @returns {any}
+ */
 export function svg(name, attributes, ...children) {
   const element = document.createElementNS(SVG, name);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
@@ -34,14 +42,20 @@ export function svg(name, attributes, ...children) {
 /** A spring from 0 to a length. @param {number} length */
 export function coil(length) {
   const turns = 12;
-  const points = Array.from({ length: turns + 1 }, (_, i) => `${(16 + ((length - 32) * i) / turns).toFixed(1)},${i % 2 ? -9 : 9}`);
+  const points = Array.from(
+    { length: turns + 1 },
+    (_, i) => `${(16 + ((length - 32) * i) / turns).toFixed(1)},${i % 2 ? -9 : 9}`,
+  );
   return `M0,0 H16 L${points.slice(1, -1).join(" ")} L${(length - 16).toFixed(1)},0 H${length.toFixed(1)}`;
 }
 
 /** A dashpot from 0 to a length: a piston in a cylinder. @param {number} length */
 export function cylinder(length) {
   const middle = length / 2;
-  return `M0,0 H${middle - 4} M${middle - 4},-8 V8 M${middle - 20},-12 H${middle + 18} V12 H${middle - 20} M${middle + 18},0 H${length}`;
+  return (
+    `M0,0 H${middle - 4} M${middle - 4},-8 V8 M${middle - 20},-12 H${middle + 18} V12 H${middle - 20} ` +
+    `M${middle + 18},0 H${length}`
+  );
 }
 
 /**
@@ -61,22 +75,43 @@ export function sketch(history, { clearance, friction }, say) {
     "g",
     {},
     svg("path", { d: `M0,20 V${FLOOR} H${WIDTH - WALL - 20}`, class: "line thick" }),
-    svg("path", { d: `M0,20 L-14,34 M0,50 L-14,64 M0,80 L-14,94 M0,110 L-14,124 M0,140 L-14,154`, class: "line" }),
+    svg("path", {
+      d: `M0,20 L-14,34 M0,50 L-14,64 M0,80 L-14,94 M0,110 L-14,124 M0,140 L-14,154`,
+      class: "line",
+    }),
   );
   const spring = svg("path", { class: "line" });
   const dashpot = svg("path", { class: "line" });
   const pad = svg("rect", { x: -26, y: 118, width: 52, height: FLOOR - 120, class: "pad" });
   const left = svg("line", { x1: -half, x2: -half, y1: 58, y2: 92, class: "line thick" });
   const right = svg("line", { x1: half, x2: half, y1: 58, y2: 92, class: "line thick" });
-  const mass = svg("g", {}, svg("rect", { x: -box, y: 36, width: 2 * box, height: 82, rx: 4, class: "mass" }));
-  if (clearance !== null) mass.append(svg("rect", { x: -half, y: 58, width: 2 * half, height: 34, class: "cavity" }), left, right);
+  const mass = svg(
+    "g",
+    {},
+    svg("rect", { x: -box, y: 36, width: 2 * box, height: 82, rx: 4, class: "mass" }),
+  );
+  if (clearance !== null)
+    mass.append(svg("rect", { x: -half, y: 58, width: 2 * half, height: 34, class: "cavity" }), left, right);
   if (friction > 0) mass.append(pad);
   const particle = svg("circle", { cy: 75, r: RADIUS, class: "particle" });
-  const picture = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "sketch", role: "img", "aria-label": "Sketch of the damper as it moves" });
+  const picture = svg("svg", {
+    viewBox: `0 0 ${WIDTH} ${HEIGHT}`,
+    class: "sketch",
+    role: "img",
+    "aria-label": "Sketch of the damper as it moves",
+  });
   picture.append(base, spring, dashpot, mass, ...(clearance === null ? [] : [particle]));
 
   const words = el("output", {});
-  const slider = el("input", { type: "range", min: 0, max: Math.max(1, history.length), step: "any", value: 0, "aria-label": "Moment of the motion, in cycles", oninput: () => show(Number(slider.value)) });
+  const slider = el("input", {
+    type: "range",
+    min: 0,
+    max: Math.max(1, history.length),
+    step: "any",
+    value: 0,
+    "aria-label": "Moment of the motion, in cycles",
+    oninput: () => show(Number(slider.value)),
+  });
   const play = el("button", { type: "button", onclick: () => (running ? stop() : start()) }, "Play");
   const slow = el("input", { type: "checkbox" });
   const struck = history.impacts.map((i) => history.cycles[i]);
@@ -152,8 +187,16 @@ export function sketch(history, { clearance, friction }, say) {
       "div",
       { class: "row controls" },
       play,
-      el("button", { type: "button", class: "small", "aria-label": "One step back", onclick: () => step(-STEP) }, "◀"),
-      el("button", { type: "button", class: "small", "aria-label": "One step on", onclick: () => step(STEP) }, "▶"),
+      el(
+        "button",
+        { type: "button", class: "small", "aria-label": "One step back", onclick: () => step(-STEP) },
+        "◀",
+      ),
+      el(
+        "button",
+        { type: "button", class: "small", "aria-label": "One step on", onclick: () => step(STEP) },
+        "▶",
+      ),
       el("label", { class: "check" }, slow, "Slow"),
     ),
     slider,

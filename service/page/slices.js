@@ -14,19 +14,33 @@ const USUAL = "amplitude_ratio";
 /** @param {import("./study.js").Session} session @returns {{element: HTMLElement, look: () => void}} */
 export function slicesPanel(session) {
   const { selection, record, kept, shown } = session;
-  const metrics = session.words.variables.filter((/** @type {any} */ v) => session.variables.includes(v.name) && !v.coded);
-  let metric = kept.one("slice", metrics.map((/** @type {any} */ v) => v.name), USUAL);
+  const metrics = session.words.variables.filter(
+    (/** @type {any} */ v) => session.variables.includes(v.name) && !v.coded,
+  );
+  let metric = kept.one(
+    "slice",
+    metrics.map((/** @type {any} */ v) => v.name),
+    USUAL,
+  );
   const trouble = el("div");
   const charts = selection.varied.map((name) => ({
     name,
-    chart: figure({ label: `${shown.title(name)}: slice through the point`, name: `slice-${name}-${record.id}`, height: 190, python: () => pythonLine(record.id, "resonance_map", question(name)) }),
+    chart: figure({
+      label: `${shown.title(name)}: slice through the point`,
+      name: `slice-${name}-${record.id}`,
+      height: 260,
+      python: () => pythonLine(record.id, "resonance_map", question(name)),
+    }),
   }));
   let asked = 0;
 
   /** A map of one row, or the row of a map at which the point lies. @param {string} name */
   function question(name) {
-    const fixed = DIMENSIONS.find((one) => one !== name && one !== FREQUENCY && selection.axes[one].length === 1);
-    const other = fixed ?? /** @type {string} */ (DIMENSIONS.find((one) => one !== name && one !== FREQUENCY));
+    const fixed = DIMENSIONS.find(
+      (one) => one !== name && one !== FREQUENCY && selection.axes[one].length === 1,
+    );
+    const other =
+      fixed ?? /** @type {string} */ (DIMENSIONS.find((one) => one !== name && one !== FREQUENCY));
     const open = selection.worst && name !== FREQUENCY ? [FREQUENCY] : [];
     return { x: name, y: other, metric, ...selection.at([name, other, ...open]) };
   }
@@ -52,14 +66,41 @@ export function slicesPanel(session) {
     const open = name === FREQUENCY && selection.worst;
     await chart.draw(
       () => [
-        { type: "scatter", mode: "lines+markers", x: map.x, y: row, line: { color: colour("curve-1"), width: 1.5 }, marker: { size: 4 }, name: map.long_name, hovertemplate: "%{x:.5~g}, %{y:.5~g}<extra></extra>" },
-        ...(open ? [] : [{ type: "scatter", mode: "markers", x: [map.x[at]], y: [row[at]], name: "this point", hoverinfo: "skip", marker: { symbol: "circle-open", size: 15, color: "#ff3030", line: { width: 2.5 } } }]),
+        {
+          type: "scatter",
+          mode: "lines+markers",
+          x: map.x,
+          y: row,
+          line: { color: colour("curve-1"), width: 1.5 },
+          marker: { size: 4 },
+          name: map.long_name,
+          hovertemplate: "%{x:.5~g}, %{y:.5~g}<extra></extra>",
+        },
+        ...(open
+          ? []
+          : [
+              {
+                type: "scatter",
+                mode: "markers",
+                x: [map.x[at]],
+                y: [row[at]],
+                name: "this point",
+                hoverinfo: "skip",
+                marker: { symbol: "circle-open", size: 15, color: "#ff3030", line: { width: 2.5 } },
+              },
+            ]),
       ],
-      () => ({ xaxis: { title: { text: map.x_title } }, yaxis: { title: { text: map.long_name }, rangemode: "tozero" }, showlegend: false }),
+      () => ({
+        xaxis: { title: { text: map.x_title } },
+        yaxis: { title: { text: map.long_name }, rangemode: "tozero" },
+        showlegend: false,
+      }),
     );
     if (chart.plot.dataset.wired) return;
     chart.plot.dataset.wired = "yes";
-    chart.plot.on("plotly_click", (/** @type {any} */ event) => selection.choose({ [name]: event.points[0].pointIndex }));
+    chart.plot.on("plotly_click", (/** @type {any} */ event) =>
+      selection.choose({ [name]: event.points[0].pointIndex }),
+    );
   }
 
   selection.addEventListener("chosen", look);
@@ -69,10 +110,28 @@ export function slicesPanel(session) {
     { class: "box wide" },
     help("page/#explore", "these four views"),
     el("h2", {}, "Slices through the point"),
-    el("p", { class: "quiet" }, "Each figure varies one parameter and holds the others at the point; click to move the point. ", selection.worst && "Unless the frequency is chosen, the largest value over all frequencies is shown."),
-    el("div", { class: "row controls" }, picker("Result", options, metric, (now) => ((metric = now), kept.keep({ slice: now === USUAL ? null : now }), look()))),
+    el(
+      "p",
+      { class: "quiet" },
+      "Each figure varies one parameter and holds the others at the point; click to move the point. ",
+      selection.worst && "Unless the frequency is chosen, the largest value over all frequencies is shown.",
+    ),
+    el(
+      "div",
+      { class: "row controls" },
+      picker(
+        "Result",
+        options,
+        metric,
+        (now) => ((metric = now), kept.keep({ slice: now === USUAL ? null : now }), look()),
+      ),
+    ),
     trouble,
-    el("div", { class: "slices" }, charts.map(({ chart }) => chart.element)),
+    el(
+      "div",
+      { class: "slices" },
+      charts.map(({ chart }) => chart.element),
+    ),
   );
   return { element, look };
 }

@@ -15,7 +15,9 @@ export function sliders(selection, shown, curves = false) {
   const place = el("fieldset", { class: "sliders" });
   /** @type {Record<string, {slider: any, output: any}>} */
   const parts = {};
-  const dimensions = selection.varied.filter((dimension) => dimension !== RECORD && dimension !== AMPLITUDE && (!curves || dimension !== FREQUENCY));
+  const dimensions = selection.varied.filter(
+    (dimension) => dimension !== RECORD && dimension !== AMPLITUDE && (!curves || dimension !== FREQUENCY),
+  );
   const rows = dimensions.map((dimension) => {
     const values = selection.axes[dimension];
     const output = el("output", {});
@@ -28,10 +30,22 @@ export function sliders(selection, shown, curves = false) {
       oninput: () => selection.choose({ [dimension]: Number(slider.value) }),
     });
     parts[dimension] = { slider, output };
-    return el("div", { class: "slider" }, el("span", { "aria-hidden": "true" }, shown.has(dimension) ? shown.title(dimension) : [NAMES[dimension], " ", symbol(dimension)]), slider, output);
+    return el(
+      "div",
+      { class: "slider" },
+      el(
+        "span",
+        { "aria-hidden": "true" },
+        shown.has(dimension) ? shown.title(dimension) : [NAMES[dimension], " ", symbol(dimension)],
+      ),
+      slider,
+      output,
+    );
   });
   const band = dimensions.includes(FREQUENCY);
-  const worst = checkbox("Judge by the worst over all frequencies", selection.worst, (on) => selection.leaveFrequency(on));
+  const worst = checkbox("Judge by the worst over all frequencies", selection.worst, (on) =>
+    selection.leaveFrequency(on),
+  );
   fill(place, el("legend", {}, "The design point"), rows, band && worst);
 
   function update() {

@@ -1,37 +1,80 @@
 /** Fields of a specification: one number each, or from one to another, at its place in the document. */
 
 import { capital, el } from "./dom.js";
+import { field } from "./faults.js";
+import { listBox } from "./list_field.js";
 
 /** @typedef {import("./words.js").SpecifiedField} SpecifiedField */
+/** @typedef {import("./document_form.js").Held} Held */
 
 /**
- * @typedef {{get: (path: string) => any, set: (path: string, value: any) => void, again: () => void}} Held the document,
- *   by the paths of its fields; `again` draws the fields anew
+ * Fields with a title, and a place for faults.
+ *
+ * @param {string} title
+ * @param {string} path
+ * @param {any[]} children
  */
-
-/** Fields with a title, and a place for faults. @param {string} title @param {string} field @param {any[]} children */
-export function group(title, field, children) {
-  return el("fieldset", { "data-field": field }, el("legend", {}, title), el("div", { class: "pairs" }, children), el("div", { class: "faults" }));
+export function group(title, path, children) {
+  return el(
+    "fieldset",
+    { "data-field": path },
+    el("legend", {}, title),
+    el("div", { class: "pairs" }, children),
+    el("div", { class: "faults" }),
+  );
 }
 
-/** One number. @param {Held} held @param {string} path @param {SpecifiedField} each @param {string} [title] */
+/**
+ * One number.
+ *
+ * @param {Held} held
+ * @param {string} path
+ * @param {SpecifiedField} each
+ * @param {string} [title]
+ */
 export function number(held, path, each, title = titled(each)) {
   const value = held.get(path);
-  const box = el("input", { type: "number", step: "any", value: shown(value, each), placeholder: each.usual_value ?? "", oninput: () => held.set(path, read(box.value, each)) });
-  return el("label", { class: "field", "data-field": path }, el("span", {}, title), box, el("span", { class: "faults" }));
+  const box = el("input", {
+    type: "number",
+    step: "any",
+    value: shown(value, each),
+    placeholder: each.usual_value ?? "",
+    oninput: () => held.set(path, read(box.value, each)),
+  });
+  return field(path, title, box, each);
 }
 
-/** A number, or from one to another. @param {Held} held @param {string} path @param {SpecifiedField} each @param {string} [title] */
+/**
+ * A number, or from one to another.
+ *
+ * @param {Held} held
+ * @param {string} path
+ * @param {SpecifiedField} each
+ * @param {string} [title]
+ */
 export function span(held, path, each, title = titled(each)) {
   const value = held.get(path);
-  const [low, high] = value !== null && typeof value === "object" ? [value.start, value.stop] : [value, undefined];
-  const start = el("input", { type: "number", step: "any", value: shown(low, each), "aria-label": `${titled(each)}, from`, oninput: () => change() });
-  const stop = el("input", { type: "number", step: "any", value: shown(high, each), "aria-label": `${titled(each)}, to; empty for one value`, oninput: () => change() });
+  const [low, high] =
+    value !== null && typeof value === "object" ? [value.start, value.stop] : [value, undefined];
+  const start = el("input", {
+    type: "number",
+    step: "any",
+    value: shown(low, each),
+    "aria-label": `${titled(each)}, from`,
+    oninput: () => change(),
+  });
+  const stop = el("input", {
+    type: "number",
+    step: "any",
+    value: shown(high, each),
+    "aria-label": `${titled(each)}, to; empty for one value`,
+    oninput: () => change(),
+  });
   function change() {
     const [one, other] = [read(start.value, each), read(stop.value, each)];
     held.set(path, other === undefined ? one : { start: one, stop: other });
   }
-  return el("div", { class: "field", "data-field": path }, el("span", {}, title), el("span", { class: "ends" }, start, "to", stop), el("span", { class: "faults" }));
+  return field(path, title, [el("span", { class: "ends" }, start, "to", stop)], each);
 }
 
 /** What stands above a field. @param {SpecifiedField} each */
@@ -44,9 +87,29 @@ export function shown(value, each) {
   return typeof value === "number" ? Number((value * each.scale).toPrecision(12)) : (value ?? "");
 }
 
-/** A number as it was typed; text stays what it is, for the service to judge. @param {string} typed @param {SpecifiedField} each @returns {any} */
+/**
+ * A number as it was typed; text stays what it is, for the service to judge.
+ *
+ * @param {string} typed
+ * @param {SpecifiedField} each
+ * @returns {any}
+ */
 export function read(typed, each) {
   if (typed.trim() === "") return undefined;
   const value = Number(typed);
   return Number.isNaN(value) ? typed : Number((value / each.scale).toPrecision(15));
+}
+
+/**
+ * A list of numbers, or of what else its parts are read as.
+ *
+ * @param {Held} held
+ * @param {string} path
+ * @param {SpecifiedField} each
+ * @param {{title?: string, value: string, between?: RegExp, entry?: (part: string) => unknown}} list
+ */
+export function numbers(held, path, each, { title = titled(each), value, between, entry }) {
+  const one = entry ?? ((/** @type {string} */ part) => read(part, each));
+  const put = (/** @type {string[]} */ parts) => held.set(path, parts.map(one));
+  return field(path, title, listBox(value, put, { "aria-label": title }, between), each);
 }

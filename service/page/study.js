@@ -21,7 +21,8 @@ import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 /**
- * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget, kept: Kept, shown: Shown}} Session
+ * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget, kept:
+ *   Kept, shown: Shown, renamed: (name: string) => void}} Session
  * @typedef {(session: Session, place: HTMLElement) => void | Promise<void>} Tab
  */
 
@@ -31,14 +32,14 @@ const TABS = [
   ["explore", "Explore", explorerTab],
   ["tmd", "Tuned mass damper", comparisonTab],
   ["earthquake", "Earthquake", earthquakeTab],
-  ["beside", "Beside another", besideTab],
+  ["beside", "Compare", besideTab],
   ["data", "Data", dataTab],
 ];
 
 /** What can be asked of dampers that are judged by their worst case. @type {[string, string, Tab][]} */
 const DAMPER_TABS = [
   ["map", "Map and dampers", dampersTab],
-  ["beside", "Beside another", besideTab],
+  ["beside", "Compare", besideTab],
   ["data", "Data", dataTab],
 ];
 
@@ -54,6 +55,7 @@ export async function studyView(root, { parts, query }) {
     words,
     changes: new EventTarget(),
     shown: new Shown(record.definition),
+    renamed: () => undefined,
     kept: new Kept(`#/studies/${record.id}/${parts[1] ?? "map"}`, query),
   };
   if (session.selection.worst) session.selection.worst = session.kept.on("worst", true);
@@ -81,12 +83,21 @@ export async function studyView(root, { parts, query }) {
         "div",
         { class: "row" },
         unitSwitch(session.shown, () => window.dispatchEvent(new Event("hashchange"))),
-        el("a", { class: "button small", href: `#/new?${new URLSearchParams({ from: record.id })}` }, "Clone"),
+        el(
+          "a",
+          { class: "button small", href: `#/new?${new URLSearchParams({ from: record.id })}` },
+          "Edit a copy",
+        ),
         steering,
       ),
     ),
     state,
   );
+  session.renamed = (name) => {
+    session.record.name = name;
+    title.textContent = name || record.id;
+    document.title = `${title.textContent} · damperlab`;
+  };
   let steered = "";
   const place = el("div", { class: "tab" });
   /** @type {(() => void) | undefined} */
@@ -103,7 +114,12 @@ export async function studyView(root, { parts, query }) {
     );
   }
 
-  /** What can be done with the study in its state; where a button that was held is gone, the title holds the keyboard. @param {any} now */
+  /**
+   * What can be done with the study in its state; where a button that was held is gone, the title holds the
+   * keyboard.
+   *
+   * @param {any} now
+   */
   function steer(now) {
     const held = steering.contains(document.activeElement);
     steered = `${now.state} ${now.outdated}`;
@@ -123,7 +139,10 @@ export async function studyView(root, { parts, query }) {
   function update(changed) {
     const before = session.record;
     // a coarse grid that has just been computed is a map, too
-    const grown = changed.blocks_done !== before.blocks_done || changed.state !== before.state || (before.phase === "previewing" && changed.phase !== before.phase);
+    const grown =
+      changed.blocks_done !== before.blocks_done ||
+      changed.state !== before.state ||
+      (before.phase === "previewing" && changed.phase !== before.phase);
     session.record = { ...session.record, ...changed };
     drawHead();
     if (grown) session.changes.dispatchEvent(new Event("grown"));
@@ -175,7 +194,7 @@ function keepPoint({ selection, kept }) {
  */
 function tabList(id, current, place, session) {
   const tabs = RECORD in session.selection.axes || AMPLITUDE in session.selection.axes ? DAMPER_TABS : TABS;
-  const [, , show] = tabs.find(([name]) => name === current) ?? tabs[0];
+  const [shown, , show] = tabs.find(([name]) => name === current) ?? tabs[0];
   queueMicrotask(() => show(session, place));
   return el(
     "nav",
@@ -185,7 +204,7 @@ function tabList(id, current, place, session) {
         "a",
         {
           href: `#/studies/${id}/${name}`,
-          "aria-current": name === current ? "page" : null,
+          "aria-current": name === shown ? "page" : null,
           onclick: (/** @type {Event} */ event) => {
             event.preventDefault();
             location.hash = session.kept.at(`#/studies/${id}/${name}`);
@@ -210,18 +229,61 @@ function dataTab(session, place) {
         { class: "box" },
         help("reference/client/", "results in Python"),
         el("h2", {}, "Download the data"),
-        el("ul", {}, Object.entries(WORDS.export_formats).map(([format, text]) => el("li", {}, el("a", { href: address(studyPath(record.id, "export"), { format }).href, download: true }, text)))),
-        el("p", { class: "quiet" }, "Points not computed yet have status −1. Other programs can read the cube in place, as Zarr: ", el("code", {}, address(studyPath(record.id, "zarr/")).href)),
+        el(
+          "ul",
+          {},
+          Object.entries(WORDS.export_formats).map(([format, text]) =>
+            el(
+              "li",
+              {},
+              el(
+                "a",
+                { href: address(studyPath(record.id, "export"), { format }).href, download: true },
+                text,
+              ),
+            ),
+          ),
+        ),
+        el(
+          "p",
+          { class: "quiet" },
+          "Points not computed yet have status −1. Other programs can read the cube in place, as Zarr: ",
+          el("code", {}, address(studyPath(record.id, "zarr/")).href),
+        ),
         el("h2", {}, "Report"),
-        el("p", {}, el("a", { class: "button", href: address(studyPath(record.id, "report")).href, target: "_blank", rel: "noopener" }, "Open the report"), " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep or to print."),
+        el(
+          "p",
+          {},
+          el(
+            "a",
+            {
+              class: "button",
+              href: address(studyPath(record.id, "report")).href,
+              target: "_blank",
+              rel: "noopener",
+            },
+            "Open the report",
+          ),
+          " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep " +
+            "or to print.",
+        ),
         el("h2", {}, "The study"),
         facts(record),
         el("h2", {}, "What it answers"),
         catalogue(record),
-        el("h2", {}, "Tags and note"),
-        remarksForm(record),
+        el("h2", {}, "Name, tags and note"),
+        remarksForm(record, session.renamed),
       ),
-      el("section", { class: "box" }, el("h2", {}, "Definition"), el("pre", { tabindex: 0, role: "region", "aria-label": "Definition as JSON" }, JSON.stringify(record.definition, null, 2))),
+      el(
+        "section",
+        { class: "box" },
+        el("h2", {}, "Definition"),
+        el(
+          "pre",
+          { tabindex: 0, role: "region", "aria-label": "Definition as JSON" },
+          JSON.stringify(record.definition, null, 2),
+        ),
+      ),
     ),
   );
 }
@@ -230,7 +292,10 @@ function dataTab(session, place) {
 function facts(record) {
   const entries = /** @type {[string, string][]} */ ([
     ["Id", record.id],
-    ["Points", `${count(record.points_done)} of ${count(record.points_total)}, ${count(record.points_failed)} failed`],
+    [
+      "Points",
+      `${count(record.points_done)} of ${count(record.points_total)}, ${count(record.points_failed)} failed`,
+    ],
     ["Reused from earlier studies", count(record.points_reused)],
     .../** @type {[string, string][]} */ (record.priority ? [["Priority", String(record.priority)]] : []),
     ["Submitted", moment(record.created) + (record.submitted_by ? ` by ${record.submitted_by}` : "")],
@@ -238,6 +303,9 @@ function facts(record) {
     ["Time in kernels", duration(record.kernel_seconds)],
     ["Version", record.provenance?.solver_version ?? "–"],
   ]);
-  return el("dl", { class: "facts" }, entries.map(([term, value]) => el("div", {}, el("dt", {}, term), el("dd", {}, value))));
+  return el(
+    "dl",
+    { class: "facts" },
+    entries.map(([term, value]) => el("div", {}, el("dt", {}, term), el("dd", {}, value))),
+  );
 }
-

@@ -1,4 +1,7 @@
-/** What the list of studies shows: part of a name, a state, a tag, a range of a parameter; kept in the address. */
+/**
+ * What the list of studies shows: part of a name, a state, a tag, a range of a parameter; kept in the
+ * address.
+ */
 
 import { debounced, el, fill, picker } from "./dom.js";
 import { LENGTH_IN_SI, MILLIMETRES } from "./shown.js";
@@ -9,26 +12,48 @@ import { WORDS } from "./words.js";
 const AXES = [...new Set([...WORDS.axes, ...WORDS.amplitude_axes, ...WORDS.suite_axes])];
 const TAG = new RegExp(`^(?:${WORDS.tag_pattern})$`);
 
-/** @typedef {{name: string, state: string, tag: string, axis: string, from: string, to: string}} Wanted ends of a range in the unit of the label */
+/**
+ * @typedef {{name: string, state: string, tag: string, axis: string, from: string, to: string}} Wanted ends
+ *   of a range in the unit of the label
+ */
 
 /**
  * @param {import("./kept.js").Kept} kept
  * @param {() => void} look called when something else is wanted
- * @returns {{element: HTMLElement, wanted: () => Record<string, any>, any: () => boolean, nothing: () => string, tagged: (tag: string) => void}}
- *   `nothing` says why no study can be meant, where that is known without asking
+ * @returns {{element: HTMLElement, row: HTMLElement, wanted: () => Record<string, any>, any: () => boolean,
+ *   nothing: () => string, tagged: (tag: string) => void}} `nothing` says why no study can be meant, where
+ *   that is known without asking
  */
 export function studyFilter(kept, look) {
   const { name = "", tag = "", from = "", to = "" } = kept.values;
   /** @type {Wanted} */
-  const found = { name, state: kept.one("state", WORDS.states, ""), tag, axis: kept.one("axis", AXES, ""), from, to };
+  const found = {
+    name,
+    state: kept.one("state", WORDS.states, ""),
+    tag,
+    axis: kept.one("axis", AXES, ""),
+    from,
+    to,
+  };
   const changed = () => (kept.keep(found), look());
   const soon = debounced(250, changed);
-  /** @param {"name" | "tag" | "from" | "to"} what @param {string} label @param {Record<string, any>} attributes */
+  /**
+   * @param {"name" | "tag" | "from" | "to"} what
+   * @param {string} label
+   * @param {Record<string, any>} attributes
+   */
   const typed = (what, label, attributes) => {
-    const input = el("input", { ...attributes, value: found[what], oninput: () => ((found[what] = input.value.trim()), soon()) });
+    const input = el("input", {
+      ...attributes,
+      value: found[what],
+      oninput: () => ((found[what] = input.value.trim()), soon()),
+    });
     return { input, field: el("label", { class: "field" }, el("span", {}, label), input) };
   };
-  const states = /** @type {[string, string][]} */ ([["", "any state"], ...WORDS.states.map((state) => [state, state])]);
+  const states = /** @type {[string, string][]} */ ([
+    ["", "any state"],
+    ...WORDS.states.map((state) => [state, state]),
+  ]);
   const axes = /** @type {[string, string][]} */ ([["", "any"], ...AXES.map((axis) => [axis, titled(axis)])]);
   const tagged = typed("tag", "Tag", { type: "search", placeholder: "a whole tag", autocapitalize: "none" });
   const ends = el("span", { class: "row" });
@@ -52,21 +77,36 @@ export function studyFilter(kept, look) {
   }
 
   /** @param {string} end in the unit of the label */
-  const inSi = (end) => (end === "" || !found.axis ? "" : Number(end) / (LENGTH_IN_SI.test(found.axis) ? MILLIMETRES : 1));
+  const inSi = (end) =>
+    end === "" || !found.axis ? "" : Number(end) / (LENGTH_IN_SI.test(found.axis) ? MILLIMETRES : 1);
 
   drawEnds();
+  const row = el(
+    "div",
+    { class: "row" },
+    typed("name", "Search", { type: "search", placeholder: "part of a name" }).field,
+    picker("State", states, found.state, (state) => ((found.state = state), changed())),
+  );
   return {
+    row,
     element: el(
       "form",
-      { class: "fields", role: "search", "aria-label": "Studies", onsubmit: (/** @type {Event} */ event) => event.preventDefault() },
-      el("div", { class: "row" }, typed("name", "Search", { type: "search", placeholder: "part of a name" }).field, picker("State", states, found.state, (state) => ((found.state = state), changed()))),
+      {
+        class: "fields",
+        role: "search",
+        "aria-label": "Studies",
+        onsubmit: (/** @type {Event} */ event) => event.preventDefault(),
+      },
+      row,
       more,
     ),
     wanted: () => ({ ...found, from: inSi(found.from), to: inSi(found.to) }),
     any: () => Object.values(found).some(Boolean),
     nothing: () => {
       if (found.tag && !TAG.test(found.tag)) return `No study has such a tag: a tag has ${WORDS.tag_words}.`;
-      return found.axis && found.from && found.to && Number(found.from) > Number(found.to) ? "The range holds nothing: it ends below where it begins." : "";
+      return found.axis && found.from && found.to && Number(found.from) > Number(found.to)
+        ? "The range holds nothing: it ends below where it begins."
+        : "";
     },
     tagged: (one) => {
       more.open = true;

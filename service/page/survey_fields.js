@@ -1,6 +1,7 @@
 /** The fields of a survey: dampers under ground-motion records that are scaled up and down. */
 
 import { axisField } from "./axis_field.js";
+import { field } from "./faults.js";
 import { checkbox, el, fill } from "./dom.js";
 import { short } from "./numbers.js";
 import { PHYSICAL, RATIOS } from "./quantities.js";
@@ -27,7 +28,10 @@ const AXES = Object.fromEntries(
 /** What stands for a survey among the studies that a new one may start from. */
 export const SURVEY = {
   name: "ground-motion suite",
-  about: ["Dampers under ground-motion records, scaled up step by step: which damper is best under its worst record, and how likely each exceeds a limit."],
+  about: [
+    "Dampers under ground-motion records, scaled up step by step: which damper is best under its worst " +
+      "record, and how likely each exceeds a limit.",
+  ],
   definition: {
     name: "ground-motion suite",
     records: FIRST,
@@ -48,10 +52,15 @@ export const SURVEY = {
  * @param {any[]} records those that the service has
  */
 export function surveyFields(study, change, redraw, records) {
-  const name = el("input", { type: "text", maxlength: 200, value: study.name ?? "", oninput: () => change("name", name.value) });
+  const name = el("input", {
+    type: "text",
+    maxlength: 200,
+    value: study.name ?? "",
+    oninput: () => change("name", name.value),
+  });
   const usual = (/** @type {string} */ key) => PHYSICAL[key]?.usual;
   return [
-    el("label", { class: "field wide", "data-field": "name" }, el("span", {}, "Name"), name, el("span", { class: "faults" })),
+    field("name", "Name", name, { wide: true }),
     recordsField(study, change, records),
     Object.entries(AXES).map(([key, quantity]) => {
       // what is left out is the paper's prototype
@@ -61,15 +70,25 @@ export function surveyFields(study, change, redraw, records) {
     el(
       "div",
       { class: "row" },
-      numberField("Mass of the structure M [kg]", "mass_kg", study.mass_kg ?? usual("mass_kg"), (value) => change("mass_kg", value)),
-      numberField("Free vibration after the record [s]", "tail_s", study.tail_s ?? 0, (value) => change("tail_s", value)),
+      numberField("Mass of the structure M [kg]", "mass_kg", study.mass_kg ?? usual("mass_kg"), (value) =>
+        change("mass_kg", value),
+      ),
+      numberField("Free vibration after the record [s]", "tail_s", study.tail_s ?? 0, (value) =>
+        change("tail_s", value),
+      ),
     ),
     el(
       "details",
       { class: "more" },
       el("summary", {}, "Contact and perturbed starts"),
       contactField(study, change, redraw),
-      el("div", { class: "row" }, numberField("Perturbed starts of each case", "starts", study.starts ?? 0, (value) => change("starts", value))),
+      el(
+        "div",
+        { class: "row" },
+        numberField("Perturbed starts of each case", "starts", study.starts ?? 0, (value) =>
+          change("starts", value),
+        ),
+      ),
     ),
   ];
 }
@@ -90,7 +109,11 @@ export function recordsField(study, change, records, field = "records") {
     fill(
       boxes,
       records.map((one) =>
-        checkbox(`${one.name} (${short(one.peak_acceleration_g, 2)} g, ${short(one.duration_s, 3)} s)`, chosen.has(one.id), (on) => choose(one.id, on)),
+        checkbox(
+          `${one.name} (${short(one.peak_acceleration_g, 2)} g, ${short(one.duration_s, 3)} s)`,
+          chosen.has(one.id),
+          (on) => choose(one.id, on),
+        ),
       ),
     );
   }
@@ -109,15 +132,39 @@ export function recordsField(study, change, records, field = "records") {
     choose(kept.id, true);
     draw();
   });
-  return el("fieldset", { class: "axis", "data-field": field }, el("legend", {}, "Records"), boxes, upload, looks.element, el("div", { class: "faults" }));
+  return el(
+    "fieldset",
+    { class: "fields", "data-field": field },
+    el("legend", {}, "Records"),
+    boxes,
+    upload,
+    looks.element,
+    el("div", { class: "faults" }),
+  );
 }
 
-/** Records of a document: texts, or what a study that is stored keeps of them. @param {any} given @returns {string[]} */
+/**
+ * Records of a document: texts, or what a study that is stored keeps of them.
+ *
+ * @param {any} given
+ * @returns {string[]}
+ */
 function ids(given) {
-  return (Array.isArray(given) ? given : [given]).flatMap((one) => (typeof one === "string" ? [one] : typeof one?.id === "string" ? [one.id] : []));
+  return (Array.isArray(given) ? given : [given]).flatMap((one) =>
+    typeof one === "string" ? [one] : typeof one?.id === "string" ? [one.id] : [],
+  );
 }
 
-/** The id of a record that may be written as an earthquake's name. @param {string} written @param {any[]} records */
+/**
+ * The id of a record that may be written as an earthquake's name.
+ *
+ * @param {string} written
+ * @param {any[]} records
+ */
 function whole(written, records) {
-  return records.find((one) => one.id === written)?.id ?? records.find((one) => one.id.startsWith(written))?.id ?? written;
+  return (
+    records.find((one) => one.id === written)?.id ??
+    records.find((one) => one.id.startsWith(written))?.id ??
+    written
+  );
 }

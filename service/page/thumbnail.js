@@ -9,17 +9,35 @@ import { WORDS } from "./words.js";
 /** Values along either axis of a picture. */
 const MOST = 32;
 /** A picture of a larger study would make the service read more than a glance is worth. */
-const LARGEST = 1_000_000;
+export const LARGEST = 1_000_000;
 /** Pictures that are asked for at once. */
 const AT_ONCE = 2;
 /** A study that goes on is drawn again after each such share of it. */
 const STEPS = 5;
 /** Cividis as matplotlib has it, at nine even places: the colours of the maps. */
-const CIVIDIS = [[0, 34, 78], [26, 56, 111], [67, 78, 108], [97, 101, 111], [125, 124, 120], [155, 148, 118], [188, 174, 108], [222, 201, 88], [254, 232, 56]];
+const CIVIDIS = [
+  [0, 34, 78],
+  [26, 56, 111],
+  [67, 78, 108],
+  [97, 101, 111],
+  [125, 124, 120],
+  [155, 148, 118],
+  [188, 174, 108],
+  [222, 201, 88],
+  [254, 232, 56],
+];
 
-/** The pictures that have been begun, by study and how much of it was there. @type {Map<string, HTMLCanvasElement>} */
+/**
+ * The pictures that have been begun, by study and how much of it was there.
+ *
+ * @type {Map<string, HTMLCanvasElement>}
+ */
 const begun = new Map();
-/** What a canvas on the page is to show, until it has been seen. @type {WeakMap<Element, () => Promise<void>>} */
+/**
+ * What a canvas on the page is to show, until it has been seen.
+ *
+ * @type {WeakMap<Element, () => Promise<void>>}
+ */
 const waiting = new WeakMap();
 /** @type {(() => Promise<void>)[]} */
 const queue = [];
@@ -61,9 +79,14 @@ export function thumbnail(record) {
 /** The dimensions of a picture; none where nothing can be shown. @param {any} record */
 function planeOf(record) {
   // a study that has ended half-way may have nothing of the plane, and is refused then
-  const there = record.points_done > 0 && (record.state === "running" || record.points_done === record.points_total);
+  const there =
+    record.points_done > 0 && (record.state === "running" || record.points_done === record.points_total);
   if (!there || record.points_total > LARGEST) return null;
-  const order = record.dimensions.includes(RECORD) ? WORDS.suite_axes : record.dimensions.includes(AMPLITUDE) ? WORDS.amplitude_axes : WORDS.axes;
+  const order = record.dimensions.includes(RECORD)
+    ? WORDS.suite_axes
+    : record.dimensions.includes(AMPLITUDE)
+      ? WORDS.amplitude_axes
+      : WORDS.axes;
   const [x, y] = order.filter((name) => record.shape[record.dimensions.indexOf(name)] > 1);
   return y ? { x, y } : null;
 }
@@ -72,7 +95,8 @@ function planeOf(record) {
 function whyNone(record) {
   if (record.points_done === 0) return "nothing computed yet";
   if (record.points_total > LARGEST) return "too large for a picture";
-  if (record.points_done < record.points_total && record.state !== "running") return "partly computed, no picture";
+  if (record.points_done < record.points_total && record.state !== "running")
+    return "partly computed, no picture";
   return "one axis, no map";
 }
 
@@ -90,7 +114,13 @@ async function work() {
   }
 }
 
-/** Draw a picture; false where the study is gone or the service away. @param {HTMLCanvasElement} canvas @param {string} id @param {{x: string, y: string}} plane */
+/**
+ * Draw a picture; false where the study is gone or the service away.
+ *
+ * @param {HTMLCanvasElement} canvas
+ * @param {string} id
+ * @param {{x: string, y: string}} plane
+ */
 async function drawn(canvas, id, plane) {
   try {
     paint(canvas, (await ask(studyPath(id, "resonance-map"), { ...plane, most: MOST })).values);
@@ -101,7 +131,12 @@ async function drawn(canvas, id, plane) {
   }
 }
 
-/** One pixel a value, the first row at the bottom. @param {HTMLCanvasElement} canvas @param {(number | null)[][]} rows */
+/**
+ * One pixel a value, the first row at the bottom.
+ *
+ * @param {HTMLCanvasElement} canvas
+ * @param {(number | null)[][]} rows
+ */
 function paint(canvas, rows) {
   [canvas.width, canvas.height] = [rows[0].length, rows.length];
   // so few pixels are not worth a place in the memory of the graphics card
@@ -111,9 +146,15 @@ function paint(canvas, rows) {
   const law = isWide(extent) ? Math.log : (/** @type {number} */ value) => value;
   const [low, high] = extent.map(law);
   const image = context.createImageData(canvas.width, canvas.height);
-  rows.toReversed().forEach((row, j) =>
-    row.forEach((value, i) => value !== null && image.data.set([...shade((law(value) - low) / (high - low || 1)), 255], 4 * (j * canvas.width + i))),
-  );
+  rows
+    .toReversed()
+    .forEach((row, j) =>
+      row.forEach(
+        (value, i) =>
+          value !== null &&
+          image.data.set([...shade((law(value) - low) / (high - low || 1)), 255], 4 * (j * canvas.width + i)),
+      ),
+    );
   context.putImageData(image, 0, 0);
 }
 

@@ -26,8 +26,12 @@ export const OF_PARTICLE = WORDS.of_particle;
 /** What a design of a study is made of. @param {any} definition */
 export function designDimensions(definition) {
   const without = definition.particle === false;
-  const before = Object.entries(WORDS.before).filter(([name, source]) => !without && (definition[name] ?? definition.physical?.[source] ?? null) !== null);
-  const always = DIMENSIONS.filter((name) => name !== "frequency_ratio" && !(without && OF_PARTICLE.includes(name)));
+  const before = Object.entries(WORDS.before).filter(
+    ([name, source]) => !without && (definition[name] ?? definition.physical?.[source] ?? null) !== null,
+  );
+  const always = DIMENSIONS.filter(
+    (name) => name !== "frequency_ratio" && !(without && OF_PARTICLE.includes(name)),
+  );
   return [...before.map(([name]) => name), ...always];
 }
 
@@ -59,7 +63,8 @@ export function lowered(text) {
 export const TUNINGS = Object.entries(WORDS.criteria);
 
 /**
- * Response classes: a colour that colour-blind people tell apart (Okabe and Ito 2008), and a shape for everyone.
+ * Response classes: a colour that colour-blind people tell apart (Okabe and Ito 2008), and a shape for
+ * everyone.
  *
  * @type {Record<string, {colour: string, shape: string}>}
  */

@@ -1,10 +1,22 @@
 /**
- * A field of a specification: its name, what people call it, its unit, what a value is multiplied with to be in that, and
- * what is meant where nothing is said.
+ * A field of a specification: its name, what people call it, its unit, what a value is multiplied with to be
+ * in that, and what is meant where nothing is said.
  */
-export type SpecifiedField = { name: string; label: string; unit: string; scale: number; usual_value?: number | null };
+export type SpecifiedField = {
+  name: string;
+  label: string;
+  unit: string;
+  scale: number;
+  usual_value?: number | null;
+};
 
-/** The module `words.js`, which `service/page/words.py` writes: the words of the service that the page shows. */
+/** A quantity of a prototype: its place in what is known, whether it may be sought, and is usually. */
+export type FittedField = SpecifiedField & { path: string; free: boolean; usual: boolean };
+
+/**
+ * The module `words.js`, which `service/page/words.py` writes: the words of the service that the page
+ * shows.
+ */
 export const WORDS: {
   /** The questions to a study: by which kinds of study each is answered, and its name behind every door. */
   questions: { summary: string; route: string; command: string; method: string; kinds: string[] }[];
@@ -18,7 +30,10 @@ export const WORDS: {
   names: Record<string, string>;
   /** Dimensions that mean nothing without a particle. */
   of_particle: string[];
-  /** Dimensions in the order in which a map shows them, of a harmonic study, of a suite and of a study over base amplitudes. */
+  /**
+   * Dimensions in the order in which a map shows them, of a harmonic study, of a suite and of a study over
+   * base amplitudes.
+   */
   axes: string[];
   tag_pattern: string;
   tag_words: string;
@@ -27,7 +42,10 @@ export const WORDS: {
   /** Dimensions of a suite, and of a study over base amplitudes, that a designer chooses. */
   damper: string[];
   amplitude_damper: string[];
-  /** Results that a study over base amplitudes has in units: the ratio that each stands for, its name for people, its unit. */
+  /**
+   * Results that a study over base amplitudes has in units: the ratio that each stands for, its name for
+   * people, its unit.
+   */
   results_in_units: Record<string, [string, string, string]>;
   /** The design point that is computed where nothing else is said. */
   design_point: Record<string, number>;
@@ -78,6 +96,12 @@ export const WORDS: {
     /** `over_bands`: whether they hold over bands alone, and not under ground-motion records. */
     limits: (SpecifiedField & { over_bands: boolean })[];
     numbers: SpecifiedField[];
-    tables: { measures: Record<string, string>; measures_under_records: Record<string, string>; at_a_frequency: Record<string, string> };
+    tables: {
+      measures: Record<string, string>;
+      measures_under_records: Record<string, string>;
+      at_a_frequency: Record<string, string>;
+    };
   };
+  /** Everything that may be known of a prototype, or be sought. */
+  fitted: FittedField[];
 };

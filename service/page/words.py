@@ -8,6 +8,7 @@ from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
 from damperlab.studies.answers.phrases import PRINTED
 from damperlab.studies.choices import Steady
+from damperlab.studies.fit.question import BESIDE_AXES, FREE, NAMED
 from damperlab.studies.ground.paper import BASE_AMPLITUDES_M
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.random_vibration import DURATION, FREQUENCY, LEVELS
@@ -20,6 +21,7 @@ from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
 from damperlab.studies.kinds import AMPLITUDES as AMPLITUDES_KIND
 from damperlab.studies.kinds import HARMONIC, SUITE
 from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
+from damperlab.studies.physical import QUANTITIES as PHYSICAL_QUANTITIES
 from damperlab.studies.remarks import TAG, TAG_WORDS
 from damperlab.studies.rounding import ROUNDING, ROUNDING_WORD
 from damperlab.studies.specification.damper import CONTACT_TIME
@@ -65,6 +67,11 @@ _KINDS = {"harmonic": HARMONIC, "suite": SUITE, "amplitudes": AMPLITUDES_KIND}
 
 MODULE = "words.js"
 """Under this name the page's modules import it; `words.d.ts` has its types."""
+
+
+_SOURCES = {each.name for each in PHYSICAL_QUANTITIES}
+_SELDOM = ("damping_n_s_per_m", "tilt_deg", "particle_friction_coefficient")
+"""Asked about by a fit's form where a document says something of them."""
 
 
 def words_module() -> bytes:
@@ -117,6 +124,17 @@ def _words() -> dict[str, Any]:
         "acceleration_units": list(ACCELERATION_UNITS),
         "steady": Steady().model_dump(),
         "specification": _specification(),
+        "fitted": [_fitted(name, quantity.meaning) for name, quantity in NAMED.items()],
+    }
+
+
+def _fitted(name: str, meaning: str) -> dict[str, Any]:
+    """Give a quantity of a prototype, and where it stands in what is known of one."""
+    place = "physical." if name in _SOURCES else "" if name in BESIDE_AXES else "axes."
+    return _specified(name, meaning) | {
+        "path": f"{place}{name}",
+        "free": name in FREE,
+        "usual": name in (*_SOURCES, "damping_ratio", "restitution") and name not in _SELDOM,
     }
 
 

@@ -25,7 +25,7 @@ from damperlab.studies.vocabulary import State
 
 router = APIRouter(prefix="/api/v1/designs", tags=["designs"])
 
-NOT_LISTED = ("specification", "studies", "known")
+NOT_LISTED = ("specification", "studies")
 """What a list leaves out."""
 
 

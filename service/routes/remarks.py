@@ -1,4 +1,4 @@
-"""Tags and notes of studies."""
+"""Tags, notes and other names of studies."""
 
 from anyio.to_thread import run_sync
 from fastapi import APIRouter
@@ -9,7 +9,7 @@ from damperlab.service.body import JSON_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.problems import documented
 from damperlab.service.state import TheExactStudy, TheService
-from damperlab.studies.remarks import MOST_NOTE, MOST_TAGS, TAG, read_remarks
+from damperlab.studies.remarks import MOST_NAME, MOST_NOTE, MOST_TAGS, TAG, read_remarks
 from damperlab.studies.text import load_text
 
 router = APIRouter(prefix="/api/v1/studies", tags=["studies"])
@@ -26,6 +26,11 @@ _BODY = {
                 "properties": {
                     "tags": _TAGS | {"description": "All tags from now on; the list may be empty."},
                     "note": {"type": "string", "maxLength": MOST_NOTE, "description": "Empty for none."},
+                    "name": {
+                        "type": "string",
+                        "maxLength": MOST_NAME,
+                        "description": "What it is called from now on; its definition stays as it is.",
+                    },
                 },
             },
             "examples": {
@@ -45,10 +50,10 @@ _BODY = {
     response_class=Document,
     responses={200: gives("Record"), **documented(404, 413, 415, 422, 503)},
     openapi_extra={"requestBody": _BODY},
-    summary="Tag a study, or write a note to it",
+    summary="Tag a study, write a note to it, or call it something else",
 )
 async def remark(request: Request, service: TheService, study: TheExactStudy) -> Document:
-    """Keep tags and a note with a study. They are no part of its definition, and change nothing that is computed."""
+    """Keep tags, a note and another name with a study. They are no part of what it asks, and change nothing computed."""
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)
     remarks = read_remarks(load_text(body, "json"))

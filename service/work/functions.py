@@ -9,6 +9,7 @@ from damperlab.service.documents import Document
 from damperlab.service.earthquakes import answer_comparison
 from damperlab.service.fit_report import fit_document
 from damperlab.service.history_report import history_document
+from damperlab.service.motions import forces_on, harmonics_of
 from damperlab.service.simulation import Asked, compute
 from damperlab.studies.design.design import designing
 from damperlab.studies.faults import Fault, StudyFaults
@@ -34,8 +35,12 @@ from damperlab.worker.scenes import Scene
 
 
 def simulation_body(asked: Asked, cycles_limit: int) -> bytes:
-    """Compute a design point; the JSON of its answer."""
-    return bytes(Document(compute(asked, cycles_limit)).body)
+    """Compute a design point; the JSON of its answer, with forces and harmonics of its motion."""
+    found = compute(asked, cycles_limit)
+    if found["history"]:
+        found["forces"] = forces_on(found["history"], asked.design)
+        found["spectrum"] = harmonics_of(found["history"], asked.design.frequency_ratio)
+    return bytes(Document(found).body)
 
 
 def comparison_body(asked: Earthquake, samples: int = 0) -> bytes:

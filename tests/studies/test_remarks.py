@@ -12,6 +12,7 @@ def test_tags_are_sorted_and_each_is_there_once_and_what_is_left_out_stays() -> 
     assert read_remarks({"tags": ["steel", "rig-2", "steel"]}) == Remarks(("rig-2", "steel"), None)
     assert read_remarks({"note": " two\nlines\t"}) == Remarks(None, "two\nlines")
     assert read_remarks({"tags": [], "note": ""}) == Remarks((), "")
+    assert read_remarks({"name": " rig 2, steel "}) == Remarks(name="rig 2, steel")
 
 
 @pytest.mark.parametrize(
@@ -28,6 +29,7 @@ def test_tags_are_sorted_and_each_is_there_once_and_what_is_left_out_stays() -> 
         ({"note": "n" * (MOST_NOTE + 1), "tags": [""]}, ["tags", "note"]),
         ({"note": "a\x00b"}, ["note"]),
         ({"note": 3}, ["note"]),
+        ({"name": "two\nlines"}, ["name"]),
     ],
 )
 def test_what_cannot_be_kept_is_refused(document: Any, fields: list[str]) -> None:

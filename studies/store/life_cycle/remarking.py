@@ -37,7 +37,8 @@ class Remarking(Lookup):
         StoreFault
             If it cannot be written.
         """
-        said = {"tags": None if remarks.tags is None else json.dumps(remarks.tags), "note": remarks.note}
+        tags = None if remarks.tags is None else json.dumps(remarks.tags)
+        said = {"tags": tags, "note": remarks.note, "name": remarks.name}
         change = {name: value for name, value in said.items() if value is not None}
         with self.catalogue.writing() as connection:
             number = study_row(connection, study_id).number

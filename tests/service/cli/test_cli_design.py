@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from tests.service.cli.commands import run
 
+from damperlab.studies.design.shelf import Shelf
 from damperlab.studies.store.store import Store
 
 SPECIFICATION: dict[str, Any] = {
@@ -49,6 +50,18 @@ def test_asked_again_nothing_is_computed_and_who_waits_is_told_points_stage_and_
     best = [line.partition("Best so far: ")[2] for line in lines[1:]]
     assert all(" mm near " in each for each in best)
     assert f"friction force {document['design']['friction_force_n']:.4g} N" in best[-1]
+
+
+def test_what_the_command_finds_is_kept_as_what_a_service_finds_is(
+    written: tuple[Path, dict[str, Any]],
+) -> None:
+    folder, document = written
+    shelf = Shelf(folder / "data")
+    (kept,) = shelf.every()
+    assert (kept.name, kept.state, kept.round.studies) == ("small <machine>", "done", ())
+    assert kept.round.known["worst"] == document["worst"]
+    assert shelf.answer(kept.id) == document
+    assert shelf.report(kept.id).decode() == (folder / "report.html").read_text()
 
 
 def test_the_report_loads_nothing_and_says_what_the_answer_says(

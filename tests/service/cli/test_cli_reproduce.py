@@ -106,7 +106,7 @@ def test_the_report_is_complete_and_its_links_lead_somewhere(made: tuple[Path, d
     assert json.loads((out / "reproduction.json").read_text(encoding="utf-8")) == report
     linked = re.findall(r"!\[[^]]*\]\(([^)]+)\)", words)
     assert sorted(linked) == sorted(path.name for path in out.glob("*.png"))
-    assert len(linked) == 9
+    assert len(linked) == 10
     for name in linked:
         assert (out / name).read_bytes().startswith(PNG)
     printed = {number.value for number in paper_numbers().values()}

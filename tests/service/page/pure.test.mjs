@@ -6,6 +6,7 @@ import { test } from "node:test";
 import { extentOf, isWide } from "../../../service/page/extent.js";
 import { tableOf } from "../../../service/page/figure_table.js";
 import { History } from "../../../service/page/history.js";
+import { doubt, parts, SEMICOLON } from "../../../service/page/lists.js";
 import { Kept, plainly } from "../../../service/page/kept.js";
 import { count, counted, drawn, duration, isLogarithmic, nearest, short, size } from "../../../service/page/numbers.js";
 import { Selection } from "../../../service/page/selection.js";
@@ -13,7 +14,7 @@ import { Selection } from "../../../service/page/selection.js";
 // what modules of figures ask of a browser as they are loaded
 globalThis.window = { matchMedia: () => ({ matches: false, addEventListener() {} }) };
 globalThis.document = { documentElement: {}, baseURI: "http://localhost/" };
-const { forcesOn } = await import("../../../service/page/forces.js");
+const { worded } = await import("../../../service/page/faults.js");
 const { compiling } = await import("../../../service/page/patience.js");
 
 test("numbers have the digits that matter, times and sizes the unit that is read", () => {
@@ -53,7 +54,7 @@ test("a figure as a table", () => {
   assert.equal(tableOf([curve], { xaxis: axis("r"), yaxis: axis("X/Z") }), 'curve,r,value,what\n"a, b",0.3,7,X/Z\n');
 });
 
-test("a motion: base, cavity, strobes and the amplitudes of its harmonics", () => {
+test("a motion: base, cavity, and strobes", () => {
   const [samples, r] = [1024, 0.5]; // two cycles
   const phase = Array.from({ length: samples + 1 }, (_, k) => (4 * Math.PI * k) / samples);
   const u = phase.map((a) => 2 * Math.sin(a) + 0.5 * Math.sin(3 * a));
@@ -68,10 +69,6 @@ test("a motion: base, cavity, strobes and the amplitudes of its harmonics", () =
   near(motion.inCavity[5], 1);
   assert.deepEqual(motion.impacts, [7]);
   assert.equal(motion.strobes.u.length, 2);
-  const { multiple, amplitude } = motion.spectrum(3);
-  near(amplitude[multiple.indexOf(1)], 2);
-  near(amplitude[multiple.indexOf(3)], 0.5);
-  near(amplitude[multiple.indexOf(2)], 0);
 });
 
 test("the point of a study that is looked at", () => {
@@ -93,30 +90,23 @@ test("what is kept in an address is taken where it may be", () => {
   assert.equal(kept.at("#/b"), "#/b?x=2&on=no&which=odd");
 });
 
-test("forces on the structure accelerate it, where it moves and where friction holds it", () => {
-  const r = 0.8;
-  const phase = Array.from({ length: 257 }, (_, k) => (2 * Math.PI * k) / 256);
-  const [sin, cos, zero] = [phase.map(Math.sin), phase.map(Math.cos), phase.map(() => 0)];
-  const moving = (u, u_rate, v, v_rate) => new History({ time: phase.map((a) => a / r), u, u_rate, v, v_rate, p: zero, p_rate: zero, impact: zero }, r);
-  const sum = (forces, i) => forces.spring[i] + forces.damping[i] + forces.friction[i] + forces.force[i];
-  const near = (found, wanted) => assert.ok(Math.abs(found - wanted) < 1e-12, `${found} is not ${wanted}`);
-  const bare = { damping: 0.1, friction: 0, mass: 0, clearance: null, forced: false };
+test("a comma between two digits is asked about, not split", () => {
+  const lists = [["0.2, 0.5", ["0.2", "0.5"]], ["1,2,3", ["1", "2", "3"]], ["0.2,0.5;1 2", ["0.2", "0.5", "1", "2"]], ["0,2", ["0,2"]], ["0,2; 0,5", ["0,2", "0,5"]], ["", []]];
+  for (const [text, found] of lists) assert.deepEqual(parts(text), found);
+  for (const plain of ["0.2, 0.5", "1,2,3", "1 2", "x"]) assert.equal(doubt(plain), null);
+  assert.deepEqual(doubt("0,2 1"), { question: "Is 0,2 the number 0.2, or 0 and 2?", decimal: "0.2, 1", list: "0, 2, 1" });
+  const named = "soft rubber 0,3, steel 0.8";
+  assert.deepEqual(parts(named, SEMICOLON), ["soft rubber 0,3", "steel 0.8"]);
+  assert.equal(doubt(named, SEMICOLON).decimal, "soft rubber 0.3, steel 0.8");
+});
 
-  // the structure alone, v = u - sin a with (1 - r²) v + 2ζr v' = r² sin a
-  const [c, d] = [1 - r * r, 0.2 * r];
-  const [s, q] = [(r * r * c) / (c * c + d * d), (-r * r * d) / (c * c + d * d)];
-  const v = phase.map((_, i) => s * sin[i] + q * cos[i]);
-  const v_rate = phase.map((_, i) => r * (s * cos[i] - q * sin[i]));
-  const swinging = forcesOn(moving(v.map((x, i) => x + sin[i]), v_rate.map((x, i) => x + r * cos[i]), v, v_rate), bare);
-  phase.forEach((_, i) => near(sum(swinging, i), -r * r * (v[i] + sin[i])));
-  const rubbing = forcesOn(moving(v, v_rate, v, v_rate), { ...bare, friction: 0.3 });
-  phase.forEach((_, i) => near(rubbing.friction[i], -0.3 * Math.sign(v_rate[i])));
-
-  // locked to its base, which friction carries along
-  const locked = forcesOn(moving(sin, cos.map((x) => r * x), zero, zero), { ...bare, friction: 1 });
-  phase.forEach((_, i) => near(sum(locked, i), -r * r * sin[i]));
-
-  // and held against a force on it, as far as friction reaches
-  const forced = forcesOn(moving(zero, zero, zero, zero), { ...bare, friction: 0.5, forced: true });
-  phase.forEach((_, i) => near(forced.friction[i], Math.max(-0.5, Math.min(0.5, -sin[i]))));
+test("a fault is said in the words and the unit of its field", () => {
+  const fault = { field: "tolerances.clearance_m", found: "0.5", allowed: "at most 0.00075", advice: "work closer, or write 10%", message: "`tolerances.clearance_m` = 0.5 is too much." };
+  const looks = { label: "tolerance of the clearance d", unit: "mm", scale: "1000" };
+  assert.equal(worded(fault, looks), "Tolerance of the clearance d [mm]: allowed is at most 0.75, not 500. Work closer, or write 10%.");
+  const text = { ...fault, found: 'the text "0,5"', advice: "give it in m" };
+  assert.equal(worded(text, looks), 'Tolerance of the clearance d [mm]: allowed is at most 0.75, not the text "0,5".');
+  const ratio = { field: "axes.mass_ratio", found: "-1", allowed: "a number from 0 to 1", advice: "", message: "`axes.mass_ratio` must be a number from 0 to 1, not -1." };
+  assert.equal(worded(ratio, { label: "Mass ratio β" }), "Mass ratio β must be a number from 0 to 1, not -1.");
+  assert.equal(worded(ratio, {}), "`axes.mass_ratio` must be a number from 0 to 1, not -1.");
 });

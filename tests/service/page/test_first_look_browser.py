@@ -1,5 +1,6 @@
 """What somebody sees who has never been here: an empty service, a form by keyboard, a study that is not done."""
 
+import json
 import re
 from collections.abc import Callable
 from typing import Any
@@ -7,7 +8,7 @@ from typing import Any
 import httpx
 import pytest
 from playwright.sync_api import expect
-from tests.service.page.looking import until
+from tests.service.page.looking import serious, until
 
 FOCUSED = "document.activeElement.closest('label')?.querySelector('span')?.textContent"
 PORTRAIT = """() => {
@@ -29,6 +30,23 @@ def test_an_empty_service_leads_to_a_design_in_units(
     expect(page.get_by_role("heading", name="No studies yet")).to_be_visible()
     page.get_by_role("link", name="Specify a design").click()
     expect(page.get_by_role("heading", name="New design")).to_be_visible()
+
+
+def test_a_fit_and_an_earthquake_need_no_study(open_page: Callable[..., Any]) -> None:
+    page = open_page().go()
+    page.get_by_role("navigation").get_by_role("link", name="Earthquake").click()
+    expect(page.get_by_role("row", name=re.compile("^tuned mass damper"))).to_be_visible()
+    page.get_by_role("navigation").get_by_role("link", name="Fit").click()
+    page.get_by_label("Start from").select_option("friction of a structure")
+    damping = page.get_by_role("group", name="Structural damping ratio")
+    damping.get_by_label("Value").fill("0.03")
+    expect(page.locator(".estimate")).to_contain_text("It can be estimated")
+    asked = json.loads(page.get_by_label("The question as JSON").input_value())
+    assert (asked["structure"]["damping_ratio"], asked["fit"]) == (0.03, {"friction_ratio": [0, 0.7]})
+    page.get_by_role("button", name="Estimate").click()
+    found = page.get_by_role("region", name="What was found").first
+    expect(found.get_by_role("row", name=re.compile("^Friction ratio"))).to_contain_text("to")
+    assert serious(page) == []
 
 
 @pytest.mark.night
@@ -104,11 +122,11 @@ def test_the_keyboard_stays_where_it_is_while_a_study_goes_on(
     study = helpers.long_study("goes on", damping_ratio=0.0053)
     study_id = client.post("/api/v1/studies", json=study).raise_for_status().json()["id"]
     page = open_page().go(f"#/studies/{study_id}")
-    page.get_by_role("link", name="Clone").focus()
+    page.get_by_role("link", name="Edit a copy").focus()
     words = page.locator(".head .progress .words")
     before = helpers.wait_for(client, study_id, lambda record: record["points_done"] > 0)
     expect(words).not_to_have_text(re.compile(r"^(Starting|Waiting|Compiling|0 of)"))
-    assert page.evaluate("document.activeElement.textContent") == "Clone"
+    assert page.evaluate("document.activeElement.textContent") == "Edit a copy"
     assert before["state"] == "running"
     page.get_by_role("button", name="Cancel goes on").focus()
     page.keyboard.press("Enter")

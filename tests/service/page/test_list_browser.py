@@ -9,11 +9,10 @@ import pytest
 from playwright.sync_api import expect
 from tests.service.page.looking import serious
 
-pytestmark = pytest.mark.night
-
 COMMON = {"particle": False, "steady": {"max_cycles": 40}}
 
 
+@pytest.mark.night
 @pytest.mark.parametrize("width", [390, 1440])
 def test_a_tag_is_written_and_leads_to_its_studies(
     open_page: Callable[..., Any], own_service: Callable[..., Any], helpers: Any, width: int
@@ -28,13 +27,15 @@ def test_a_tag_is_written_and_leads_to_its_studies(
     watched = open_page(running.url, viewport={"width": width, "height": 900})
     page = watched.go(f"#/studies/{record['id']}/data")
     page.get_by_label("Tags, with commas").fill("Rig 2")
-    page.get_by_role("button", name="Save tags and note").click()
+    page.get_by_role("button", name="Save name, tags and note").click()
     expect(page.get_by_role("alert")).to_contain_text("lower-case letters")
     page.get_by_label("Tags, with commas").fill("steel, rig-2")
     page.get_by_label("Note", exact=True).fill("measured\ntwice")
-    page.keyboard.press("Tab")
+    page.get_by_label("Name", exact=True).fill("high friction")
+    page.get_by_role("button", name="Save name, tags and note").focus()
     page.keyboard.press("Enter")
     expect(page.get_by_text("Saved.", exact=True)).to_be_visible()
+    expect(page.get_by_role("heading", level=1)).to_have_text("high friction")
     page = watched.go(f"#/studies/{record['id']}/data")
     expect(page.get_by_label("Tags, with commas")).to_have_value("rig-2, steel")
     expect(page.get_by_label("Note", exact=True)).to_have_value("measured\ntwice")
@@ -45,7 +46,7 @@ def test_a_tag_is_written_and_leads_to_its_studies(
     expect(cards).to_have_count(2)
     page.get_by_role("button", name="Studies with the tag rig-2").click()
     expect(cards).to_have_count(1)
-    expect(cards).to_contain_text("high")
+    expect(cards).to_contain_text("high friction")
     expect(page.get_by_label("Tag", exact=True)).to_have_value("rig-2")
     page.reload()  # as from a link that somebody sent
     expect(cards).to_have_count(1)
@@ -71,6 +72,40 @@ def test_a_tag_is_written_and_leads_to_its_studies(
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
+def test_studies_are_sorted_by_what_they_reach_compared_and_deleted_together(
+    open_page: Callable[..., Any], own_service: Callable[..., Any], helpers: Any
+) -> None:
+    running = own_service()
+    with httpx.Client(base_url=running.url, timeout=300) as client:
+        for name, frictions in (("worse", [0.1, 0.2]), ("better", [0.5, 0.6]), ("middling", [0.2, 0.4])):
+            axes = {"friction_ratio": frictions, "frequency_ratio": [0.9, 1.0, 1.1]}
+            study = {"name": name, "damping_ratio": 0.02, "axes": axes} | COMMON
+            record = client.post("/api/v1/studies", json=study).raise_for_status().json()
+            helpers.wait_for(client, record["id"], helpers.ended)
+        page = open_page(running.url).go("")
+        titles = page.locator(".cards .title")
+        expect(titles).to_have_text(["middling", "better", "worse"])
+        expect(page.locator(".best strong")).to_have_count(3)
+        page.get_by_label("Sorted by").select_option("best")
+        expect(titles).to_have_text(["better", "middling", "worse"])
+        assert "sort=best" in page.url
+        for name in ("better", "worse"):
+            page.get_by_label(f"Choose {name}").check()
+        assert serious(page) == []
+        page.get_by_role("link", name="Compare").click()
+        rows = page.get_by_role("region", name="Compared").get_by_role("row")
+        expect(rows).to_have_count(3)
+        best = client.get(f"/api/v1/studies/{record['id']}/optimal-designs").json()["designs"][0]
+        page.go_back()
+        page.get_by_label("Choose middling").check()
+        expect(page.locator(".best strong").nth(1)).to_have_text(f"{best['value']:.4g} X/Z")
+        page.get_by_label("Choose better").check()
+        page.get_by_role("group", name="Those chosen").get_by_role("button", name="Delete").click()
+        page.get_by_role("dialog").get_by_role("button", name="Delete").click()
+        expect(titles).to_have_text(["worse"])
+        assert len(client.get("/api/v1/studies").json()["studies"]) == 1
+
+
 @pytest.fixture(scope="module")
 def frictions(service: Any, helpers: Any) -> dict[str, Any]:
     """A study of friction alone over a band; its best friction lies inside."""
@@ -83,6 +118,7 @@ def frictions(service: Any, helpers: Any) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.night
 def test_a_search_goes_on_until_the_best_is_known(
     open_page: Callable[..., Any], client: httpx.Client, frictions: dict[str, Any]
 ) -> None:

@@ -351,7 +351,7 @@ def test_a_suite_shows_its_map_its_dampers_and_no_tabs_that_do_not_apply(
     page = open_page().go(f"#/studies/{suite['id']}")
     expect(page.get_by_role("heading", name="two earthquakes", level=1)).to_be_visible()
     tabs = page.get_by_role("navigation", name="Parts of the study").get_by_role("link")
-    expect(tabs).to_have_text(["Map and dampers", "Beside another", "Data"])
+    expect(tabs).to_have_text(["Map and dampers", "Compare", "Data"])
     until(page, KNOWN_POINTS, lambda known: known == 6)
     best = client.get(f"/api/v1/studies/{suite['id']}/optimal-designs").json()["designs"][0]
     cells = page.locator(".designs tbody tr").first.locator("td")
@@ -393,7 +393,7 @@ def test_dampers_over_base_amplitudes_are_mapped_and_ranked_in_units_or_as_ratio
     watched = open_page()
     page = watched.go(f"#/studies/{record['id']}")
     tabs = page.get_by_role("navigation", name="Parts of the study").get_by_role("link")
-    expect(tabs).to_have_text(["Map and dampers", "Beside another", "Data"])
+    expect(tabs).to_have_text(["Map and dampers", "Compare", "Data"])
     cells = page.locator(".designs tbody tr").first.locator("td")
     expect(cells.nth(0)).to_have_text(f"{best['friction_force_n']:g}")
     expect(cells.nth(1)).to_have_text(f"{1000 * best['value']:.5g}")

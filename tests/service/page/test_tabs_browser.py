@@ -173,7 +173,7 @@ def test_two_studies_in_units_are_shown_on_one_scale_with_the_difference_of_thei
     light, damped, _ = (record["id"] for record in pair)
     watched = open_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
     page = watched.go(f"#/studies/{light}/map")
-    page.get_by_role("link", name="Beside another").click()
+    page.get_by_role("link", name="Compare").click()
     expect(page.get_by_role("status").filter(has_text="Choose a study")).to_be_visible()
     page.get_by_label("Beside").select_option(damped)
     first, second, apart = until(page, DRAWN_BESIDE, lambda drawn: len(drawn) == 3 and all(drawn))

@@ -27,7 +27,9 @@ def test_remarks_stay_with_their_study_and_change_nothing_else(store):
     assert store.remark(record.id, Remarks(note="second")).tags == ("rig-2", "steel")
     now = store.remark(record.id, Remarks(tags=("steel",)))
     assert (now.tags, now.note) == (("steel",), "second")
-    changed = {"tags": [], "note": ""}
+    now = store.remark(record.id, Remarks(name="steel rig"))
+    assert (now.name, now.definition) == ("steel rig", record.definition)
+    changed = {"tags": [], "note": "", "name": record.name}
     assert now.document() | changed == record.document()
     # the same definition is the same study still
     again, created = store.submit(make_study("another name"), make_plan_of(make_study()), {})
@@ -147,11 +149,12 @@ def test_remarks_that_were_put_off_are_written_beside_the_blocks(store):
     record = enter(store, make_study())
     shelf = store.cube_shelf(record.id, 1)
     store.set_state(record.id, "cancelled")
-    store.remark(record.id, Remarks(("steel",), "n"), at_once=False)
+    store.remark(record.id, Remarks(("steel",), "n", "renamed"), at_once=False)
     assert read_marks(shelf)[0]["tags"] == "[]"
     again = Store.open(store.data_dir)  # as after a process that was killed
     again.keep_late_marks()
     assert read_marks(shelf)[0]["tags"] == '["steel"]'
+    assert read_marks(shelf)[0]["name"] == "renamed"
     assert again._put_off() == {}
     # of a study that was deleted nothing is left to write
     again.remark(record.id, Remarks(note="m"), at_once=False)

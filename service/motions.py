@@ -1,0 +1,97 @@
+"""What is read off a computed motion: forces on the structure, and how much of it there is at each frequency."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from damperlab.worker.point import Design
+
+Column = NDArray[np.float64]
+
+SAMPLES_PER_CYCLE = 256
+HARMONICS = 8
+"""Highest harmonic of the excitation in a spectrum of a steady motion."""
+NATURAL = 4
+"""Highest frequency in a spectrum under a record, over that of the structure."""
+HELD = 1e-9
+"""Of the largest speed: a structure that is slower is held by friction."""
+AT_WALL = 1e-9
+"""Of the clearance: a particle that is nearer to a wall rests against it."""
+
+
+def forces_on(history: Mapping[str, Column], design: Design) -> dict[str, Column]:
+    """Give the forces on the structure over k·Z, one value a sample.
+
+    Parameters
+    ----------
+    history : mapping of ndarray
+        Columns of a motion, as `damperlab.worker.point.Simulation` has them.
+    design : Design
+        The design point that moves.
+
+    Returns
+    -------
+    dict of ndarray
+        ``spring``, ``damping``, ``friction``, and ``excitation``, which is 0 on a shaken base. Friction that holds a structure
+        keeps it moving with its base. An instantaneous impact has no finite force.
+    """
+    u, v, v_rate = history["u"], history["v"], history["v_rate"]
+    phase = design.frequency_ratio * (history["time"] - history["time"][0])
+    force = np.sin(phase) if design.forced else np.zeros_like(u)
+    carried = np.ones_like(u)
+    if design.particle is not None:
+        nearest = design.particle.clearance_ratio * (1.0 - AT_WALL)
+        # a particle at rest against a wall is carried along
+        carried[np.abs(history["p"] - u) >= nearest] += design.particle.mass_ratio
+    most = design.friction_ratio
+    # the base's acceleration is -r² z
+    held = np.clip(v - carried * design.frequency_ratio**2 * (u - v) - force, -most, most)
+    moves = np.abs(v_rate) > HELD * np.abs(v_rate).max(initial=0.0)
+    return {
+        "spring": -v,
+        "damping": -2.0 * design.damping_ratio * v_rate,
+        "friction": np.where(moves, -most * np.sign(v_rate), held),
+        "excitation": force,
+    }
+
+
+def harmonics_of(history: Mapping[str, Column], frequency_ratio: float) -> dict[str, Column]:
+    """Give the amplitudes of u at multiples of the excitation's frequency, over all whole cycles of a steady motion.
+
+    Returns
+    -------
+    dict of ndarray
+        ``multiple``, from the lowest that fits in steps of it, and ``amplitude`` over Z.
+    """
+    time = history["time"]
+    cycle = 2.0 * math.pi / frequency_ratio
+    cycles = round((time[-1] - time[0]) / cycle)
+    if cycles < 1:
+        return {"multiple": np.zeros(0), "amplitude": np.zeros(0)}
+    amplitude = _amplitudes(time, history["u"], cycles * cycle, cycles * SAMPLES_PER_CYCLE)
+    place = np.arange(1, HARMONICS * cycles + 1)
+    return {"multiple": place / cycles, "amplitude": amplitude[place]}
+
+
+def drift_spectrum(history: Mapping[str, Column], natural_frequency_hz: float) -> dict[str, Column]:
+    """Give the amplitudes of the displacement against the base over frequency, under a record.
+
+    Returns
+    -------
+    dict of ndarray
+        ``frequency_hz`` up to `NATURAL` times that of the structure, and ``amplitude_m``.
+    """
+    time = history["time_s"]
+    span, highest = time[-1] - time[0], NATURAL * natural_frequency_hz
+    count = max(256, math.ceil(4.0 * highest * span))
+    amplitude = _amplitudes(time, history["relative_displacement_m"], span, count)
+    place = np.arange(1, int(min(highest * span, count / 2 - 1)) + 1)
+    return {"frequency_hz": place / span, "amplitude_m": amplitude[place]}
+
+
+def _amplitudes(time: Column, values: Column, span: float, count: int) -> Column:
+    """Give the discrete Fourier transform at even steps, straight between samples."""
+    even = np.interp(time[0] + span * np.arange(count) / count, time, values)
+    return np.asarray(2.0 * np.abs(np.fft.rfft(even)) / count)

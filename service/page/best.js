@@ -1,0 +1,55 @@
+/** What the best damper of a study reaches, for lists: asked for once for what is computed. */
+
+import { ask, Refusal, studyPath } from "./api.js";
+import { leading, VALUE } from "./headline.js";
+import { drawn } from "./numbers.js";
+import { Shown } from "./shown.js";
+import { LARGEST } from "./thumbnail.js";
+
+/** @typedef {import("./shelf.js").Best} Best */
+
+/** By study and how much of it is there. @type {Map<string, Promise<Best | null>>} */
+const known = new Map();
+
+/** @param {any} record as the list has it @returns {Promise<Best | null>} null where nothing can be said */
+export function bestOf(record) {
+  if (record.points_done < record.points_total || record.points_total > LARGEST) return Promise.resolve(null);
+  const key = `${record.id} ${record.revision}`;
+  const found = known.get(key) ?? asked(record.id);
+  known.set(key, found);
+  return found;
+}
+
+/** @param {string} id */
+async function asked(id) {
+  try {
+    const [ranked, { definition }] = await Promise.all([
+      ask(studyPath(id, "optimal-designs"), { top: 1 }),
+      ask(studyPath(id)),
+    ]);
+    const { best } = leading(ranked);
+    return best && spelledBest(ranked.units, best.value, new Shown(definition));
+  } catch (error) {
+    // it keeps no amplitude, or is gone
+    if (error instanceof Refusal) return null;
+    throw error;
+  }
+}
+
+/**
+ * The best value as it is shown.
+ *
+ * @param {string} units
+ * @param {number} value
+ * @param {Shown} shown
+ * @returns {Best}
+ */
+export function spelledBest(units, value, shown) {
+  if (units !== "1") return { value, unit: units, text: drawn(value, units, 4) };
+  const unit = shown.unit(VALUE);
+  return {
+    value: value * shown.factor(VALUE),
+    unit,
+    text: shown.value(VALUE, value, 4) + (unit ? "" : " X/Z"),
+  };
+}

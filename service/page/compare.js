@@ -1,0 +1,134 @@
+/**
+ * Several studies or designs: the best damper of each in a table, and their responses over the band in one
+ * figure.
+ *
+ * @typedef {{r: number[], ratio: (number | null)[], hertz: number | null, millimetres: number | null}} Curve
+ *   as ratios, and what turns them into units
+ * @typedef {{name: string, href: string, best: string, damper: string, curve: Curve | null}} Compared
+ */
+
+import { ask, studyPath } from "./api.js";
+import { spelledBest } from "./best.js";
+import { spelledDamper, spelledWorst } from "./design.js";
+import { el, fill, grid } from "./dom.js";
+import { CURVES, DASHES, figure } from "./figure.js";
+import { leading } from "./headline.js";
+import { FREQUENCY } from "./selection.js";
+import { MOST_COMPARED, nameOf } from "./shelf.js";
+import { Shown } from "./shown.js";
+
+const AMPLITUDE_RATIO = "amplitude_ratio";
+
+/** @type {import("./main.js").View} */
+export async function compareView(root, { query }) {
+  const ids = (/** @type {string} */ kind) => (query.get(kind) ?? "").split(",").filter(Boolean);
+  const asked = [...ids("studies").map(ofStudy), ...ids("designs").map(ofDesign)].slice(0, MOST_COMPARED);
+  const found = await Promise.all(asked);
+  const chart = figure({
+    label: "Responses of the best dampers over the band",
+    name: "compared",
+    height: 420,
+  });
+  const drawn = found.filter(({ curve }) => curve);
+  const units = drawn.every(({ curve }) => curve?.hertz && curve.millimetres);
+  const scaled = (
+    /** @type {(number | null)[] | undefined} */ values,
+    /** @type {number | null | undefined} */ by,
+  ) => values?.map((value) => (value === null || !units ? value : value * (by ?? 1)));
+  fill(
+    root,
+    el("h1", {}, "Compare"),
+    el(
+      "section",
+      { class: "box" },
+      grid(
+        "Compared",
+        ["Name", "Best value", "Damper"],
+        found.map(({ name, href, best, damper }) => [el("a", { href }, name), best, damper]),
+      ),
+    ),
+    drawn.length > 0 && chart.element,
+    drawn.length < found.length &&
+      el("p", { class: "quiet" }, "Drawn are those with a displacement over a band."),
+  );
+  if (drawn.length === 0) return;
+  await chart.draw(
+    () =>
+      drawn.map(({ name, curve }, i) => ({
+        x: scaled(curve?.r, curve?.hertz),
+        y: scaled(curve?.ratio, curve?.millimetres),
+        name,
+        mode: "lines",
+        line: { color: CURVES()[i], dash: DASHES[i], width: 2 },
+      })),
+    () => ({
+      xaxis: { title: { text: units ? "frequency [Hz]" : "frequency ratio r" } },
+      yaxis: { title: { text: units ? "displacement [mm]" : "amplitude ratio X/Z" }, rangemode: "tozero" },
+    }),
+  );
+}
+
+/** @param {string} id @returns {Promise<Compared>} */
+async function ofStudy(id) {
+  const [record, ranked] = await Promise.all([
+    ask(studyPath(id)),
+    ask(studyPath(id, "optimal-designs"), { top: 1 }),
+  ]);
+  const { best } = leading(ranked);
+  const shown = new Shown(record.definition);
+  const several = record.dimensions.filter(
+    (/** @type {string} */ _, /** @type {number} */ i) => record.shape[i] > 1,
+  );
+  const named = several.filter(
+    (/** @type {string} */ name) => name !== FREQUENCY && best?.[name] !== undefined,
+  );
+  const part = (/** @type {string} */ name) =>
+    `${shown.title(name).replace(/ \[.*/, "")} ${shown.value(name, best[name])}`;
+  const hasBand = best && ranked.units === "1" && several.includes(FREQUENCY);
+  return {
+    name: nameOf(record),
+    href: `#/studies/${id}`,
+    best: best ? spelledBest(ranked.units, best.value, shown).text : "–",
+    damper: named.map(part).join(", ") || "–",
+    curve: hasBand
+      ? await response(
+          id,
+          Object.fromEntries(named.map((/** @type {string} */ name) => [name, best[name]])),
+          shown,
+        )
+      : null,
+  };
+}
+
+/** @param {string} id @param {Record<string, number>} at @param {Shown} shown @returns {Promise<Curve>} */
+async function response(id, at, shown) {
+  const answer = await ask(studyPath(id, "frequency-response"), at);
+  const factor = (/** @type {string} */ name) => (shown.has(name) ? shown.factor(name) : null);
+  const { frequency_ratio: r, values: ratio } = answer;
+  return { r, ratio, hertz: factor(FREQUENCY), millimetres: factor(AMPLITUDE_RATIO) };
+}
+
+/** @param {string} id @returns {Promise<Compared>} */
+async function ofDesign(id) {
+  const design = await ask(`designs/${encodeURIComponent(id)}`);
+  const { answer } = design;
+  const { known } = answer ? { known: answer } : design;
+  return {
+    name: nameOf(design),
+    href: `#/designs/${id}`,
+    best: known ? spelledWorst(known) : "–",
+    damper: known ? spelledDamper(known.design) : "–",
+    curve: answer?.worst.measure.endsWith("displacement") && answer.response.value ? overBand(answer) : null,
+  };
+}
+
+/** @param {any} answer @returns {Curve} */
+function overBand({ response: { frequency_ratio: r, frequency_hz: hz, value }, worst }) {
+  const over = worst.units === "m" ? worst.ratio / worst.value : 1;
+  return {
+    r,
+    ratio: value.map((/** @type {number | null} */ one) => (one === null ? null : one * over)),
+    hertz: hz ? hz[0] / r[0] : null,
+    millimetres: worst.units === "m" ? 1000 / over : null,
+  };
+}

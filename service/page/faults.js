@@ -1,0 +1,110 @@
+/**
+ * Faults of a form, each beneath the field that it names, in the words and the unit of that field.
+ *
+ * @typedef {import("./api.js").Fault} Fault
+ * @typedef {{label?: string, unit?: string, scale?: string}} Looks what a field says of itself: its name for
+ *   people, its unit, and what a value in SI is multiplied with to be in it
+ */
+
+import { sentences } from "./api.js";
+import { capital, el, fill, prose } from "./dom.js";
+import { short } from "./numbers.js";
+
+/** A number as the service writes it, not a part of a word. */
+const NUMBER = /(?<![\w.,])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w.,]*\w)/g;
+/** What counts is in no unit. */
+const COUNTED = /list|values|points/;
+
+/**
+ * A field with its title, and a place for its faults.
+ *
+ * @param {string} path in the document
+ * @param {string} title
+ * @param {import("./dom.js").Child | import("./dom.js").Child[]} inputs one, whose label the title is; of
+ *   several each has its own
+ * @param {{label?: string, unit?: string, scale?: number, wide?: boolean}} [looks] of what is typed
+ */
+export function field(path, title, inputs, { label, unit, scale = 1, wide = false } = {}) {
+  return el(
+    Array.isArray(inputs) ? "div" : "label",
+    {
+      class: wide ? "field wide" : "field",
+      "data-field": path,
+      "data-label": label,
+      ...(scale === 1 ? {} : { "data-unit": unit, "data-scale": scale }),
+    },
+    el("span", {}, title),
+    inputs,
+    el("span", { class: "faults" }),
+  );
+}
+
+/**
+ * Put each fault at its field, and mark that; what has no field here goes elsewhere.
+ *
+ * @param {Element} fields
+ * @param {Fault[]} faults
+ * @param {Element} elsewhere
+ * @param {boolean} [all] whether what is merely missing is marked too
+ * @returns {{wrong: number, missing: number}} `missing` counts those that nobody has typed anything for yet
+ */
+export function showFaults(fields, faults, elsewhere, all = true) {
+  clearFaults(fields);
+  fill(elsewhere);
+  let missing = 0;
+  for (const fault of faults) {
+    const field = fieldOf(fields, fault.field);
+    const inputs = [...(field?.querySelectorAll("input") ?? [])];
+    const untouched =
+      fault.found === "nothing" && inputs.length > 0 && inputs.every((each) => each.value === "");
+    missing += Number(untouched);
+    if (untouched && !all) continue;
+    for (const input of inputs) input.setAttribute("aria-invalid", "true");
+    const place = field?.querySelector(".faults:not(.upload)") ?? elsewhere;
+    place.append(el("p", {}, prose(worded(fault, /** @type {HTMLElement | null} */ (field)?.dataset ?? {}))));
+  }
+  return { wrong: faults.length - missing, missing };
+}
+
+/** Take all marks away; what is wrong with a file stays until another is chosen. @param {Element} fields */
+function clearFaults(fields) {
+  for (const place of fields.querySelectorAll(".faults:not(.upload)")) fill(place);
+  for (const marked of fields.querySelectorAll("[aria-invalid]")) marked.removeAttribute("aria-invalid");
+}
+
+/**
+ * A fault as a form says it.
+ *
+ * @param {Fault} fault
+ * @param {Looks} looks of its field
+ */
+export function worded(fault, { label, unit, scale }) {
+  const factor = Number(scale ?? 1);
+  if (factor === 1) {
+    const message = label ? fault.message.replace(`\`${fault.field}\``, label) : fault.message;
+    return sentences(capital(message), fault.advice);
+  }
+  const inUnit = (/** @type {string} */ text) =>
+    COUNTED.test(text) ? text : text.replace(NUMBER, (value) => short(Number(value) * factor));
+  const found = fault.found === "nothing" ? "" : `, not ${inUnit(fault.found)}`;
+  const message = `${capital(label ?? fault.field)} [${unit}]: allowed is ${inUnit(fault.allowed)}${found}.`;
+  // in which unit the service counts is nothing to somebody who types another
+  return sentences(message, fault.advice.startsWith("give it in") ? "" : fault.advice);
+}
+
+/**
+ * The element of a field: that of its longest beginning, or of the quantity that it is a range or a tolerance
+ * of.
+ *
+ * @param {Element} fields
+ * @param {string} name
+ * @returns {Element | null}
+ */
+function fieldOf(fields, name) {
+  const parts = name.replaceAll("[", ".").replaceAll("]", "").split(".");
+  for (let length = parts.length; length > 0; length -= 1) {
+    const found = fields.querySelector(`[data-field="${CSS.escape(parts.slice(0, length).join("."))}"]`);
+    if (found) return found;
+  }
+  return fields.querySelector(`[data-field="${CSS.escape(parts.slice(1).join("."))}"]`);
+}
