@@ -12,12 +12,13 @@ from starlette.responses import Response, StreamingResponse
 
 from damperlab.service.answer_schemas import gives
 from damperlab.service.documents import Document
+from damperlab.service.edge.conditional import TAGGED_BYTES
 from damperlab.service.parameters import asks
 from damperlab.service.problems import Problem, documented
 from damperlab.service.questions.every import BY_ROUTE, EVERY
 from damperlab.service.questions.question import Question, Subject, in_front
 from damperlab.service.state import TheService, TheStudy
-from damperlab.service.work.apart import PIECE_BYTES, is_large, pieces, written
+from damperlab.service.work.apart import is_large, pieces, written
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
@@ -73,9 +74,9 @@ def _write(store: Store, study: Record, place: Path, route: str, asked: tuple[An
 
 
 def _sent(file: BinaryIO, headers: dict[str, str]) -> Response:
-    """Send what lies in a file: whole where it is short, so that it can be kept."""
+    """Send what lies in a file: whole where it is short, so that it is tagged and may be kept."""
     size = file.seek(0, SEEK_END)
-    if size > PIECE_BYTES:
+    if size > TAGGED_BYTES:
         return StreamingResponse(pieces(file, 0, size), headers=headers)
     return Response(b"".join(pieces(file, 0, size)), headers=headers)
 
