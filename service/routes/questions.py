@@ -19,10 +19,29 @@ from damperlab.service.questions.every import BY_ROUTE, EVERY
 from damperlab.service.questions.question import Question, Subject, in_front
 from damperlab.service.state import TheService, TheStudy
 from damperlab.service.work.apart import is_large, pieces, written
+from damperlab.studies.store.export.export import dimensions_of
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
+
+
+@router.get(
+    "/axes",
+    response_class=Document,
+    responses={200: gives("StudyAxes"), **documented(404, 503)},
+    summary="The values of every dimension",
+)
+def axes(service: TheService, study: TheStudy) -> Document:
+    """List the grid's values by dimension, and the names of the variables that the study stores."""
+    cube = service.store.cube(study.id)
+    return Document(
+        {
+            "study": study.id,
+            "axes": {name: cube[name].values for name in dimensions_of(cube)},
+            "variables": [str(name) for name in cube.data_vars],
+        }
+    )
 
 
 def _add(question: Question[Any]) -> None:
