@@ -1,6 +1,5 @@
 """The command export: a stored cube as one file for other programs."""
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -45,13 +44,7 @@ def export(
     record = store.find(study)
     make_parent(output)
     with working(f"Writing {output}"):
-        # Renamed when it is whole: an interrupted export leaves no half file under the name asked for.
-        partial = output.with_name(f"{output.name}.{os.getpid()}.partial")
-        try:
-            write_file(store.cube(record.id), partial, file_format, names)
-            partial.replace(output)
-        finally:
-            partial.unlink(missing_ok=True)
+        write_file(store.cube(record.id), output, file_format, names)
     missing = record.points_total - record.points_done
     unfinished = f"; {missing} of them are not computed yet (status -1)" if missing else ""
     note(f"Wrote {record.points_total} points of {label(record)} to {output}{unfinished}.")
