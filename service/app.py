@@ -39,7 +39,6 @@ from damperlab.service.parameters import once
 from damperlab.service.routes import (
     accuracy,
     answers,
-    axes,
     catalog,
     designs,
     earthquakes,
@@ -146,7 +145,6 @@ def create_app(settings: Settings) -> FastAPI:
         catalog,
         studies,
         remarks,
-        axes,
         questions,
         report,
         refine,

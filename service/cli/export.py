@@ -1,6 +1,5 @@
 """The command export: a stored cube as one file for other programs."""
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -65,13 +64,7 @@ def export(
         raise UsageFault(Fault("--crate", found, f"no {FILE} beside the file", advice))
     make_parent(output)
     with working(f"Writing {output}"):
-        # Renamed when it is whole: an interrupted export leaves no half file under the name asked for.
-        partial = output.with_name(f"{output.name}.{os.getpid()}.partial")
-        try:
-            write_file(cube, partial, file_format)
-            partial.replace(output)
-        finally:
-            partial.unlink(missing_ok=True)
+        write_file(cube, output, file_format)
     if crate:
         write_crate(cube, output)
     missing = record.points_total - record.points_done

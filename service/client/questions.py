@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
+from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, cast
 
 from damperlab.service.client.asked import Asked, explained, parameters, values_of
@@ -188,19 +189,23 @@ class Questions(Asked):
 
 def _untyped(question: Question[Any]) -> Callable[..., Any]:
     """Make the method of a question that has none above: the same, but for what a checker of types knows of it."""
-    fields = [each for each in question.fields if "client" in each.doors]
+    fields = sorted(
+        (each for each in question.fields if "client" in each.doors), key=lambda each: each.is_named
+    )
+    parameters = [Parameter("self", Parameter.POSITIONAL_OR_KEYWORD)]
+    for each in fields:
+        kind = Parameter.VAR_KEYWORD if each.is_named else Parameter.KEYWORD_ONLY
+        default = Parameter.empty if each.needed or each.is_named else each.default
+        parameters.append(Parameter(each.name, kind, default=default))
+    signature = Signature(parameters)
 
-    @explained(*question.asks)
-    def ask(self: Questions, **given: Any) -> Any:
-        named = next((each.name for each in fields if each.is_named), None)
-        plain = {each.name for each in fields if not each.is_named}
-        if named is not None:
-            given[named] = {name: given.pop(name) for name in given.keys() - plain}
-        return self._answer(question, given)
+    def ask(*given: Any, **named: Any) -> Any:
+        bound = signature.bind(*given, **named)
+        return bound.arguments.pop("self")._answer(question, bound.arguments)
 
-    ask.__name__ = question.method
-    ask.__doc__ = f"{question.summary}.\n\n{ask.__doc__}"
-    return ask
+    ask.__name__, ask.__doc__ = question.method, f"{question.summary}.\n\n"
+    ask.__signature__ = signature  # type: ignore[attr-defined]
+    return explained(*question.asks)(ask)
 
 
 for _question in EVERY:

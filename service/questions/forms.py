@@ -113,8 +113,8 @@ def _ranking(answer: "xr.Dataset") -> dict[str, Any]:
     """Write designs, the best first, each with its coordinates and what the answer says of it; then how many there are."""
     said = {str(name): value for name, value in answer.attrs.items()}
     worst = "metric" in said  # of dampers that are ranked by their worst case
-    places = map(str, answer.coords) if worst else dimensions_of(answer.coords)
-    names = list(dict.fromkeys(("rank", *places, *map(str, answer.data_vars))))
+    first = answer.coords if worst else (*dimensions_of(answer.coords), "value", "error", "response_class")
+    names = list(dict.fromkeys(map(str, ("rank", *first, *answer.data_vars))))
     rows = zip(*(answer[name].values.tolist() for name in names), strict=True)
     designs = [dict(zip(names, row, strict=True)) for row in rows]
     classes = _flags("response_class")

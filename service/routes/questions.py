@@ -12,16 +12,36 @@ from starlette.responses import Response, StreamingResponse
 
 from damperlab.service.answer_schemas import gives
 from damperlab.service.documents import Document
+from damperlab.service.edge.conditional import TAGGED_BYTES
 from damperlab.service.parameters import asks
 from damperlab.service.problems import Problem, documented
 from damperlab.service.questions.every import BY_ROUTE, EVERY
 from damperlab.service.questions.question import Question, Subject, in_front
 from damperlab.service.state import TheService, TheStudy
-from damperlab.service.work.apart import PIECE_BYTES, is_large, pieces, written
+from damperlab.service.work.apart import is_large, pieces, written
+from damperlab.studies.store.export.export import dimensions_of
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
+
+
+@router.get(
+    "/axes",
+    response_class=Document,
+    responses={200: gives("StudyAxes"), **documented(404, 503)},
+    summary="The values of every dimension",
+)
+def axes(service: TheService, study: TheStudy) -> Document:
+    """List the grid's values by dimension, and the names of the variables that the study stores."""
+    cube = service.store.cube(study.id)
+    return Document(
+        {
+            "study": study.id,
+            "axes": {name: cube[name].values for name in dimensions_of(cube)},
+            "variables": [str(name) for name in cube.data_vars],
+        }
+    )
 
 
 def _add(question: Question[Any]) -> None:
@@ -73,9 +93,9 @@ def _write(store: Store, study: Record, place: Path, route: str, asked: tuple[An
 
 
 def _sent(file: BinaryIO, headers: dict[str, str]) -> Response:
-    """Send what lies in a file: whole where it is short, so that it can be kept."""
+    """Send what lies in a file: whole where it is short, so that it is tagged and may be kept."""
     size = file.seek(0, SEEK_END)
-    if size > PIECE_BYTES:
+    if size > TAGGED_BYTES:
         return StreamingResponse(pieces(file, 0, size), headers=headers)
     return Response(b"".join(pieces(file, 0, size)), headers=headers)
 

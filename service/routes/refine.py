@@ -1,6 +1,6 @@
 """Follow-up studies around an optimum or a class boundary."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
 import xarray as xr
@@ -44,58 +44,18 @@ FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
 }
 
 
-@router.post(
-    "/refine",
-    response_class=Document,
-    responses=FOLLOW_UPS,
-    summary="A follow-up study around the best design",
-    tags=["studies"],
-)
-async def refine(
-    request: Request,
-    service: TheService,
-    study: TheStudy,
-    asked: Annotated[
-        tuple[FollowUps, Search, Judging], asks(FollowUps, Search, Judging, dimensions=(*BEFORE, *DIMENSIONS))
-    ],
-) -> Document:
-    """Search where a better design may lie; name the follow-ups that are done with `with`."""
-    known, search, judging = asked
-    found = await service.work.run(request, _refined, service.settings, study, known, search, judging)
-    return await _follow(service, study, found, known.dry_run)
-
-
-def _refined(
+def refine(
     settings: Settings, study: Record, known: FollowUps, search: Search, judging: Judging
 ) -> Refinement:
+    """Search where a better design may lie; name the follow-ups that are done with `with`."""
     cubes = _cubes(settings, study, known)  # first: of another kind of study it says so
     return refine_optimum(parse_harmonic(study.definition), cubes, search, judging)
 
 
-@router.post(
-    "/refine-boundary",
-    response_class=Document,
-    responses=FOLLOW_UPS,
-    summary="A follow-up study around a change of response class",
-    tags=["studies"],
-)
-async def refine_class(
-    request: Request,
-    service: TheService,
-    study: TheStudy,
-    asked: Annotated[
-        tuple[FollowUps, Boundary, Step], asks(FollowUps, Boundary, Step, dimensions=(*BEFORE, *DIMENSIONS))
-    ],
-) -> Document:
-    """Search along one dimension, the others fixed, for where the class of response changes."""
-    known, boundary, step = asked
-    found = await service.work.run(request, _bounded, service.settings, study, known, boundary, step)
-    return await _follow(service, study, found, known.dry_run)
-
-
-def _bounded(
+def refine_class(
     settings: Settings, study: Record, known: FollowUps, boundary: Boundary, step: Step
 ) -> Refinement:
+    """Search along one dimension, the others fixed, for where the class of response changes."""
     cubes = _cubes(settings, study, known)
     if boundary.along is None:
         raise lacking(["along"], dimensions_of(cubes[study.id]))
@@ -105,6 +65,38 @@ def _bounded(
 
 def _cubes(settings: Settings, study: Record, known: FollowUps) -> Mapping[str, xr.Dataset]:
     return with_follow_ups(Subject(study, store_of(settings), "refine"), known.with_)
+
+
+def _add(path: str, summary: str, function: Callable[..., Refinement], *questions: type) -> None:
+    """Give a search its route; `questions` are what its function takes."""
+    values = asks(*questions, dimensions=(*BEFORE, *DIMENSIONS))
+
+    async def search(
+        request: Request, service: TheService, study: TheStudy, asked: Annotated[tuple[Any, ...], values]
+    ) -> Document:
+        found = await service.work.run(request, function, service.settings, study, *asked)
+        return await _follow(service, study, found, asked[0].dry_run)
+
+    router.add_api_route(
+        path,
+        search,
+        methods=["POST"],
+        response_class=Document,
+        responses=FOLLOW_UPS,
+        summary=summary,
+        description=function.__doc__,
+        name=function.__name__,
+        tags=["studies"],
+    )
+
+
+_add("/refine", "A follow-up study around the best design", refine, FollowUps, Search, Judging)
+_add(
+    "/refine-boundary",
+    "A follow-up study around a change of response class",
+    refine_class,
+    *(FollowUps, Boundary, Step),
+)
 
 
 async def _follow(service: Service, study: Record, found: Refinement, dry_run: bool) -> Document:

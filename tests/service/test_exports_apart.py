@@ -14,13 +14,14 @@ import pytest
 from fastapi import FastAPI
 from starlette.requests import ClientDisconnect
 
+from damperlab.service.edge.conditional import TAGGED_BYTES
 from damperlab.service.problems import Problem, install
 from damperlab.service.routes import export, questions
 from damperlab.service.state import Service
 from damperlab.studies.store.care.sweep import LEFT_ALONE_SECONDS, remove_exports
 
 PARTS = b"a long answer"
-WHOLE = 3 * (1 << 20)
+WHOLE = TAGGED_BYTES + 1
 
 
 def _ask(data_dir: Path, run: Callable[[Path], Any], question: str = "export") -> httpx.Response:

@@ -86,11 +86,10 @@ AMPLITUDE_SHARE: Question[Any] = Question(
 '''
 
 DOORS = """
-import contextlib, io, json, sys, threading, time
+import contextlib, inspect, io, json, sys, threading, time
 from pathlib import Path
 
 import httpx, uvicorn
-
 
 import damperlab.service
 assert Path(damperlab.service.__file__).is_relative_to(sys.argv[1]), damperlab.service.__file__
@@ -114,7 +113,10 @@ url = f"http://127.0.0.1:{port}"
 try:
     answer = httpx.get(f"{url}/api/v1/studies/{study}/amplitude-share", params={"share": 0.25}, timeout=300)
     refused = httpx.get(f"{url}/api/v1/studies/{study}/amplitude-share", params={"share": 2}, timeout=300)
-    dataset = Client(url).study(study).amplitude_share(share=0.25)
+    ask = Client(url).study(study).amplitude_share
+    assert str(inspect.signature(ask)) == "(*, share=0.5)", inspect.signature(ask)
+    assert "Share of the points." in ask.__doc__, ask.__doc__
+    dataset = ask(share=0.25)
     dataset.plot(data / "share.png")
     client = dataset["amplitude_ratio"].values.tolist()
 finally:
