@@ -71,21 +71,22 @@ export function progressBar(record) {
 }
 
 /**
- * Buttons to cancel, resume and delete a study.
+ * Buttons to cancel, resume and delete a study, or to take it back from the trash.
  *
  * @param {any} record
  * @param {(record: any) => void} onChange told the new record, null where the study is gone
+ * @param {boolean} [gone] whether it is in the trash
  */
-export function actions(record, onChange) {
+export function actions(record, onChange, gone = false) {
   const place = el("span", { class: "row" });
   const name = record.name || record.id;
-  /** @param {string} label @param {() => Promise<any>} act @param {string} [kind] */
-  const button = (label, act, kind = "") =>
+  /** @param {string} label @param {() => Promise<any>} act */
+  const button = (label, act) =>
     el(
       "button",
       {
         type: "button",
-        class: `small ${kind}`,
+        class: "small",
         "aria-label": `${label} ${name}`,
         onclick: async () => {
           try {
@@ -104,9 +105,15 @@ export function actions(record, onChange) {
   const post = (verb) => ask(studyPath(record.id, verb), {}, { method: "POST" });
   const remove = async () => {
     const text =
-      `“${name}” and its ${counted(record.points_done, "computed point")} will be gone. This cannot be ` +
-      "undone.";
+      `“${name}” and its ${counted(record.points_done, "computed point")} can be taken back from the trash ` +
+      "for a week.";
     if (!(await confirmed("Delete this study?", text, "Delete it"))) return undefined;
+    return ask(studyPath(record.id), { trash: true }, { method: "DELETE" });
+  };
+  const removeForGood = async () => {
+    const text = `“${name}” will be gone for good.`;
+    if (!(await confirmed("Delete this study?", text, "Delete it for good"))) return undefined;
+    await post("undelete");
     return ask(studyPath(record.id), {}, { method: "DELETE" });
   };
   // the new version is another study: nothing about this one has changed
@@ -118,10 +125,12 @@ export function actions(record, onChange) {
   const stopped = record.state === "cancelled" || record.state === "failed";
   fill(
     place,
-    active && button("Cancel", () => post("cancel")),
-    stopped && button("Resume", () => post("resume")),
-    record.outdated && !active && button("Recompute", recompute),
-    !active && button("Delete", remove),
+    gone && button("Take back", () => post("undelete")),
+    gone && button("Delete for good", removeForGood),
+    !gone && active && button("Cancel", () => post("cancel")),
+    !gone && stopped && button("Resume", () => post("resume")),
+    !gone && record.outdated && !active && button("Recompute", recompute),
+    !gone && !active && button("Delete", remove),
   );
   return place;
 }

@@ -31,8 +31,9 @@ export async function studiesView(root, { query }) {
     kept,
     wanted: filter.wanted,
     nothing: filter.nothing,
+    gone: filter.gone,
     none: () => (filter.any() ? nothingFound() : nothingYet()),
-    picture: thumbnail,
+    picture: (/** @type {any} */ record) => !filter.gone() && thumbnail(record),
     says: (/** @type {any} */ record) => [
       record.submitted_by && el("div", { class: "quiet" }, `by ${record.submitted_by}`),
       record.priority !== 0 && el("div", { class: "quiet" }, `priority ${record.priority}`),
@@ -42,7 +43,7 @@ export async function studiesView(root, { query }) {
     ],
     state: (/** @type {any} */ record) => [badge(record.state), progressBar(record)],
     best: bestOf,
-    actions: (/** @type {any} */ record, acted) => actions(record, acted),
+    actions: (/** @type {any} */ record, acted) => actions(record, acted, filter.gone()),
   });
   await look();
   return leave;
