@@ -170,7 +170,7 @@ class Dispatcher:
         return record
 
     def delete(self, record: Record, keep_seconds: float = 0.0) -> None:
-        """Delete a study that has ended or waits; for so long it can be taken back.
+        """Delete a study that has ended or waits; for so long it can be restored.
 
         It is gone when this returns; its files are removed in the background, also after a restart, once its run here has
         put away what it was at.

@@ -157,7 +157,7 @@ class Study(Questions, Searches):
         return self
 
     def undelete(self) -> "Study":
-        """Take the study back from the trash."""
+        """Restore the study from the trash."""
         self._ask("POST", "/undelete")
         return self
 
@@ -212,7 +212,7 @@ class Study(Questions, Searches):
         Parameters
         ----------
         trash : bool
-            Whether `undelete` may take it back for a week.
+            Whether `undelete` may restore it for a week.
         """
         give_up = time.monotonic() + DRAIN_SECONDS
         while True:

@@ -71,7 +71,7 @@ export function progressBar(record) {
 }
 
 /**
- * Buttons to cancel, resume and delete a study, or to take it back from the trash.
+ * Buttons to cancel, resume and delete a study, or to restore it from the trash.
  *
  * @param {any} record
  * @param {(record: any) => void} onChange told the new record, null where the study is gone
@@ -105,7 +105,7 @@ export function actions(record, onChange, gone = false) {
   const post = (verb) => ask(studyPath(record.id, verb), {}, { method: "POST" });
   const remove = async () => {
     const text =
-      `“${name}” and its ${counted(record.points_done, "computed point")} can be taken back from the trash ` +
+      `“${name}” and its ${counted(record.points_done, "computed point")} can be restored from the trash ` +
       "for a week.";
     if (!(await confirmed("Delete this study?", text, "Delete it"))) return undefined;
     return ask(studyPath(record.id), { trash: true }, { method: "DELETE" });
@@ -125,7 +125,7 @@ export function actions(record, onChange, gone = false) {
   const stopped = record.state === "cancelled" || record.state === "failed";
   fill(
     place,
-    gone && button("Take back", () => post("undelete")),
+    gone && button("Restore", () => post("undelete")),
     gone && button("Delete for good", removeForGood),
     !gone && active && button("Cancel", () => post("cancel")),
     !gone && stopped && button("Resume", () => post("resume")),

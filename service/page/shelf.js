@@ -193,7 +193,7 @@ export function shelf(list, controls, what) {
     const noun = kind === "studies" ? "study" : "design";
     const these = chosen.size === 1 ? `this ${noun}` : `these ${chosen.size} ${kind}`;
     const text =
-      kind === "studies" ? "They can be taken back from the trash for a week." : "Their studies stay.";
+      kind === "studies" ? "They can be restored from the trash for a week." : "Their studies stay.";
     if (!(await confirmed(`Delete ${these}?`, text, "Delete"))) return;
     fill(trouble);
     let gone = 0;

@@ -93,11 +93,11 @@ class ListQuery(BaseModel):
         "finds them anyway.",
     )
 
-    trash: bool = Field(False, description="List those instead that were deleted and can be taken back.")
+    trash: bool = Field(False, description="List those instead that were deleted and can be restored.")
 
 
 TRASH_DAYS = 7
-"""How long a deleted study can be taken back."""
+"""How long a deleted study can be restored."""
 
 
 class DeleteQuery(BaseModel):
@@ -107,7 +107,7 @@ class DeleteQuery(BaseModel):
 
     trash: bool = Field(
         False,
-        description=f"Keep it for {TRASH_DAYS} days, in which POST /studies/{{study_id}}/undelete takes it back; until then "
+        description=f"Keep it for {TRASH_DAYS} days, in which POST /studies/{{study_id}}/undelete restores it; until then "
         "it counts for quotas.",
     )
 
@@ -372,12 +372,12 @@ def delete(service: TheService, study: TheExactStudy, query: Annotated[DeleteQue
     "/{study_id}/undelete",
     response_class=Document,
     responses={200: gives("Record"), **documented(404, 409, 503)},
-    summary="Take a study back from the trash",
+    summary="Restore a study from the trash",
 )
 def undelete(
     service: TheService, caller: TheCaller, study_id: Annotated[str, Path(description="A study's whole id.")]
 ) -> Document:
-    """Take back a study that was deleted with `trash`, with everything that it had computed."""
+    """Restore a study that was deleted with `trash`, with everything that it had computed."""
     require_own(caller, service.store.trashed(study_id))
     record = service.store.undelete(study_id)
     service.dispatcher.wake()

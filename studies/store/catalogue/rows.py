@@ -31,7 +31,7 @@ RESERVED = and_(NEVER_ENTERED, studies.c.state == "queued")
 
 
 def in_trash() -> ColumnElement[bool]:
-    """Tell of a row whether its study was deleted and can still be taken back."""
+    """Tell of a row whether its study was deleted and can still be restored."""
     return and_(studies.c.deleted > time.time() + LAST_SECONDS, studies.c.definition != "")
 
 

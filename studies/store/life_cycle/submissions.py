@@ -158,7 +158,7 @@ class Submissions(Entering):
         study_id : str
             Its whole id.
         keep_seconds : float
-            How long it stays in the trash, from where `undelete` takes it back.
+            How long it stays in the trash, from where `undelete` restores it.
 
         The study is gone once its tombstone is committed. Whoever calls `bury` next, in this process or another,
         removes the files: a service in the background, `damperlab delete` and `damperlab gc` as they run.
@@ -182,12 +182,12 @@ class Submissions(Entering):
             put_tombstone(self.cube_shelf(study_id, row.number), now)
 
     def trashed(self, study_id: str) -> Record:
-        """Give a deleted study that can be taken back; raise `StudyNotFound` where there is none."""
+        """Give a deleted study that can be restored; raise `StudyNotFound` where there is none."""
         with self.catalogue.reading() as connection:
             return record_of(_trashed_row(connection, study_id))
 
     def undelete(self, study_id: str) -> Record:
-        """Take a study back from the trash, as it was.
+        """Restore a study from the trash, as it was.
 
         Raises
         ------
@@ -208,7 +208,7 @@ class Submissions(Entering):
             except OSError as error:
                 raise cannot_use(self.shelf.address, error) from error
             connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=None))
-            log_event(connection, study_id, "taken back from the trash")
+            log_event(connection, study_id, "restored from the trash")
             return record_of(study_row(connection, study_id))
 
     def bury(self, before: float | None = None, stop: Callable[[], bool] = lambda: False) -> None:

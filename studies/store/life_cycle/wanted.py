@@ -43,7 +43,7 @@ class Wanted:
         Whether the studies that designs and refinements ask for count too; where not, those do all the same that have the
         tag, the name, or the state other than done asked for.
     trash : bool
-        Whether those are meant that were deleted and can be taken back, and not those that are there.
+        Whether those are meant that were deleted and can be restored, and not those that are there.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Studies that are deleted for a while, and taken back."""
+"""Studies that are deleted for a while, and restored."""
 
 import pytest
 from tests.filling import enter, make_study
@@ -21,7 +21,7 @@ def test_a_study_is_taken_back_from_the_trash_as_it_was(store):
     assert (ids(store), ids(store, trash=True)) == ([], [record.id])
     with pytest.raises(StudyNotFound):
         store.find(record.id)
-    store.bury()  # what may still be taken back stays
+    store.bury()  # what may still be restored stays
     assert store.trashed(record.id).name == record.name
     assert store.undelete(record.id) == record
     assert (ids(store), ids(store, trash=True)) == ([record.id], [])
