@@ -54,7 +54,7 @@ export function dampersTab(session, place) {
     y: kept.one("y", kind.axes, y),
     metric: kept.one(
       "metric",
-      variables.map((/** @type {any} */ one) => one.name).filter((name) => session.variables.includes(name)),
+      variables.map((one) => one.name).filter((name) => session.variables.includes(name)),
       usual.metric,
     ),
     met: kept.one("case", selection.axes[kind.met].map(String), ""),
@@ -80,7 +80,7 @@ export function dampersTab(session, place) {
 
   function drawControls() {
     const names = /** @type {[string, string][]} */ (kind.axes.map((name) => [name, shown.title(name)]));
-    const metrics = variables.filter((/** @type {any} */ one) => session.variables.includes(one.name));
+    const metrics = variables.filter((one) => session.variables.includes(one.name));
     const met = selection.axes[kind.met].map((value) => [
       String(value),
       kind === SUITE ? value : shown.value(AMPLITUDE, value),
@@ -91,7 +91,7 @@ export function dampersTab(session, place) {
       picker("Up", names, view.y, (name) => exchange("y", "x", name)),
       picker(
         "Shown",
-        metrics.map((/** @type {any} */ one) => [one.name, unitOf(one)]),
+        metrics.map((one) => [one.name, unitOf(one)]),
         view.metric,
         (metric) => change({ metric }),
       ),
@@ -217,7 +217,7 @@ export function dampersTab(session, place) {
    */
   async function rank(grown) {
     const mine = ++ranks;
-    if (variables.find((/** @type {any} */ one) => one.name === view.metric).coded) return fill(table);
+    if (variables.find((one) => one.name === view.metric).coded) return fill(table);
     try {
       const ranked = await ask(studyPath(record.id, "optimal-designs"), {
         metric: view.metric,

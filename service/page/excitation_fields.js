@@ -74,13 +74,11 @@ export function shakenBy(held) {
  * Every excitation in a group of its own, and what adds one; or records.
  *
  * @param {Held} held
- * @param {any[]} records those that the service has
+ * @param {import("./answers.js").GroundRecord[]} records those that the service has
  */
 export function excitationFields(held, records) {
   const raw = held.get(PLACE);
-  const kind = kindOf(
-    Array.isArray(raw) ? (raw.find((/** @type {any} */ each) => kindOf(each) === "band") ?? raw[0]) : raw,
-  );
+  const kind = kindOf(Array.isArray(raw) ? (raw.find((each) => kindOf(each) === "band") ?? raw[0]) : raw);
   const change = (/** @type {string} */ next) => {
     held.set(PLACE, structuredClone(BEGINNING[/** @type {Kind} */ (next)]));
     held.set("measure", undefined);
@@ -91,7 +89,7 @@ export function excitationFields(held, records) {
   return [picker("Kind of excitation", KINDS, kind, change), everyOne(held, records)];
 }
 
-/** @param {Held} held @param {any[]} records @param {string} place @param {Kind} kind */
+/** @param {Held} held @param {import("./answers.js").GroundRecord[]} records @param {string} place @param {Kind} kind */
 function fieldsOfKind(held, records, place, kind) {
   if (kind === "band") return fieldsAt(held, place);
   if (kind === "records") return recordFields(held, records, place);
@@ -175,7 +173,7 @@ function oneFieldOf(held, path, title, fields, drawn = number) {
  * Records, their scales, and what follows them.
  *
  * @param {Held} held
- * @param {any[]} records
+ * @param {import("./answers.js").GroundRecord[]} records
  * @param {string} place
  */
 function recordFields(held, records, place) {
@@ -203,7 +201,7 @@ function scaleFields(held, place) {
   ];
 }
 
-/** Each in a group of its own, and what adds one. @param {Held} held @param {any[]} records */
+/** Each in a group of its own, and what adds one. @param {Held} held @param {import("./answers.js").GroundRecord[]} records */
 function everyOne(held, records) {
   const raw = held.get(PLACE);
   const several = Array.isArray(raw);
@@ -247,7 +245,7 @@ function everyOne(held, records) {
  * One of several excitations.
  *
  * @param {Held} held
- * @param {any[]} records
+ * @param {import("./answers.js").GroundRecord[]} records
  * @param {any} each
  * @param {number} i
  */
@@ -264,7 +262,7 @@ function oneOf(held, records, each, i) {
 
 /** One excitation over a band, like the last that there is. @param {Held} held */
 function likeLast(held) {
-  const over = [held.get(PLACE) ?? {}].flat().filter((/** @type {any} */ each) => kindOf(each) === "band");
+  const over = [held.get(PLACE) ?? {}].flat().filter((each) => kindOf(each) === "band");
   const { name, ...like } = over[over.length - 1] ?? BEGINNING.band;
   return structuredClone(like);
 }

@@ -45,16 +45,14 @@ export function mapTab(session, place) {
     const options =
       selection.varied.length > 1 ? selection.varied : DIMENSIONS.filter((name) => name === x || name === y);
     const names = /** @type {[string, string][]} */ (options.map((name) => [name, shown.title(name)]));
-    const metrics = session.words.variables.filter((/** @type {any} */ v) =>
-      session.variables.includes(v.name),
-    );
+    const metrics = session.words.variables.filter((v) => session.variables.includes(v.name));
     fill(
       controls,
       picker("Across", names, view.x, (name) => exchange("x", "y", name)),
       picker("Up", names, view.y, (name) => exchange("y", "x", name)),
       picker(
         "Shown",
-        metrics.map((/** @type {any} */ v) => [v.name, shown.variable(v.name, v.long_name)]),
+        metrics.map((v) => [v.name, shown.variable(v.name, v.long_name)]),
         view.metric,
         (metric) => change({ metric }),
       ),

@@ -267,8 +267,7 @@ function shownNote(record, answer, history) {
 /** What the simulation measured. @param {any} answer @param {import("./study.js").Session} session */
 function measures({ metrics }, { words, shown }) {
   const known = words.variables.filter(
-    (/** @type {any} */ v) =>
-      MEASURES.includes(v.name) && metrics[v.name] !== undefined && metrics[v.name] !== null,
+    (v) => MEASURES.includes(v.name) && metrics[v.name] !== undefined && metrics[v.name] !== null,
   );
   /** @param {string} name */
   const value = (name) => {
@@ -286,9 +285,7 @@ function measures({ metrics }, { words, shown }) {
     { class: "facts" },
     shares &&
       el("div", { class: "long" }, el("dt", {}, "Where the energy goes"), el("dd", {}, shares.join(", "))),
-    known.map((/** @type {any} */ v) =>
-      el("div", {}, el("dt", { title: v.doc }, v.long_name), el("dd", {}, value(v.name))),
-    ),
+    known.map((v) => el("div", {}, el("dt", { title: v.doc }, v.long_name), el("dd", {}, value(v.name)))),
   );
 }
 

@@ -19,7 +19,7 @@ export function isActive(state) {
   return !WORDS.ended.includes(state);
 }
 
-/** What is said of results of an earlier solver. @param {any} record */
+/** What is said of results of an earlier solver. @param {import("./answers.js").StudyRecord} record */
 export function outdatedNote(record) {
   return (
     record.outdated &&
@@ -37,7 +37,7 @@ export function badge(state) {
   );
 }
 
-/** What a study does before its first block; empty where it is beyond that. @param {any} record */
+/** What a study does before its first block; empty where it is beyond that. @param {import("./answers.js").StudyRecord} record */
 function preparation(record) {
   if (record.phase === "starting") return "Starting workers …";
   if (record.phase === "waiting") return "Waiting for workers …";
@@ -46,7 +46,7 @@ function preparation(record) {
   return record.phase === "compiling" ? compiling(record) : "";
 }
 
-/** How far a study is, as a bar and in words. @param {any} record */
+/** How far a study is, as a bar and in words. @param {import("./answers.js").StudyRecord} record */
 export function progressBar(record) {
   const done = record.points_done;
   const total = record.points_total;
@@ -73,7 +73,7 @@ export function progressBar(record) {
 /**
  * Buttons to cancel, resume and delete a study, or to restore it from the trash.
  *
- * @param {any} record
+ * @param {import("./answers.js").StudyRecord} record
  * @param {(record: any) => void} onChange told the new record, null where the study is gone
  * @param {boolean} [gone] whether it is in the trash
  */
