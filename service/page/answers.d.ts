@@ -1,6 +1,9 @@
 /** What the service answers, as far as the page reads it. */
 
-/** A study as it is kept, its phase and time left while it has any; a list leaves `definition` and `provenance` out. */
+/**
+ * A study as it is kept, its phase and time left while it has any; a list leaves `definition` and
+ * `provenance` out.
+ */
 export type StudyRecord = {
   id: string;
   name: string;
@@ -52,3 +55,44 @@ export type Example = { name: string; about: string[]; definition: Record<string
 
 /** A ground-motion record as it is listed. */
 export type GroundRecord = { id: string; name: string; peak_acceleration_g: number; duration_s: number };
+
+/** A result over two dimensions; what is not there is null. */
+export type MapAnswer = {
+  x: number[];
+  y: number[];
+  values: (number | null)[][];
+  metric: string;
+  units: string;
+  long_name: string;
+  x_dimension: string;
+  y_dimension: string;
+  x_title?: string;
+  y_title?: string;
+  complete: number;
+  /** How the other dimensions are reduced. */
+  reduce: string;
+  /** Names of codes, by the variable that is coded. */
+  meanings: Record<string, Record<string, string>>;
+  response_class?: number[][];
+  status?: number[][];
+  preview?: Coarse | null;
+  /** Of a map less another one. */
+  other: (number | null)[][];
+  difference: (number | null)[][];
+};
+export type Coarse = { x: number[]; y: number[]; values: (number | null)[][] };
+
+/** The worst case of a damper. */
+export type Worst = {
+  measure: string;
+  units: string;
+  value: number;
+  frequency_hz?: number | null;
+  frequency_ratio?: number | null;
+  record?: string | null;
+  record_name?: string | null;
+  scale?: number | null;
+};
+
+/** A damper as it is built, by the names of its quantities. */
+export type Built = Record<string, number | null>;

@@ -89,7 +89,12 @@ export function excitationFields(held, records) {
   return [picker("Kind of excitation", KINDS, kind, change), everyOne(held, records)];
 }
 
-/** @param {Held} held @param {import("./answers.js").GroundRecord[]} records @param {string} place @param {Kind} kind */
+/**
+ * @param {Held} held
+ * @param {import("./answers.js").GroundRecord[]} records
+ * @param {string} place
+ * @param {Kind} kind
+ */
 function fieldsOfKind(held, records, place, kind) {
   if (kind === "band") return fieldsAt(held, place);
   if (kind === "records") return recordFields(held, records, place);
@@ -201,7 +206,12 @@ function scaleFields(held, place) {
   ];
 }
 
-/** Each in a group of its own, and what adds one. @param {Held} held @param {import("./answers.js").GroundRecord[]} records */
+/**
+ * Each in a group of its own, and what adds one.
+ *
+ * @param {Held} held
+ * @param {import("./answers.js").GroundRecord[]} records
+ */
 function everyOne(held, records) {
   const raw = held.get(PLACE);
   const several = Array.isArray(raw);

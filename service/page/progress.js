@@ -37,7 +37,11 @@ export function badge(state) {
   );
 }
 
-/** What a study does before its first block; empty where it is beyond that. @param {import("./answers.js").StudyRecord} record */
+/**
+ * What a study does before its first block; empty where it is beyond that.
+ *
+ * @param {import("./answers.js").StudyRecord} record
+ */
 function preparation(record) {
   if (record.phase === "starting") return "Starting workers …";
   if (record.phase === "waiting") return "Waiting for workers …";

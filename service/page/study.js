@@ -20,8 +20,9 @@ import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 /**
- * @typedef {{record: import("./answers.js").StudyRecord, selection: Selection, variables: string[], words: import("./answers.js").Catalogue, changes: EventTarget, kept:
- *   Kept, shown: Shown, renamed: (name: string) => void}} Session
+ * @typedef {{record: import("./answers.js").StudyRecord, selection: Selection, variables: string[],
+ *   words: import("./answers.js").Catalogue, changes: EventTarget, kept: Kept, shown: Shown,
+ *   renamed: (name: string) => void}} Session
  * @typedef {(session: Session, place: HTMLElement) => void | Promise<void>} Tab
  */
 

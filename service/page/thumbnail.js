@@ -76,7 +76,11 @@ export function thumbnail(record) {
   return canvas;
 }
 
-/** The dimensions of a picture; none where nothing can be shown. @param {import("./answers.js").StudyRecord} record */
+/**
+ * The dimensions of a picture; none where nothing can be shown.
+ *
+ * @param {import("./answers.js").StudyRecord} record
+ */
 function planeOf(record) {
   // a study that has ended half-way may have nothing of the plane, and is refused then
   const there =
