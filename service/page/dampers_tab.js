@@ -4,6 +4,7 @@
  */
 
 import { ask, refusalBox, studyPath } from "./api.js";
+import { axisPickers } from "./axis_pickers.js";
 import { el, fill, grid, picker, prose } from "./dom.js";
 import { figure } from "./figure.js";
 import { help } from "./help.js";
@@ -87,8 +88,7 @@ export function dampersTab(session, place) {
     ]);
     fill(
       controls,
-      picker("Across", names, view.x, (name) => exchange("x", "y", name)),
-      picker("Up", names, view.y, (name) => exchange("y", "x", name)),
+      axisPickers(names, view, () => (drawControls(), keep(), look())),
       picker(
         "Shown",
         metrics.map((one) => [one.name, unitOf(one)]),
@@ -102,15 +102,6 @@ export function dampersTab(session, place) {
         (one) => change({ met: one }),
       ),
     );
-  }
-
-  /** @param {"x" | "y"} mine @param {"x" | "y"} other @param {string} name */
-  function exchange(mine, other, name) {
-    if (view[other] === name) view[other] = view[mine];
-    view[mine] = name;
-    drawControls();
-    keep();
-    look();
   }
 
   /** Keep what differs from the usual view in the address. */
@@ -127,7 +118,7 @@ export function dampersTab(session, place) {
     });
   }
 
-  /** @param {any} what */
+  /** @param {unknown} what */
   function change(what) {
     Object.assign(view, what);
     keep();

@@ -256,7 +256,7 @@ function everyOne(held, records) {
  *
  * @param {Held} held
  * @param {import("./answers.js").GroundRecord[]} records
- * @param {any} each
+ * @param {unknown} each
  * @param {number} i
  */
 function oneOf(held, records, each, i) {
@@ -277,7 +277,7 @@ function likeLast(held) {
   return structuredClone(like);
 }
 
-/** One excitation more: a list begins with the one that is there. @param {Held} held @param {any} more */
+/** One excitation more: a list begins with the one that is there. @param {Held} held @param {unknown} more */
 function add(held, more) {
   held.set(PLACE, [...[held.get(PLACE) ?? {}].flat(), more]);
   dropMeasure(held);
@@ -305,7 +305,7 @@ export function measuresOf(held) {
 /** @param {Held} held @param {number} i */
 function remover(held, i) {
   const remove = () => {
-    const left = held.get(PLACE).filter((/** @type {any} */ _, /** @type {number} */ k) => k !== i);
+    const left = held.get(PLACE).filter((/** @type {unknown} */ _, /** @type {number} */ k) => k !== i);
     const { name, ...only } = left[0] ?? {};
     held.set(PLACE, left.length > 1 ? left : only);
     dropMeasure(held);

@@ -201,7 +201,7 @@ function barLook() {
  * Codes as steps of colour with their names.
  *
  * @param {import("./answers.js").MapAnswer} map
- * @param {any} words
+ * @param {unknown} words
  */
 function codes(map, words) {
   const meanings = map.meanings[map.metric];
@@ -246,7 +246,7 @@ function hover(map, coded) {
  * @param {number[][] | undefined} codes
  * @param {(code: number) => boolean} holds
  * @param {string} name
- * @param {any} marker
+ * @param {unknown} marker
  */
 function where(map, codes, holds, name, marker) {
   const found = /** @type {[number, number][]} */ ([]);
@@ -296,7 +296,7 @@ function classSymbols(map, kinds, words) {
 /** @param {Marks} marks */
 function markers({ best, idle, pareto, point }) {
   const traces = [];
-  /** @param {Mark[]} list @param {string} name @param {any} marker */
+  /** @param {Mark[]} list @param {string} name @param {unknown} marker */
   const add = (list, name, marker) =>
     traces.push({
       type: "scatter",

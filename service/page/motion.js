@@ -76,7 +76,7 @@ export function motionPanel(session) {
     python: same,
   });
   const units = unitsOf(session.shown);
-  /** @type {Record<string, any>} what was asked for last */
+  /** @type {Record<string, unknown>} what was asked for last */
   let asked = {};
 
   /**
@@ -225,7 +225,7 @@ function unitsOf(shown) {
  */
 function design({ selection, record }, r, cycles) {
   const { particle, contact, excitation } = record.definition;
-  /** @type {Record<string, any>} */
+  /** @type {Record<string, unknown>} */
   const ratios = Object.fromEntries(
     designDimensions(record.definition).map((name) => [name, selection.value(name)]),
   );
@@ -358,7 +358,7 @@ function phaseTraces(history, units) {
   const lengths = (values) => values.map((value) => value * units.ofLength);
   /** @param {number[]} values */
   const speeds = (values) => values.map((value) => value * units.ofSpeed);
-  const traces = /** @type {any[]} */ ([
+  const traces = /** @type {unknown[]} */ ([
     {
       type: "scatter",
       mode: "lines",

@@ -78,7 +78,7 @@ export function progressBar(record) {
  * Buttons to cancel, resume and delete a study, or to restore it from the trash.
  *
  * @param {import("./answers.js").StudyRecord} record
- * @param {(record: any) => void} onChange told the new record, null where the study is gone
+ * @param {(record: unknown) => void} onChange told the new record, null where the study is gone
  * @param {boolean} [gone] whether it is in the trash
  */
 export function actions(record, onChange, gone = false) {

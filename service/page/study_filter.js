@@ -42,7 +42,7 @@ export function studyFilter(kept, look) {
   /**
    * @param {"name" | "tag" | "from" | "to"} what
    * @param {string} label
-   * @param {Record<string, any>} attributes
+   * @param {Record<string, unknown>} attributes
    */
   const typed = (what, label, attributes) => {
     const input = el("input", {
