@@ -169,8 +169,8 @@ class Dispatcher:
         self._tidy()
         return record
 
-    def delete(self, record: Record) -> None:
-        """Delete a study that has ended or waits.
+    def delete(self, record: Record, keep_seconds: float = 0.0) -> None:
+        """Delete a study that has ended or waits; for so long it can be restored.
 
         It is gone when this returns; its files are removed in the background, also after a restart, once its run here has
         put away what it was at.
@@ -180,7 +180,7 @@ class Dispatcher:
         StudyBusy
             The study is running.
         """
-        self._store.delete(record.id)
+        self._store.delete(record.id, keep_seconds)
         with self._lock:
             run = self._runs.get(record.id)
             if run is not None:

@@ -58,7 +58,6 @@ from damperlab.studies.metrics import read_metrics
 from damperlab.studies.physical import Physical, derivations, derived_faults
 from damperlab.studies.pydantic_faults import faults_of
 from damperlab.studies.reads import Reads
-from damperlab.studies.remarks import MOST_NAME
 from damperlab.studies.static_displacement import (
     force_faults,
     named_after_force,
@@ -76,7 +75,8 @@ from damperlab.studies.variables import (
 )
 from damperlab.studies.vocabulary import OF_PARTICLE
 
-MAX_NAME = MOST_NAME
+MAX_NAME = 200
+"""Characters of a study's name."""
 
 
 def _read_name(raw: object) -> str:

@@ -4,10 +4,9 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
+from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import Fault, StudyFaults, describe
 
-MOST_NAME = 200
-"""Characters of a name."""
 MOST_TAGS = 20
 MOST_NOTE = 4000
 """Characters of a note."""
@@ -63,7 +62,7 @@ def read_remarks(document: object) -> Remarks:
     tags, note, called = document.get("tags"), document.get("note"), document.get("name")
     faults += [] if tags is None else _faults_of_tags(tags)
     faults += [] if note is None else _faults_of_text("note", note, MOST_NOTE, "\n\t")
-    faults += [] if called is None else _faults_of_text("name", called, MOST_NAME)
+    faults += [] if called is None else _faults_of_text("name", called, MAX_NAME)
     if faults:
         raise StudyFaults(faults)
     sorted_tags = None if tags is None else tuple(sorted(set(tags)))

@@ -156,6 +156,11 @@ class Study(Questions, Searches):
         self._ask("PATCH", json={name: value for name, value in said.items() if value is not None})
         return self
 
+    def undelete(self) -> "Study":
+        """Restore the study from the trash."""
+        self._ask("POST", "/undelete")
+        return self
+
     def cancel(self) -> "Study":
         """Stop the study; computed points are kept, and `resume` continues from there."""
         self._ask("POST", "/cancel")
@@ -201,12 +206,18 @@ class Study(Questions, Searches):
         """Whether the results are by a solver other than the service's; `recompute` makes a new version beside them."""
         return self.record.outdated
 
-    def delete(self) -> None:
-        """Delete the study and its cube; one that runs has to be cancelled first."""
+    def delete(self, trash: bool = False) -> None:
+        """Delete the study and its cube; one that runs has to be cancelled first.
+
+        Parameters
+        ----------
+        trash : bool
+            Whether `undelete` may restore it for a week.
+        """
         give_up = time.monotonic() + DRAIN_SECONDS
         while True:
             try:
-                self._ask("DELETE")
+                self._ask("DELETE", params={"trash": True} if trash else None)
                 return
             except Conflict:
                 # the blocks that were under way when it was cancelled come to their end

@@ -16,7 +16,10 @@ export async function accuracyView(root) {
   const { reports } = await ask("accuracy/reports");
   if (reports.length === 0) return fill(root, el("h1", {}, "Accuracy"), noReport());
   const report = await ask("accuracy");
-  const charts = report.diagrams.map((/** @type {any} */ diagram) => ({ diagram, chart: chartOf(diagram) }));
+  const charts = report.diagrams.map((/** @type {unknown} */ diagram) => ({
+    diagram,
+    chart: chartOf(diagram),
+  }));
   fill(
     root,
     el("div", { class: "row spread" }, el("h1", {}, "Accuracy"), help("accuracy/", "accuracy and speed")),

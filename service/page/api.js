@@ -25,7 +25,7 @@ export class Refusal extends Error {
  * The address of something, with its parameters; those that are null or undefined are left out.
  *
  * @param {string} path
- * @param {Record<string, any>} [parameters]
+ * @param {Record<string, unknown>} [parameters]
  */
 export function address(path, parameters = {}) {
   const url = new URL(path, ROOT);
@@ -39,7 +39,7 @@ export function address(path, parameters = {}) {
  * Ask for a document.
  *
  * @param {string} path
- * @param {Record<string, any>} [parameters]
+ * @param {Record<string, unknown>} [parameters]
  * @param {RequestInit} [options]
  * @returns {Promise<any>}
  */
@@ -73,8 +73,8 @@ function parsed(text) {
  * Send a document.
  *
  * @param {string} path
- * @param {any} document an object, or text that is JSON already
- * @param {Record<string, any>} [parameters]
+ * @param {unknown} document an object, or text that is JSON already
+ * @param {Record<string, unknown>} [parameters]
  * @param {AbortSignal} [signal]
  */
 export function send(path, document, parameters = {}, signal = undefined) {
@@ -96,7 +96,8 @@ export function studyPath(id, rest = "") {
  * Follow a study to its end.
  *
  * @param {string} id
- * @param {(record: any, state: "progress" | "end" | "deleted") => void} onEvent
+ * @param {(record: import("./answers.js").StudyRecord, state: "progress" | "end" | "deleted") => void}
+ *   onEvent
  * @returns {() => void} stops following
  */
 export function follow(id, onEvent) {
@@ -114,7 +115,7 @@ export function follow(id, onEvent) {
 /**
  * A refusal as something to read: the sentence, then each fault with its advice.
  *
- * @param {any} error
+ * @param {unknown} error
  * @returns {HTMLElement}
  */
 export function refusalBox(error) {

@@ -17,7 +17,7 @@ const MODES = /** @type {[string, string][]} */ ([
   ["list", "list"],
 ]);
 
-/** @param {any} spec */
+/** @param {unknown} spec */
 export function modeOf(spec) {
   if (Array.isArray(spec)) return "list";
   return spec !== null && typeof spec === "object" ? "range" : "one";
@@ -41,7 +41,7 @@ export function scaled(spec, factor) {
  * The fields of one quantity.
  *
  * @param {Quantity} quantity
- * @param {any} spec what the study has now
+ * @param {unknown} spec what the study has now
  * @param {(spec: Spec) => void} onChange
  * @returns {HTMLElement}
  */
@@ -49,7 +49,7 @@ export function axisField(quantity, spec, onChange) {
   const scale = quantity.scale ?? 1;
   let shown = scaled(spec, scale);
   const inputs = el("div", { class: "inputs" });
-  const put = (/** @type {any} */ value) => {
+  const put = (/** @type {unknown} */ value) => {
     shown = value;
     onChange(scaled(value, 1 / scale));
   };
@@ -154,7 +154,7 @@ function number(quantity, label, value, onChange, bare = false) {
 /** @param {Quantity} quantity @param {any} spec @param {(spec: any) => void} onChange */
 function rangeInputs(quantity, spec, onChange) {
   const now = { ...spec };
-  const put = (/** @type {any} */ change) => onChange(Object.assign(now, change) && { ...now });
+  const put = (/** @type {unknown} */ change) => onChange(Object.assign(now, change) && { ...now });
   const num = el("input", {
     type: "number",
     min: 1,

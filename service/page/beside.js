@@ -1,6 +1,7 @@
 /** A study beside another one: the same map of both on one scale of colours, and the one less the other. */
 
 import { ask, refusalBox, studyPath } from "./api.js";
+import { axisPickers } from "./axis_pickers.js";
 import { differenceTraces, sharedTraces, sideTraces } from "./beside_figure.js";
 import { el, fill, picker, prose } from "./dom.js";
 import { figure } from "./figure.js";
@@ -82,8 +83,7 @@ export async function besideTab(session, place) {
     fill(
       controls,
       picker("Beside", [["", "choose a study"], ...offered], view.minus, (minus) => change({ minus })),
-      picker("Across", names, view.x, (name) => exchange("x", "y", name)),
-      picker("Up", names, view.y, (name) => exchange("y", "x", name)),
+      axisPickers(names, view, () => (drawControls(), change({}))),
       picker(
         "Shown",
         metrics.map((one) => [one.name, shown.variable(one.name, unitOf(one))]),
@@ -91,14 +91,6 @@ export async function besideTab(session, place) {
         (metric) => change({ metric }),
       ),
     );
-  }
-
-  /** @param {"x" | "y"} mine @param {"x" | "y"} other @param {string} name */
-  function exchange(mine, other, name) {
-    if (view[other] === name) view[other] = view[mine];
-    view[mine] = name;
-    drawControls();
-    change({});
   }
 
   /** @param {Partial<typeof view>} what */
@@ -231,7 +223,7 @@ export async function besideTab(session, place) {
     el(
       "section",
       { class: "box beside-study" },
-      help("page/#beside-another-study", "two studies side by side"),
+      help("page/#compare-with-another-study", "two studies side by side"),
       el("h2", {}, "Compare with another study"),
       el(
         "p",

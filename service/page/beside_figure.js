@@ -18,7 +18,7 @@ const NOTHING = { best: null, idle: null, pareto: [] };
 /**
  * A map, coloured as if the values of another one were in it too.
  *
- * @param {any} map @param {any} other @param {Point} point
+ * @param {import("./answers.js").MapAnswer} map @param {any} other @param {Point} point
  */
 export function sharedTraces(map, other, point) {
   return mapTraces(
@@ -30,7 +30,13 @@ export function sharedTraces(map, other, point) {
   );
 }
 
-/** The difference, white where there is none. @param {any} map @param {Point} point @returns {any[]} */
+/**
+ * The difference, white where there is none.
+ *
+ * @param {import("./answers.js").MapAnswer} map
+ * @param {Point} point
+ * @returns {any[]}
+ */
 export function differenceTraces(map, point) {
   const largest =
     map.difference
@@ -59,7 +65,7 @@ export function differenceTraces(map, point) {
 /**
  * Where one dimension varies: the curves in one figure.
  *
- * @param {any} map
+ * @param {import("./answers.js").MapAnswer} map
  * @param {string[]} names
  * @returns {any[]}
  */

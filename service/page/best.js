@@ -11,7 +11,10 @@ import { LARGEST } from "./thumbnail.js";
 /** By study and how much of it is there. @type {Map<string, Promise<Best | null>>} */
 const known = new Map();
 
-/** @param {any} record as the list has it @returns {Promise<Best | null>} null where nothing can be said */
+/**
+ * @param {import("./answers.js").StudyRecord} record as the list has it
+ * @returns {Promise<Best | null>} null where nothing can be said
+ */
 export function bestOf(record) {
   if (record.points_done < record.points_total || record.points_total > LARGEST) return Promise.resolve(null);
   const key = `${record.id} ${record.revision}`;

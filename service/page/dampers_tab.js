@@ -4,6 +4,7 @@
  */
 
 import { ask, refusalBox, studyPath } from "./api.js";
+import { axisPickers } from "./axis_pickers.js";
 import { el, fill, grid, picker, prose } from "./dom.js";
 import { figure } from "./figure.js";
 import { help } from "./help.js";
@@ -54,7 +55,7 @@ export function dampersTab(session, place) {
     y: kept.one("y", kind.axes, y),
     metric: kept.one(
       "metric",
-      variables.map((/** @type {any} */ one) => one.name).filter((name) => session.variables.includes(name)),
+      variables.map((one) => one.name).filter((name) => session.variables.includes(name)),
       usual.metric,
     ),
     met: kept.one("case", selection.axes[kind.met].map(String), ""),
@@ -80,18 +81,17 @@ export function dampersTab(session, place) {
 
   function drawControls() {
     const names = /** @type {[string, string][]} */ (kind.axes.map((name) => [name, shown.title(name)]));
-    const metrics = variables.filter((/** @type {any} */ one) => session.variables.includes(one.name));
+    const metrics = variables.filter((one) => session.variables.includes(one.name));
     const met = selection.axes[kind.met].map((value) => [
       String(value),
       kind === SUITE ? value : shown.value(AMPLITUDE, value),
     ]);
     fill(
       controls,
-      picker("Across", names, view.x, (name) => exchange("x", "y", name)),
-      picker("Up", names, view.y, (name) => exchange("y", "x", name)),
+      axisPickers(names, view, () => (drawControls(), keep(), look())),
       picker(
         "Shown",
-        metrics.map((/** @type {any} */ one) => [one.name, unitOf(one)]),
+        metrics.map((one) => [one.name, unitOf(one)]),
         view.metric,
         (metric) => change({ metric }),
       ),
@@ -102,15 +102,6 @@ export function dampersTab(session, place) {
         (one) => change({ met: one }),
       ),
     );
-  }
-
-  /** @param {"x" | "y"} mine @param {"x" | "y"} other @param {string} name */
-  function exchange(mine, other, name) {
-    if (view[other] === name) view[other] = view[mine];
-    view[mine] = name;
-    drawControls();
-    keep();
-    look();
   }
 
   /** Keep what differs from the usual view in the address. */
@@ -127,7 +118,7 @@ export function dampersTab(session, place) {
     });
   }
 
-  /** @param {any} what */
+  /** @param {unknown} what */
   function change(what) {
     Object.assign(view, what);
     keep();
@@ -217,7 +208,7 @@ export function dampersTab(session, place) {
    */
   async function rank(grown) {
     const mine = ++ranks;
-    if (variables.find((/** @type {any} */ one) => one.name === view.metric).coded) return fill(table);
+    if (variables.find((one) => one.name === view.metric).coded) return fill(table);
     try {
       const ranked = await ask(studyPath(record.id, "optimal-designs"), {
         metric: view.metric,

@@ -245,7 +245,7 @@ function underEach(answer) {
   const rows = answer.cases.map((/** @type {any} */ each) => [
     each.record_name ?? each.record,
     String(each.scale),
-    response({ units: answer.worst.units, value: each.value }),
+    response({ ...judged(answer), value: each.value }),
   ]);
   return table("Under each record, as drawn", ["Record", "Scale", capital(measure(answer))], rows);
 }
@@ -253,8 +253,8 @@ function underEach(answer) {
 /**
  * A damper and its worst case, as on a drawing.
  *
- * @param {any} built
- * @param {any} worst
+ * @param {import("./answers.js").Built} built
+ * @param {import("./answers.js").Worst} worst
  * @param {number | null} [probability]
  * @param {number | null} [without] the worst without a damper
  */
@@ -263,8 +263,7 @@ function facts(built, worst, probability = null, without = null) {
     .filter(({ name }) => quantity(built, name) !== "")
     .map(({ name, label }) => [label.split(",")[0], quantity(built, name)]);
   rows.push([isMean(worst) ? measure({ worst }) : `worst ${measure({ worst })}`, response(worst)]);
-  if (without !== null)
-    rows.push(["without a damper", response({ measure: worst.measure, units: worst.units, value: without })]);
+  if (without !== null) rows.push(["without a damper", response({ ...judged({ worst }), value: without })]);
   if (probability !== null) rows.push(["probability of keeping the limits", short(probability, 3)]);
   return pairs(
     rows.map(([label, value]) => [capital(label), value]),
@@ -282,7 +281,7 @@ function pairs(rows, kind) {
 /**
  * A quantity of a damper: in its unit, or as a ratio; empty where there is none.
  *
- * @param {any} built
+ * @param {import("./answers.js").Built} built
  * @param {string} name
  */
 function quantity(built, name) {
@@ -296,13 +295,13 @@ function quantity(built, name) {
 
 /**
  * What a response in ratios is over.
- * @param {any} worst
+ * @param {import("./answers.js").Worst} worst
  */
 function reference(worst) {
   return worst.measure.endsWith("acceleration") ? "the base amplitude times ω_n²" : "the base amplitude";
 }
 
-/** A damper in one line. @param {any} built */
+/** A damper in one line. @param {import("./answers.js").Built} built */
 export function spelledDamper(built) {
   const parts = damper.map(({ name, label }) => [label.split(",")[0], quantity(built, name)]);
   return parts
@@ -317,7 +316,12 @@ export function spelledWorst({ worst, feasible }) {
   return response({ measure, units, value }) + (feasible ? "" : ", exceeds a limit");
 }
 
-/** @param {any} worst */
+/** What a value of an answer is. @param {{worst: import("./answers.js").Worst}} answer */
+function judged({ worst: { measure, units } }) {
+  return { measure, units };
+}
+
+/** @param {import("./answers.js").Worst} worst */
 function response(worst) {
   const value =
     worst.units === "1"
@@ -394,7 +398,11 @@ function starts({ starts: known, worst }) {
         : at.frequency_hz === null
           ? `r = ${short(at.frequency_ratio, 4)}`
           : `${short(at.frequency_hz, 4)} Hz`,
-      response({ units: worst.units === "1" ? "1" : "m", value: each.displacement }),
+      response({
+        measure: "worst_displacement",
+        units: worst.units === "1" ? "1" : "m",
+        value: each.displacement,
+      }),
       `${Math.round(each.share * known.count)} of ${known.count}`,
       (each.response_class ?? "–").replaceAll("_", " ") + (each.from_rest ? ", from rest" : ""),
     ]),
@@ -414,7 +422,7 @@ function starts({ starts: known, worst }) {
 /** What each mass of the particle does, and what each of these dampers is. @param {any} answer */
 function masses(answer) {
   const of = (/** @type {number | null} */ value) =>
-    value === null ? "–" : response({ units: answer.worst.units, value });
+    value === null ? "–" : response({ ...judged(answer), value });
   const rows = answer.masses.map((/** @type {any} */ each) => [
     quantity(each, "particle_mass_kg") + (each.recommended ? ", recommended" : ""),
     of(each.worst.value) + (each.feasible ? "" : ", exceeds a limit"),

@@ -23,7 +23,11 @@ export function isItself({ design }, name) {
   return (name === "friction_alone" && mass === 0) || (name === "particle_alone" && friction === 0);
 }
 
-/** Whether the rms over the band is judged, which is at no frequency. @param {any} worst */
+/**
+ * Whether the rms over the band is judged, which is at no frequency.
+ *
+ * @param {import("./answers.js").Worst} worst
+ */
 export function isMean(worst) {
   return worst.measure in WORDS.specification.tables.at_a_frequency;
 }

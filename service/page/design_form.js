@@ -81,7 +81,7 @@ function labelOf(name) {
  * Every field of a specification.
  *
  * @param {Held} held
- * @param {any[]} records ground-motion records that the service has
+ * @param {import("./answers.js").GroundRecord[]} records ground-motion records that the service has
  */
 function fieldsOf(held, records) {
   const measures = measuresOf(held);

@@ -76,7 +76,7 @@ export function designs(session, onFound) {
       found = {
         best: best && named(best, idle ? "Best with impacts" : "Optimum", shown),
         idle: idle && named(idle, "Best, no impact", shown),
-        pareto: (pareto?.designs ?? []).map((/** @type {any} */ d) => named(d, "Pareto front", shown)),
+        pareto: (pareto?.designs ?? []).map((/** @type {unknown} */ d) => named(d, "Pareto front", shown)),
         ranked,
       };
       fill(table, listed(ranked, "Best designs"));
@@ -158,7 +158,7 @@ export function designs(session, onFound) {
     );
   }
 
-  /** @param {any} what */
+  /** @param {unknown} what */
   function change(what) {
     Object.assign(asked, what);
     kept.keep({

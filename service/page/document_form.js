@@ -24,7 +24,7 @@ import { counted } from "./numbers.js";
  * @returns {() => void} leaves it
  */
 export function documentForm(root, form) {
-  /** @type {any} */
+  /** @type {unknown} */
   let document_ = {};
   let number = 0;
   let submitted = false;

@@ -221,7 +221,7 @@ function sizes({ selection, record }) {
   };
 }
 
-/** @param {any} physical @returns {Record<string, number>} */
+/** @param {unknown} physical @returns {Record<string, number>} */
 function numbersIn(physical) {
   return Object.fromEntries(
     Object.entries(physical ?? {}).filter(([name, value]) => name in STRUCTURE && typeof value === "number"),

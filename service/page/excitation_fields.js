@@ -74,13 +74,11 @@ export function shakenBy(held) {
  * Every excitation in a group of its own, and what adds one; or records.
  *
  * @param {Held} held
- * @param {any[]} records those that the service has
+ * @param {import("./answers.js").GroundRecord[]} records those that the service has
  */
 export function excitationFields(held, records) {
   const raw = held.get(PLACE);
-  const kind = kindOf(
-    Array.isArray(raw) ? (raw.find((/** @type {any} */ each) => kindOf(each) === "band") ?? raw[0]) : raw,
-  );
+  const kind = kindOf(Array.isArray(raw) ? (raw.find((each) => kindOf(each) === "band") ?? raw[0]) : raw);
   const change = (/** @type {string} */ next) => {
     held.set(PLACE, structuredClone(BEGINNING[/** @type {Kind} */ (next)]));
     held.set("measure", undefined);
@@ -91,7 +89,12 @@ export function excitationFields(held, records) {
   return [picker("Kind of excitation", KINDS, kind, change), everyOne(held, records)];
 }
 
-/** @param {Held} held @param {any[]} records @param {string} place @param {Kind} kind */
+/**
+ * @param {Held} held
+ * @param {import("./answers.js").GroundRecord[]} records
+ * @param {string} place
+ * @param {Kind} kind
+ */
 function fieldsOfKind(held, records, place, kind) {
   if (kind === "band") return fieldsAt(held, place);
   if (kind === "records") return recordFields(held, records, place);
@@ -175,7 +178,7 @@ function oneFieldOf(held, path, title, fields, drawn = number) {
  * Records, their scales, and what follows them.
  *
  * @param {Held} held
- * @param {any[]} records
+ * @param {import("./answers.js").GroundRecord[]} records
  * @param {string} place
  */
 function recordFields(held, records, place) {
@@ -203,7 +206,12 @@ function scaleFields(held, place) {
   ];
 }
 
-/** Each in a group of its own, and what adds one. @param {Held} held @param {any[]} records */
+/**
+ * Each in a group of its own, and what adds one.
+ *
+ * @param {Held} held
+ * @param {import("./answers.js").GroundRecord[]} records
+ */
 function everyOne(held, records) {
   const raw = held.get(PLACE);
   const several = Array.isArray(raw);
@@ -247,8 +255,8 @@ function everyOne(held, records) {
  * One of several excitations.
  *
  * @param {Held} held
- * @param {any[]} records
- * @param {any} each
+ * @param {import("./answers.js").GroundRecord[]} records
+ * @param {unknown} each
  * @param {number} i
  */
 function oneOf(held, records, each, i) {
@@ -264,12 +272,12 @@ function oneOf(held, records, each, i) {
 
 /** One excitation over a band, like the last that there is. @param {Held} held */
 function likeLast(held) {
-  const over = [held.get(PLACE) ?? {}].flat().filter((/** @type {any} */ each) => kindOf(each) === "band");
+  const over = [held.get(PLACE) ?? {}].flat().filter((each) => kindOf(each) === "band");
   const { name, ...like } = over[over.length - 1] ?? BEGINNING.band;
   return structuredClone(like);
 }
 
-/** One excitation more: a list begins with the one that is there. @param {Held} held @param {any} more */
+/** One excitation more: a list begins with the one that is there. @param {Held} held @param {unknown} more */
 function add(held, more) {
   held.set(PLACE, [...[held.get(PLACE) ?? {}].flat(), more]);
   dropMeasure(held);
@@ -297,7 +305,7 @@ export function measuresOf(held) {
 /** @param {Held} held @param {number} i */
 function remover(held, i) {
   const remove = () => {
-    const left = held.get(PLACE).filter((/** @type {any} */ _, /** @type {number} */ k) => k !== i);
+    const left = held.get(PLACE).filter((/** @type {unknown} */ _, /** @type {number} */ k) => k !== i);
     const { name, ...only } = left[0] ?? {};
     held.set(PLACE, left.length > 1 ? left : only);
     dropMeasure(held);

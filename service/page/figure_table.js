@@ -9,13 +9,13 @@ function titleOf(axis) {
  * A place on an axis without what turning a ratio into a unit leaves in its last digit: 9, not
  * 8.999999999999998.
  *
- * @param {any} value
+ * @param {unknown} value
  */
 function plain(value) {
   return typeof value === "number" ? Number(value.toPrecision(15)) : value;
 }
 
-/** @param {any[]} row */
+/** @param {unknown[]} row */
 function line(row) {
   return row
     .map((cell) =>

@@ -40,7 +40,9 @@ export function importancePanel(session) {
     }
   }
 
-  const options = metrics.map((/** @type {any} */ v) => [v.name, shown.variable(v.name, v.long_name)]);
+  const options = /** @type {[string, string][]} */ (
+    metrics.map((v) => [v.name, shown.variable(v.name, v.long_name)])
+  );
   const element = el(
     "section",
     { class: "box" },

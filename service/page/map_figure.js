@@ -39,7 +39,7 @@ const ROUNDING = 1e-9;
 /**
  * The traces of a map.
  *
- * @param {any} map the service's answer
+ * @param {import("./answers.js").MapAnswer} map the service's answer
  * @param {Overlays} overlays
  * @param {Marks} marks
  * @param {any} words the vocabulary
@@ -63,7 +63,8 @@ export function mapTraces(map, overlays, marks, words, beside) {
       name: "",
     },
   ];
-  if (map.preview) traces.unshift(beneath(map, coloured(map.preview.values), traces[0]));
+  if (map.preview)
+    traces.unshift(beneath(map.preview, map.long_name, coloured(map.preview.values), traces[0]));
   const fine = map.x.length >= CONTOUR_POINTS && map.y.length >= CONTOUR_POINTS;
   const levels = overlays.contours && fine && !coded && contourLevels(z);
   if (levels) {
@@ -78,7 +79,7 @@ export function mapTraces(map, overlays, marks, words, beside) {
       showlegend: false,
     });
   }
-  const kinds = map.metric === "response_class" ? map.values : map.response_class;
+  const kinds = codesOf(map, "response_class");
   if (kinds && overlays.classes) traces.push(...classSymbols(map, kinds, words));
   else if (kinds)
     traces.push(
@@ -89,7 +90,7 @@ export function mapTraces(map, overlays, marks, words, beside) {
         line: { width: 1, color: "#444" },
       }),
     );
-  const status = map.metric === "status" ? map.values : map.status;
+  const status = codesOf(map, "status");
   traces.push(
     ...where(map, status, (code) => code >= FAILED_FROM, "failed", {
       symbol: "x-thin",
@@ -120,13 +121,24 @@ function contourLevels(z) {
 }
 
 /**
+ * The codes of a variable, shown or beside what is shown.
+ *
+ * @param {import("./answers.js").MapAnswer} map
+ * @param {"response_class" | "status"} name
+ */
+function codesOf(map, name) {
+  return map.metric === name ? /** @type {number[][]} */ (map.values) : map[name];
+}
+
+/**
  * The coarse map, paler, beneath what is computed of the map itself.
  *
- * @param {any} map
+ * @param {import("./answers.js").Coarse} preview
+ * @param {string} long_name
  * @param {(number | null)[][]} z
  * @param {any} above
  */
-function beneath({ preview, long_name }, z, above) {
+function beneath(preview, long_name, z, above) {
   const hovertemplate = `coarse grid: %{customdata:.3~g}<extra></extra>`;
   return {
     ...above,
@@ -144,7 +156,7 @@ function beneath({ preview, long_name }, z, above) {
 /**
  * Values as they are coloured, and the bar beside them.
  *
- * @param {any} map
+ * @param {import("./answers.js").MapAnswer} map
  * @param {(number | null)[][]} [beside]
  */
 function scale(map, beside) {
@@ -185,7 +197,12 @@ function barLook() {
   return NARROW.matches ? { ...common, orientation: "h", y: -0.22, yanchor: "top", x: 0.5 } : common;
 }
 
-/** Codes as steps of colour with their names. @param {any} map @param {any} words */
+/**
+ * Codes as steps of colour with their names.
+ *
+ * @param {import("./answers.js").MapAnswer} map
+ * @param {unknown} words
+ */
 function codes(map, words) {
   const meanings = map.meanings[map.metric];
   const known = Object.keys(meanings)
@@ -214,7 +231,7 @@ function codes(map, words) {
   };
 }
 
-/** @param {any} map @param {boolean} coded */
+/** @param {import("./answers.js").MapAnswer} map @param {boolean} coded */
 function hover(map, coded) {
   const place =
     `${map.x_title ?? axisTitle(map.x_dimension)} = %{x}<br>${map.y_title ?? axisTitle(map.y_dimension)} ` +
@@ -225,11 +242,11 @@ function hover(map, coded) {
 /**
  * One symbol at each point where something holds, thinned where there are too many.
  *
- * @param {any} map
+ * @param {import("./answers.js").MapAnswer} map
  * @param {number[][] | undefined} codes
  * @param {(code: number) => boolean} holds
  * @param {string} name
- * @param {any} marker
+ * @param {unknown} marker
  */
 function where(map, codes, holds, name, marker) {
   const found = /** @type {[number, number][]} */ ([]);
@@ -256,7 +273,13 @@ function thinned(found) {
   return found.filter((_, i) => i % step === 0);
 }
 
-/** Every class by its own shape. @param {any} map @param {number[][]} kinds @param {any} words */
+/**
+ * Every class by its own shape.
+ *
+ * @param {import("./answers.js").MapAnswer} map
+ * @param {number[][]} kinds
+ * @param {any} words
+ */
 function classSymbols(map, kinds, words) {
   return Object.entries(words.response_class).flatMap(([code, { name }]) =>
     Number(code) < 0
@@ -273,7 +296,7 @@ function classSymbols(map, kinds, words) {
 /** @param {Marks} marks */
 function markers({ best, idle, pareto, point }) {
   const traces = [];
-  /** @param {Mark[]} list @param {string} name @param {any} marker */
+  /** @param {Mark[]} list @param {string} name @param {unknown} marker */
   const add = (list, name, marker) =>
     traces.push({
       type: "scatter",
@@ -328,7 +351,7 @@ function markers({ best, idle, pareto, point }) {
 /**
  * The layout of a map.
  *
- * @param {any} map
+ * @param {import("./answers.js").MapAnswer} map
  * @returns {any}
  */
 export function mapLayout(map) {
@@ -366,7 +389,7 @@ function span(values) {
 /**
  * Where only one dimension varies: a curve in place of a map.
  *
- * @param {any} map
+ * @param {import("./answers.js").MapAnswer} map
  */
 export function lineTraces(map) {
   return [
@@ -381,7 +404,7 @@ export function lineTraces(map) {
   ];
 }
 
-/** @param {any} map @returns {any} */
+/** @param {import("./answers.js").MapAnswer} map @returns {any} */
 export function lineLayout(map) {
   return {
     xaxis: { title: { text: map.x_title ?? axisTitle(map.x_dimension) } },

@@ -1,6 +1,7 @@
 /** The map of a study with everything that chooses what it shows, and the point beside it. */
 
 import { ask, refusalBox, studyPath } from "./api.js";
+import { axisPickers } from "./axis_pickers.js";
 import { designs, NOTHING_FOUND } from "./designs.js";
 import { checkbox, el, fill, picker, prose } from "./dom.js";
 import { figure } from "./figure.js";
@@ -45,16 +46,13 @@ export function mapTab(session, place) {
     const options =
       selection.varied.length > 1 ? selection.varied : DIMENSIONS.filter((name) => name === x || name === y);
     const names = /** @type {[string, string][]} */ (options.map((name) => [name, shown.title(name)]));
-    const metrics = session.words.variables.filter((/** @type {any} */ v) =>
-      session.variables.includes(v.name),
-    );
+    const metrics = session.words.variables.filter((v) => session.variables.includes(v.name));
     fill(
       controls,
-      picker("Across", names, view.x, (name) => exchange("x", "y", name)),
-      picker("Up", names, view.y, (name) => exchange("y", "x", name)),
+      axisPickers(names, view, () => (drawControls(), change({ window: {} }))),
       picker(
         "Shown",
-        metrics.map((/** @type {any} */ v) => [v.name, shown.variable(v.name, v.long_name)]),
+        metrics.map((v) => [v.name, shown.variable(v.name, v.long_name)]),
         view.metric,
         (metric) => change({ metric }),
       ),
@@ -69,14 +67,6 @@ export function mapTab(session, place) {
         (classes) => (Object.assign(view, { classes }), keep(), draw()),
       ),
     );
-  }
-
-  /** @param {"x" | "y"} mine @param {"x" | "y"} other @param {string} name */
-  function exchange(mine, other, name) {
-    if (view[other] === name) view[other] = view[mine];
-    view[mine] = name;
-    drawControls();
-    change({ window: {} });
   }
 
   /** @param {any} what */
@@ -181,7 +171,7 @@ export function mapTab(session, place) {
       const [atX, atY] = [event.points[0].x / shown.factor(view.x), event.points[0].y / shown.factor(view.y)];
       selection.chooseValues(map.y.length === 1 ? { [view.x]: atX } : { [view.x]: atX, [view.y]: atY });
     });
-    map_.plot.on("plotly_relayout", (/** @type {any} */ event) => zoomed(event));
+    map_.plot.on("plotly_relayout", (/** @type {unknown} */ event) => zoomed(event));
   }
 
   /**

@@ -12,13 +12,10 @@ import { WORDS } from "./words.js";
  */
 export function measures({ words, variables, shown, selection }) {
   if (RECORD in selection.axes) return words.suite.variables;
-  if (!(AMPLITUDE in selection.axes))
-    return words.variables.filter((/** @type {any} */ one) => variables.includes(one.name));
+  if (!(AMPLITUDE in selection.axes)) return words.variables.filter((one) => variables.includes(one.name));
   const lengths = Object.entries(WORDS.results_in_units).filter(([name]) => variables.includes(name));
   const hidden = shown.inUnits ? lengths.map(([, [source]]) => source) : [];
-  const plain = words.variables.filter(
-    (/** @type {any} */ one) => variables.includes(one.name) && !hidden.includes(one.name),
-  );
+  const plain = words.variables.filter((one) => variables.includes(one.name) && !hidden.includes(one.name));
   const inUnits = lengths.map(([name, [, long_name, units]]) => ({ name, long_name, units, coded: false }));
   return shown.inUnits ? [...inUnits, ...plain] : plain;
 }

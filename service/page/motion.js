@@ -76,7 +76,7 @@ export function motionPanel(session) {
     python: same,
   });
   const units = unitsOf(session.shown);
-  /** @type {Record<string, any>} what was asked for last */
+  /** @type {Record<string, unknown>} what was asked for last */
   let asked = {};
 
   /**
@@ -225,7 +225,7 @@ function unitsOf(shown) {
  */
 function design({ selection, record }, r, cycles) {
   const { particle, contact, excitation } = record.definition;
-  /** @type {Record<string, any>} */
+  /** @type {Record<string, unknown>} */
   const ratios = Object.fromEntries(
     designDimensions(record.definition).map((name) => [name, selection.value(name)]),
   );
@@ -267,8 +267,7 @@ function shownNote(record, answer, history) {
 /** What the simulation measured. @param {any} answer @param {import("./study.js").Session} session */
 function measures({ metrics }, { words, shown }) {
   const known = words.variables.filter(
-    (/** @type {any} */ v) =>
-      MEASURES.includes(v.name) && metrics[v.name] !== undefined && metrics[v.name] !== null,
+    (v) => MEASURES.includes(v.name) && metrics[v.name] !== undefined && metrics[v.name] !== null,
   );
   /** @param {string} name */
   const value = (name) => {
@@ -286,9 +285,7 @@ function measures({ metrics }, { words, shown }) {
     { class: "facts" },
     shares &&
       el("div", { class: "long" }, el("dt", {}, "Where the energy goes"), el("dd", {}, shares.join(", "))),
-    known.map((/** @type {any} */ v) =>
-      el("div", {}, el("dt", { title: v.doc }, v.long_name), el("dd", {}, value(v.name))),
-    ),
+    known.map((v) => el("div", {}, el("dt", { title: v.doc }, v.long_name), el("dd", {}, value(v.name)))),
   );
 }
 
@@ -361,7 +358,7 @@ function phaseTraces(history, units) {
   const lengths = (values) => values.map((value) => value * units.ofLength);
   /** @param {number[]} values */
   const speeds = (values) => values.map((value) => value * units.ofSpeed);
-  const traces = /** @type {any[]} */ ([
+  const traces = /** @type {unknown[]} */ ([
     {
       type: "scatter",
       mode: "lines",

@@ -244,7 +244,7 @@ export function parallelPanel(session) {
     );
   }
 
-  /** @param {string} label @param {"speed" | "stuck"} name @param {Record<string, any>} more */
+  /** @param {string} label @param {"speed" | "stuck"} name @param {Record<string, unknown>} more */
   function limit(label, name, more) {
     const input = el("input", {
       type: "number",
@@ -291,7 +291,7 @@ export function parallelPanel(session) {
  * The axes: what varies, and what comes of it.
  *
  * @param {import("./study.js").Session} session
- * @param {any[]} designs
+ * @param {unknown[]} designs
  * @returns {Axis[]}
  */
 function axesOf({ selection, shown }, designs) {
@@ -367,7 +367,7 @@ function line(kind) {
 
 /**
  * @param {string} tag
- * @param {Record<string, any>} attributes
+ * @param {Record<string, unknown>} attributes
  * @param {...(Node | string)} children
  * @returns {SVGElement}
  */

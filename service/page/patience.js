@@ -9,10 +9,10 @@ const LOOK_MILLISECONDS = 1000;
  * Send a document that is computed, and say meanwhile whether kernels are compiled for it first.
  *
  * @param {string} path
- * @param {any} document
+ * @param {unknown} document
  * @param {(words: string) => void} tell told what goes on where that is not computing
  * @param {AbortSignal} [signal]
- * @param {Record<string, any>} [parameters]
+ * @param {Record<string, unknown>} [parameters]
  */
 export async function sendPatiently(path, document, tell, signal = undefined, parameters = {}) {
   let waits = true;

@@ -15,7 +15,7 @@ const NOT_COMPUTED = -1;
 
 /**
  * @param {import("./study.js").Session} session
- * @param {() => any} best the best design that is known, or null
+ * @param {() => unknown} best the best design that is known, or null
  */
 export function pointPanel(session, best) {
   const { selection, record } = session;

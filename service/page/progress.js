@@ -19,7 +19,7 @@ export function isActive(state) {
   return !WORDS.ended.includes(state);
 }
 
-/** What is said of results of an earlier solver. @param {any} record */
+/** What is said of results of an earlier solver. @param {import("./answers.js").StudyRecord} record */
 export function outdatedNote(record) {
   return (
     record.outdated &&
@@ -37,7 +37,11 @@ export function badge(state) {
   );
 }
 
-/** What a study does before its first block; empty where it is beyond that. @param {any} record */
+/**
+ * What a study does before its first block; empty where it is beyond that.
+ *
+ * @param {import("./answers.js").StudyRecord} record
+ */
 function preparation(record) {
   if (record.phase === "starting") return "Starting workers …";
   if (record.phase === "waiting") return "Waiting for workers …";
@@ -46,7 +50,7 @@ function preparation(record) {
   return record.phase === "compiling" ? compiling(record) : "";
 }
 
-/** How far a study is, as a bar and in words. @param {any} record */
+/** How far a study is, as a bar and in words. @param {import("./answers.js").StudyRecord} record */
 export function progressBar(record) {
   const done = record.points_done;
   const total = record.points_total;
@@ -71,21 +75,22 @@ export function progressBar(record) {
 }
 
 /**
- * Buttons to cancel, resume and delete a study.
+ * Buttons to cancel, resume and delete a study, or to restore it from the trash.
  *
- * @param {any} record
- * @param {(record: any) => void} onChange told the new record, null where the study is gone
+ * @param {import("./answers.js").StudyRecord} record
+ * @param {(record: unknown) => void} onChange told the new record, null where the study is gone
+ * @param {boolean} [gone] whether it is in the trash
  */
-export function actions(record, onChange) {
+export function actions(record, onChange, gone = false) {
   const place = el("span", { class: "row" });
   const name = record.name || record.id;
-  /** @param {string} label @param {() => Promise<any>} act @param {string} [kind] */
-  const button = (label, act, kind = "") =>
+  /** @param {string} label @param {() => Promise<any>} act */
+  const button = (label, act) =>
     el(
       "button",
       {
         type: "button",
-        class: `small ${kind}`,
+        class: "small",
         "aria-label": `${label} ${name}`,
         onclick: async () => {
           try {
@@ -104,9 +109,15 @@ export function actions(record, onChange) {
   const post = (verb) => ask(studyPath(record.id, verb), {}, { method: "POST" });
   const remove = async () => {
     const text =
-      `“${name}” and its ${counted(record.points_done, "computed point")} will be gone. This cannot be ` +
-      "undone.";
+      `“${name}” and its ${counted(record.points_done, "computed point")} can be restored from the trash ` +
+      "for a week.";
     if (!(await confirmed("Delete this study?", text, "Delete it"))) return undefined;
+    return ask(studyPath(record.id), { trash: true }, { method: "DELETE" });
+  };
+  const removeForGood = async () => {
+    const text = `“${name}” will be gone for good.`;
+    if (!(await confirmed("Delete this study?", text, "Delete it for good"))) return undefined;
+    await post("undelete");
     return ask(studyPath(record.id), {}, { method: "DELETE" });
   };
   // the new version is another study: nothing about this one has changed
@@ -118,10 +129,12 @@ export function actions(record, onChange) {
   const stopped = record.state === "cancelled" || record.state === "failed";
   fill(
     place,
-    active && button("Cancel", () => post("cancel")),
-    stopped && button("Resume", () => post("resume")),
-    record.outdated && !active && button("Recompute", recompute),
-    !active && button("Delete", remove),
+    gone && button("Restore", () => post("undelete")),
+    gone && button("Delete for good", removeForGood),
+    !gone && active && button("Cancel", () => post("cancel")),
+    !gone && stopped && button("Resume", () => post("resume")),
+    !gone && record.outdated && !active && button("Recompute", recompute),
+    !gone && !active && button("Delete", remove),
   );
   return place;
 }

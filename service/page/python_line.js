@@ -1,6 +1,6 @@
 /** The line of Python that gives what a figure shows. */
 
-/** @param {any} value @returns {string} */
+/** @param {unknown} value @returns {string} */
 function literal(value) {
   if (typeof value === "boolean") return value ? "True" : "False";
   if (Array.isArray(value)) return `[${value.map(literal).join(", ")}]`;
@@ -17,7 +17,7 @@ function literal(value) {
  *
  * @param {string | null} study id of the study that is asked; null for the client itself
  * @param {string} method
- * @param {Record<string, any>} given arguments by name; null and undefined are left out
+ * @param {Record<string, unknown>} given arguments by name; null and undefined are left out
  */
 export function pythonLine(study, method, given) {
   const named = Object.entries(given).filter(([, value]) => value !== null && value !== undefined);

@@ -7,6 +7,7 @@ import { ask, refusalBox, send, studyPath } from "./api.js";
 import { el, fill, prose, say } from "./dom.js";
 import { VALUE } from "./headline.js";
 import { counted, short } from "./numbers.js";
+import { progressBar } from "./progress.js";
 import { FREQUENCY } from "./selection.js";
 import { WORDS } from "./words.js";
 
@@ -14,7 +15,7 @@ const LOOK_MILLISECONDS = 500;
 
 /**
  * @param {import("./study.js").Session} session
- * @param {() => Record<string, any>} judged how designs are judged now, as the ranking above is asked for
+ * @param {() => Record<string, unknown>} judged how designs are judged now, as the ranking above is asked for
  */
 export function refinePanel({ record, selection, shown }, judged) {
   const told = el("div", { role: "status" });
@@ -74,8 +75,7 @@ export function refinePanel({ record, selection, shown }, judged) {
     const words = told.appendChild(el("p", {}));
     for (;;) {
       const now = await ask(studyPath(study.id));
-      const further = counted(now.points_total, "further point");
-      words.textContent = `Computing ${further}, ${now.points_done} done …`;
+      fill(words, progressBar(now));
       if (WORDS.ended.includes(now.state)) {
         if (now.state !== "done")
           throw new Error(`the follow-up study ${study.id} is ${now.state}. ${now.message ?? ""}`);

@@ -37,7 +37,7 @@ export function tagList(tags, choose) {
 /**
  * A form for all three.
  *
- * @param {any} record
+ * @param {import("./answers.js").StudyRecord} record
  * @param {(name: string) => void} renamed told the name that is kept
  */
 export function remarksForm(record, renamed) {

@@ -70,7 +70,7 @@ export class Selection extends EventTarget {
   /**
    * Rest at a design as long as nobody has chosen a point: a study opens where its optimum lies.
    *
-   * @param {Record<string, any>} design
+   * @param {Record<string, unknown>} design
    */
   rest(design) {
     const elsewhere = this.varied.filter((name) => name !== FREQUENCY && this.value(name) !== design[name]);

@@ -33,7 +33,7 @@ export function nameOf({ id, name }) {
  * @param {HTMLElement} list where the cards are
  * @param {HTMLElement} controls where the controls over all of them are
  * @param {{kind: "studies" | "designs", kept: import("./kept.js").Kept, wanted: () => Record<string,
- *   unknown>, nothing: () => string, none: () => Promise<import("./dom.js").Child> |
+ *   unknown>, nothing: () => string, gone?: () => boolean, none: () => Promise<import("./dom.js").Child> |
  *   import("./dom.js").Child, picture?: (record: T) => import("./dom.js").Child, says: (record: T) =>
  *   import("./dom.js").Child[], state: (record: T) => import("./dom.js").Child[], best: (record: T) =>
  *   Promise<Best | null>, actions?: (record: T, acted: () => void) => import("./dom.js").Child}} what
@@ -119,7 +119,7 @@ export function shelf(list, controls, what) {
       drawn: "",
     };
     cards.set(record.id, known);
-    const drawn = JSON.stringify(record);
+    const drawn = JSON.stringify([record, what.gone?.()]);
     const held = known.item.contains(document.activeElement);
     const mine = acted.delete(record.id);
     // what somebody holds stays as it is while it goes on, but not what was acted on
@@ -147,7 +147,7 @@ export function shelf(list, controls, what) {
       el(
         "div",
         { class: "grow" },
-        el("a", { class: "title", href: `#/${kind}/${record.id}` }, name),
+        el("a", { class: "title", href: what.gone?.() ? null : `#/${kind}/${record.id}` }, name),
         el("div", { class: "quiet" }, `${moment(record.created)} · `, el("code", {}, record.id)),
         what.says(record),
       ),
@@ -160,13 +160,15 @@ export function shelf(list, controls, what) {
 
   /** @param {HTMLElement} place @param {T} record */
   async function drawBest(place, record) {
-    const best = await what.best(record);
+    // always later: what is drawn now is put in its place first
+    const best = await (what.gone?.() ? null : what.best(record));
     bests.set(record.id, best);
     if (best) fill(place, el("span", { class: "quiet" }, "best "), el("strong", {}, best.text));
     if (sort === "best" && !left) show();
   }
 
   function drawBar() {
+    if (what.gone?.()) chosen.clear();
     const several = chosen.size > 1 && chosen.size <= MOST_COMPARED;
     const button = (/** @type {string} */ label, /** @type {() => void} */ onclick) =>
       el("button", { type: "button", class: "small", onclick }, label);
@@ -191,13 +193,17 @@ export function shelf(list, controls, what) {
     const noun = kind === "studies" ? "study" : "design";
     const these = chosen.size === 1 ? `this ${noun}` : `these ${chosen.size} ${kind}`;
     const text =
-      kind === "studies" ? "What they computed will be gone." : "Their answers will be gone; studies stay.";
+      kind === "studies" ? "They can be restored from the trash for a week." : "Their studies stay.";
     if (!(await confirmed(`Delete ${these}?`, text, "Delete"))) return;
     fill(trouble);
     let gone = 0;
     for (const id of [...chosen]) {
       try {
-        await ask(`${kind}/${encodeURIComponent(id)}`, {}, { method: "DELETE" });
+        await ask(
+          `${kind}/${encodeURIComponent(id)}`,
+          { trash: kind === "studies" || null },
+          { method: "DELETE" },
+        );
         chosen.delete(id);
         gone += 1;
       } catch (error) {

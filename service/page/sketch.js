@@ -28,7 +28,7 @@ const RIDES = 1e-6;
 
 /**
  * @param {string} name
- * @param {Record<string, any>} attributes
+ * @param {Record<string, unknown>} attributes
  * @param {...Element} children
  * @returns {any}
  */

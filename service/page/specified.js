@@ -82,7 +82,7 @@ export function titled(each) {
   return capital(each.label) + (each.unit ? ` [${each.unit}]` : "");
 }
 
-/** A number as it is shown. @param {any} value @param {SpecifiedField} each @returns {any} */
+/** A number as it is shown. @param {unknown} value @param {SpecifiedField} each @returns {any} */
 export function shown(value, each) {
   return typeof value === "number" ? Number((value * each.scale).toPrecision(12)) : (value ?? "");
 }

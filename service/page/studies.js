@@ -31,18 +31,19 @@ export async function studiesView(root, { query }) {
     kept,
     wanted: filter.wanted,
     nothing: filter.nothing,
+    gone: filter.gone,
     none: () => (filter.any() ? nothingFound() : nothingYet()),
-    picture: thumbnail,
-    says: (/** @type {any} */ record) => [
+    picture: (record) => !filter.gone() && thumbnail(record),
+    says: (record) => [
       record.submitted_by && el("div", { class: "quiet" }, `by ${record.submitted_by}`),
       record.priority !== 0 && el("div", { class: "quiet" }, `priority ${record.priority}`),
       record.message && el("div", { class: "quiet" }, record.message),
       tagList(record.tags, filter.tagged),
       outdatedNote(record),
     ],
-    state: (/** @type {any} */ record) => [badge(record.state), progressBar(record)],
+    state: (record) => [badge(record.state), progressBar(record)],
     best: bestOf,
-    actions: (/** @type {any} */ record, acted) => actions(record, acted),
+    actions: (record, acted) => actions(record, acted, filter.gone()),
   });
   await look();
   return leave;
@@ -73,7 +74,7 @@ async function nothingYet() {
     el(
       "ul",
       { class: "scenes" },
-      studies.map((/** @type {any} */ scene) =>
+      studies.map((scene) =>
         el(
           "li",
           {},

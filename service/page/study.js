@@ -21,8 +21,9 @@ import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 /**
- * @typedef {{record: any, selection: Selection, variables: string[], words: any, changes: EventTarget, kept:
- *   Kept, shown: Shown, renamed: (name: string) => void}} Session
+ * @typedef {{record: import("./answers.js").StudyRecord, selection: Selection, variables: string[],
+ *   words: import("./answers.js").Catalogue, changes: EventTarget, kept: Kept, shown: Shown,
+ *   renamed: (name: string) => void}} Session
  * @typedef {(session: Session, place: HTMLElement) => void | Promise<void>} Tab
  */
 
@@ -288,7 +289,7 @@ function dataTab(session, place) {
   );
 }
 
-/** @param {any} record */
+/** @param {import("./answers.js").StudyRecord} record */
 function facts(record) {
   const entries = /** @type {[string, string][]} */ ([
     ["Id", record.id],

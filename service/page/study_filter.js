@@ -10,6 +10,8 @@ import { WORDS } from "./words.js";
 
 /** The dimensions of every kind of study, each once. */
 const AXES = [...new Set([...WORDS.axes, ...WORDS.amplitude_axes, ...WORDS.suite_axes])];
+/** Stands for no state, but for where studies are that were deleted. */
+const TRASH = "trash";
 const TAG = new RegExp(`^(?:${WORDS.tag_pattern})$`);
 
 /**
@@ -21,15 +23,15 @@ const TAG = new RegExp(`^(?:${WORDS.tag_pattern})$`);
  * @param {import("./kept.js").Kept} kept
  * @param {() => void} look called when something else is wanted
  * @returns {{element: HTMLElement, row: HTMLElement, wanted: () => Record<string, any>, any: () => boolean,
- *   nothing: () => string, tagged: (tag: string) => void}} `nothing` says why no study can be meant, where
- *   that is known without asking
+ *   gone: () => boolean, nothing: () => string, tagged: (tag: string) => void}} `nothing` says why no study
+ *   can be meant, where that is known without asking
  */
 export function studyFilter(kept, look) {
   const { name = "", tag = "", from = "", to = "" } = kept.values;
   /** @type {Wanted} */
   const found = {
     name,
-    state: kept.one("state", WORDS.states, ""),
+    state: kept.one("state", [...WORDS.states, TRASH], ""),
     tag,
     axis: kept.one("axis", AXES, ""),
     from,
@@ -40,7 +42,7 @@ export function studyFilter(kept, look) {
   /**
    * @param {"name" | "tag" | "from" | "to"} what
    * @param {string} label
-   * @param {Record<string, any>} attributes
+   * @param {Record<string, unknown>} attributes
    */
   const typed = (what, label, attributes) => {
     const input = el("input", {
@@ -53,6 +55,8 @@ export function studyFilter(kept, look) {
   const states = /** @type {[string, string][]} */ ([
     ["", "any state"],
     ...WORDS.states.map((state) => [state, state]),
+    [TRASH, "in the trash"],
+    ,
   ]);
   const axes = /** @type {[string, string][]} */ ([["", "any"], ...AXES.map((axis) => [axis, titled(axis)])]);
   const tagged = typed("tag", "Tag", { type: "search", placeholder: "a whole tag", autocapitalize: "none" });
@@ -80,6 +84,7 @@ export function studyFilter(kept, look) {
   const inSi = (end) =>
     end === "" || !found.axis ? "" : Number(end) / (LENGTH_IN_SI.test(found.axis) ? MILLIMETRES : 1);
 
+  const gone = () => found.state === TRASH;
   drawEnds();
   const row = el(
     "div",
@@ -100,7 +105,14 @@ export function studyFilter(kept, look) {
       row,
       more,
     ),
-    wanted: () => ({ ...found, from: inSi(found.from), to: inSi(found.to) }),
+    wanted: () => ({
+      ...found,
+      state: gone() ? "" : found.state,
+      trash: gone() || null,
+      from: inSi(found.from),
+      to: inSi(found.to),
+    }),
+    gone,
     any: () => Object.values(found).some(Boolean),
     nothing: () => {
       if (found.tag && !TAG.test(found.tag)) return `No study has such a tag: a tag has ${WORDS.tag_words}.`;

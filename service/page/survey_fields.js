@@ -49,7 +49,7 @@ export const SURVEY = {
  * @param {any} study
  * @param {(path: string, value: any) => void} change
  * @param {(study: any) => void} redraw
- * @param {any[]} records those that the service has
+ * @param {import("./answers.js").GroundRecord[]} records those that the service has
  */
 export function surveyFields(study, change, redraw, records) {
   const name = el("input", {
@@ -98,7 +98,7 @@ export function surveyFields(study, change, redraw, records) {
  *
  * @param {any} study what has `records`
  * @param {(path: string, value: any) => void} change
- * @param {any[]} records those that the service has
+ * @param {import("./answers.js").GroundRecord[]} records those that the service has
  * @param {string} [field] where faults of them are
  */
 export function recordsField(study, change, records, field = "records") {
@@ -159,7 +159,7 @@ function ids(given) {
  * The id of a record that may be written as an earthquake's name.
  *
  * @param {string} written
- * @param {any[]} records
+ * @param {import("./answers.js").GroundRecord[]} records
  */
 function whole(written, records) {
   return (

@@ -57,7 +57,7 @@ const seen = new IntersectionObserver((entries) => {
 /**
  * The picture of a study, empty until it has been seen and drawn.
  *
- * @param {any} record as the list has it
+ * @param {import("./answers.js").StudyRecord} record as the list has it
  * @returns {HTMLElement} a place of the picture's size that says why where there is nothing to draw
  */
 export function thumbnail(record) {
@@ -76,7 +76,11 @@ export function thumbnail(record) {
   return canvas;
 }
 
-/** The dimensions of a picture; none where nothing can be shown. @param {any} record */
+/**
+ * The dimensions of a picture; none where nothing can be shown.
+ *
+ * @param {import("./answers.js").StudyRecord} record
+ */
 function planeOf(record) {
   // a study that has ended half-way may have nothing of the plane, and is refused then
   const there =
@@ -91,7 +95,7 @@ function planeOf(record) {
   return y ? { x, y } : null;
 }
 
-/** Why a study has no picture, in a few words. @param {any} record */
+/** Why a study has no picture, in a few words. @param {import("./answers.js").StudyRecord} record */
 function whyNone(record) {
   if (record.points_done === 0) return "nothing computed yet";
   if (record.points_total > LARGEST) return "too large for a picture";

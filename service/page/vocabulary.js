@@ -4,10 +4,10 @@ import { ask } from "./api.js";
 import { el } from "./dom.js";
 import { WORDS } from "./words.js";
 
-/** @type {Promise<any> | undefined} */
+/** @type {Promise<import("./answers.js").Catalogue> | undefined} */
 let asked;
 
-/** @returns {Promise<any>} the catalogue of the service */
+/** @returns {Promise<import("./answers.js").Catalogue>} the catalogue of the service */
 export function vocabulary() {
   asked ??= ask("catalog").catch((error) => {
     asked = undefined;

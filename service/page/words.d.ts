@@ -2,13 +2,8 @@
  * A field of a specification: its name, what people call it, its unit, what a value is multiplied with to be
  * in that, and what is meant where nothing is said.
  */
-export type SpecifiedField = {
-  name: string;
-  label: string;
-  unit: string;
-  scale: number;
-  usual_value?: number | null;
-};
+export type SpecifiedField = { name: string; label: string; unit: string; scale: number } & Usual;
+type Usual = { usual_value?: number | null };
 
 /** A quantity of a prototype: its place in what is known, whether it may be sought, and is usually. */
 export type FittedField = SpecifiedField & { path: string; free: boolean; usual: boolean };

@@ -9,7 +9,8 @@ from damperlab.service.body import JSON_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.problems import documented
 from damperlab.service.state import TheExactStudy, TheService
-from damperlab.studies.remarks import MOST_NAME, MOST_NOTE, MOST_TAGS, TAG, read_remarks
+from damperlab.studies.definition import MAX_NAME
+from damperlab.studies.remarks import MOST_NOTE, MOST_TAGS, TAG, read_remarks
 from damperlab.studies.text import load_text
 
 router = APIRouter(prefix="/api/v1/studies", tags=["studies"])
@@ -28,7 +29,7 @@ _BODY = {
                     "note": {"type": "string", "maxLength": MOST_NOTE, "description": "Empty for none."},
                     "name": {
                         "type": "string",
-                        "maxLength": MOST_NAME,
+                        "maxLength": MAX_NAME,
                         "description": "What it is called from now on; its definition stays as it is.",
                     },
                 },

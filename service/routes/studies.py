@@ -4,7 +4,7 @@ from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter, Depends, Header, Query
+from fastapi import APIRouter, Depends, Header, Path, Query
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.exceptions import HTTPException
@@ -19,7 +19,7 @@ from damperlab.service.estimates import estimate_document
 from damperlab.service.events import event_id, progress
 from damperlab.service.examples import STUDY_BODY
 from damperlab.service.problems import Problem, documented
-from damperlab.service.security.caller import Caller, TheCaller
+from damperlab.service.security.caller import Caller, TheCaller, require_own
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service, TheExactStudy, TheService, TheStudy
 from damperlab.service.work.apart import computed, store_of
@@ -93,6 +93,24 @@ class ListQuery(BaseModel):
         False,
         description="List the studies too that designs and refinements asked for; a name, a tag or a state other than done "
         "finds them anyway.",
+    )
+
+    trash: bool = Field(False, description="List those instead that were deleted and can be restored.")
+
+
+TRASH_DAYS = 7
+"""How long a deleted study can be restored."""
+
+
+class DeleteQuery(BaseModel):
+    """Parameters of a deletion."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    trash: bool = Field(
+        False,
+        description=f"Keep it for {TRASH_DAYS} days, in which POST /studies/{{study_id}}/undelete restores it; until then "
+        "it counts for quotas.",
     )
 
 
@@ -200,7 +218,15 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
     """
     try:
         wanted = Wanted(
-            query.state, query.name, query.tag, query.axis, query.low, query.high, query.coarse, query.designs
+            query.state,
+            query.name,
+            query.tag,
+            query.axis,
+            query.low,
+            query.high,
+            query.coarse,
+            query.designs,
+            query.trash,
         )
         page = service.store.page(query.limit, query.cursor, wanted)
     except StoreFault as error:
@@ -341,7 +367,23 @@ def _differences(store: Store, study: Record, older: str | None) -> dict[str, An
     responses=documented(404, 409),
     summary="Delete a study and its cube",
 )
-def delete(service: TheService, study: TheExactStudy) -> Response:
+def delete(service: TheService, study: TheExactStudy, query: Annotated[DeleteQuery, Query()]) -> Response:
     """Delete a study that is not running."""
-    service.dispatcher.delete(study)
+    service.dispatcher.delete(study, 86_400.0 * TRASH_DAYS if query.trash else 0.0)
     return Response(status_code=204)
+
+
+@router.post(
+    "/{study_id}/undelete",
+    response_class=Document,
+    responses={200: gives("Record"), **documented(404, 409, 503)},
+    summary="Restore a study from the trash",
+)
+def undelete(
+    service: TheService, caller: TheCaller, study_id: Annotated[str, Path(description="A study's whole id.")]
+) -> Document:
+    """Restore a study that was deleted with `trash`, with everything that it had computed."""
+    require_own(caller, service.store.trashed(study_id))
+    record = service.store.undelete(study_id)
+    service.dispatcher.wake()
+    return Document(record.document())

@@ -22,10 +22,17 @@ Item = TypeVar("Item")
 ALIVE = studies.c.deleted.is_(None)
 """The studies that were not deleted."""
 
+LAST_SECONDS = 60.0
+"""Before the files of a deleted study may go: whoever removes them goes by another clock."""
 NEVER_ENTERED = and_(studies.c.id == "", studies.c.digest == "")
 """Numbers that were reserved for studies while their cubes were made; a study that is entered takes the row over."""
 RESERVED = and_(NEVER_ENTERED, studies.c.state == "queued")
 """Those of them that nobody has taken for garbage."""
+
+
+def in_trash() -> ColumnElement[bool]:
+    """Tell of a row whether its study was deleted and can still be restored."""
+    return and_(studies.c.deleted > time.time() + LAST_SECONDS, studies.c.definition != "")
 
 
 def alive_row(connection: Connection, study_id: str) -> Row[Any] | None:

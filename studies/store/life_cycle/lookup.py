@@ -115,7 +115,7 @@ class Lookup(StoreBase):
             raise StoreFault(
                 Fault("limit", str(limit), f"a number from 1 to {PAGE_LIMIT}", "ask page by page")
             )
-        query = select(studies).where(ALIVE, *wanted.clauses()).order_by(studies.c.number.desc())
+        query = select(studies).where(*wanted.clauses()).order_by(studies.c.number.desc())
         before = math.inf if cursor is None else number_before(cursor)
         found: list[Row[Any]] = []
         looked_at, more = 0, True

@@ -1,7 +1,6 @@
 """Studies come and go: entered again for another solver, deleted by a tombstone first."""
 
 import json
-import math
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -12,13 +11,22 @@ from sqlalchemy import Connection, Row, delete, func, select, update
 from damperlab.studies.digest import family_digest
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.quota import Ledger
-from damperlab.studies.store.catalogue.rows import log_event, newest_row, record_of, study_row
-from damperlab.studies.store.catalogue.rowsum import is_sound
+from damperlab.studies.store.catalogue.rows import (
+    alive_row,
+    in_trash,
+    log_event,
+    newest_row,
+    record_of,
+    study_row,
+    unknown_study,
+)
+from damperlab.studies.store.catalogue.rowsum import is_sound, require_row
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.chunks import damaged
 from damperlab.studies.store.cube.definition import parse_stored, with_attachments
 from damperlab.studies.store.cube.description import first_pieces
 from damperlab.studies.store.faults import NothingToDo, cannot_use
+from damperlab.studies.store.files.shelf import TOMBSTONE
 from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.entering import Entering, Entry
 from damperlab.studies.store.life_cycle.manifest import put_tombstone
@@ -142,8 +150,15 @@ class Submissions(Entering):
         except OSError as error:
             raise cannot_use(shelf.address, error) from error
 
-    def delete(self, study_id: str) -> None:
+    def delete(self, study_id: str, keep_seconds: float = 0.0) -> None:
         """Forget a study; `bury` removes its files afterwards, which may take long.
+
+        Parameters
+        ----------
+        study_id : str
+            Its whole id.
+        keep_seconds : float
+            How long it stays in the trash, from where `undelete` restores it.
 
         The study is gone once its tombstone is committed. Whoever calls `bury` next, in this process or another,
         removes the files: a service in the background, `damperlab delete` and `damperlab store gc` as they run.
@@ -159,22 +174,53 @@ class Submissions(Entering):
             row = study_row(connection, study_id)
             if row.state not in ENDED:
                 require_free(row, "delete")
-            now = time.time()
+            now = time.time() + keep_seconds
             connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=now))
             log_event(connection, study_id, "deleted")
         # after the commit: what says so beside the cube must never be wrong, and is lost only with the catalogue
         with suppress(OSError):
             put_tombstone(self.cube_shelf(study_id, row.number), now)
 
-    def bury(self, before: float = math.inf, stop: Callable[[], bool] = lambda: False) -> None:
-        """Remove the files of studies that were deleted before a time, in seconds since 1970.
+    def trashed(self, study_id: str) -> Record:
+        """Give a deleted study that can be restored; raise `StudyNotFound` where there is none."""
+        with self.catalogue.reading() as connection:
+            return record_of(_trashed_row(connection, study_id))
+
+    def undelete(self, study_id: str) -> Record:
+        """Restore a study from the trash, as it was.
+
+        Raises
+        ------
+        StudyNotFound
+            If it is not there.
+        NothingToDo
+            If it was submitted again meanwhile.
+        """
+        with self.catalogue.writing() as connection:
+            row = _trashed_row(connection, study_id)
+            if alive_row(connection, study_id) is not None:
+                told = f"Study {study_id} was submitted again since it was deleted."
+                allowed, advice = "a study that is not there", "delete the other one first"
+                raise NothingToDo(Fault("study", study_id, allowed, advice, told))
+            try:
+                # before the commit: beside the cube nothing may say that a study which is there was deleted
+                self.cube_shelf(study_id, row.number).remove(TOMBSTONE)
+            except OSError as error:
+                raise cannot_use(self.shelf.address, error) from error
+            connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=None))
+            log_event(connection, study_id, "restored from the trash")
+            return record_of(study_row(connection, study_id))
+
+    def bury(self, before: float | None = None, stop: Callable[[], bool] = lambda: False) -> None:
+        """Remove the files of studies that were deleted before a time, in seconds since 1970, by default now.
 
         A tombstone loses its marks and its definition last, so that a removal that was cut short is found again;
         an empty row stays, which keeps the study's number and revisions from coming again.
         """
         c = studies.c
+        before = time.time() if before is None else before
         with self.catalogue.reading() as connection:
-            rows = connection.execute(select(studies).where(c.deleted < before, c.definition != "")).all()
+            rows = connection.execute(select(studies).where(c.deleted <= before, c.definition != "")).all()
         # a row that is damaged may be of a study that nobody deleted: its files stay
         for row in (row for row in rows if is_sound(studies, row)):
             if stop():
@@ -200,6 +246,15 @@ class Submissions(Entering):
                 return False
             connection.execute(delete(done_blocks).where(b.study == number, b.block <= last))
             return True
+
+
+def _trashed_row(connection: Connection, study_id: str) -> Row[Any]:
+    query = select(studies).where(studies.c.id == study_id, in_trash()).order_by(studies.c.number.desc())
+    row = connection.execute(query.limit(1)).one_or_none()
+    if row is None:
+        raise unknown_study(connection, study_id)
+    require_row(studies, row, study_id)
+    return row
 
 
 def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bool:

@@ -10,7 +10,7 @@ from sqlalchemy import ColumnElement, Row, and_, exists, not_
 from damperlab.studies.faults import Fault, describe, listing, write_nearest
 from damperlab.studies.kinds import EVERY_DIMENSION, dimensions_of_definition
 from damperlab.studies.remarks import faults_of_tag
-from damperlab.studies.store.catalogue.rows import asked_for
+from damperlab.studies.store.catalogue.rows import ALIVE, asked_for, in_trash
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.provenance import COARSE_OF, DESIGNS, REFINES
@@ -42,6 +42,8 @@ class Wanted:
     designs : bool
         Whether the studies that designs and refinements ask for count too; where not, those do all the same that have the
         tag, the name, or the state other than done asked for.
+    trash : bool
+        Whether those are meant that were deleted and can be restored, and not those that are there.
 
     Raises
     ------
@@ -57,6 +59,7 @@ class Wanted:
     high: float | None = None
     coarse: bool = True
     designs: bool = True
+    trash: bool = False
 
     def __post_init__(self) -> None:
         """Refuse what no study can be."""
@@ -88,7 +91,7 @@ class Wanted:
 
     def clauses(self) -> list[ColumnElement[bool]]:
         """Give what the database can tell of it."""
-        found: list[ColumnElement[bool]] = []
+        found: list[ColumnElement[bool]] = [in_trash() if self.trash else ALIVE]
         if self.state is not None:
             found.append(studies.c.state == self.state)
         if self.name:

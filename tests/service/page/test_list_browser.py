@@ -104,6 +104,15 @@ def test_studies_are_sorted_by_what_they_reach_compared_and_deleted_together(
         page.get_by_role("dialog").get_by_role("button", name="Delete").click()
         expect(titles).to_have_text(["worse"])
         assert len(client.get("/api/v1/studies").json()["studies"]) == 1
+        page.get_by_label("State").select_option("trash")
+        expect(titles).to_have_text(["middling", "better"])
+        page.get_by_role("button", name="Restore middling").click()
+        expect(titles).to_have_text(["better"])
+        page.get_by_role("button", name="Delete for good better").click()
+        page.get_by_role("button", name="Delete it for good").click()
+        expect(page.get_by_text("No study matches the search.")).to_be_visible()
+        page.get_by_label("State").select_option("")
+        expect(titles).to_have_text(["middling", "worse"])
 
 
 @pytest.fixture(scope="module")
