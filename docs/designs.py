@@ -29,8 +29,9 @@ from damperlab.studies.design.design import designing
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score
 from damperlab.studies.ground.paper import CLEARANCES_M, friction_force_n
+from damperlab.studies.named import named_specifications
 from damperlab.studies.plan import Block
-from damperlab.studies.specification.reading import named_specifications, parse_specification
+from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.text import load_text
 from damperlab.studies.variables import ResponseClass

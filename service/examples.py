@@ -11,7 +11,7 @@ from damperlab.studies.definition import Study
 from damperlab.studies.examples import EXAMPLES, SUITE
 from damperlab.studies.fit.document import fit_schema
 from damperlab.studies.ground.schema import suite_json_schema
-from damperlab.studies.specification.reading import named_specifications
+from damperlab.studies.named import named_specifications
 from damperlab.studies.specification.schema import specification_schema
 from damperlab.studies.text import MOST_STUDIES
 

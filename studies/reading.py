@@ -1,12 +1,11 @@
 """Reading studies: from text, from files, and the named studies of the package."""
 
-from functools import cache
-from importlib.resources import files
 from itertools import takewhile
 
 from damperlab.studies.definition import Study, parse_harmonic, parse_study
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.ground.suite import Suite
+from damperlab.studies.named import named_specifications, named_texts
 from damperlab.studies.text import Format, is_file, load_text, read_file, unknown_name
 
 
@@ -40,21 +39,17 @@ def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:
     StudyFaults
         Where there is neither such a file nor such a name, or the study has faults.
     """
-    if path_or_name in _named_files():
+    if path_or_name in named_texts():
         return named_study(path_or_name)
     if not is_file(path_or_name):
-        from damperlab.studies.specification.reading import named_specifications
-
-        raise unknown_name(path_or_name, "study", _named_files(), named_specifications())
+        raise unknown_name(path_or_name, "study", named_texts(), named_specifications())
     text, written_in = read_file(path_or_name, "study")
     return parse_study_text(text, written_in, shelf)
 
 
 def is_known(path_or_name: str) -> bool:
     """Whether a text names a file, or a study or specification of the package."""
-    from damperlab.studies.specification.reading import named_specifications
-
-    return path_or_name in _named_files() or is_file(path_or_name) or path_or_name in named_specifications()
+    return path_or_name in named_texts() or is_file(path_or_name) or path_or_name in named_specifications()
 
 
 def named_study(name: str) -> Study:
@@ -65,33 +60,18 @@ def named_study(name: str) -> Study:
     KeyError
         Where there is none of that name.
     """
-    return parse_harmonic(load_text(_named_files()[name], "yaml"))
+    return parse_harmonic(load_text(named_texts()[name], "yaml"))
 
 
 def named_studies() -> dict[str, Study]:
     """Return the named studies of the package: the scenes of the paper, by name."""
-    return {name: named_study(name) for name in _named_files()}
-
-
-def named_texts() -> dict[str, bytes]:
-    """Return the named studies as they were written: YAML in UTF-8 with comments, by name."""
-    return dict(_named_files())
+    return {name: named_study(name) for name in named_texts()}
 
 
 def named_descriptions() -> dict[str, str]:
     """Return what each named study is and what to look at in it: the first paragraph above its definition."""
     found = {}
-    for name, text in _named_files().items():
+    for name, text in named_texts().items():
         lines = takewhile(lambda line: line.startswith("# "), text.decode("utf-8").splitlines())
         found[name] = " ".join(line.removeprefix("# ") for line in lines)
     return found
-
-
-@cache
-def _named_files() -> dict[str, bytes]:
-    entries = sorted((files("damperlab.studies") / "catalog").iterdir(), key=lambda entry: entry.name)
-    return {
-        entry.name.removesuffix(".yaml"): entry.read_bytes()
-        for entry in entries
-        if entry.name.endswith(".yaml")
-    }

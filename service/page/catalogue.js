@@ -1,4 +1,4 @@
-/** Every question that a study answers: what it is, and its name on the command line, in Python and in an address. */
+/** Every question that a study answers: what it is, and its name as a command, in Python and over HTTP. */
 
 import { el } from "./dom.js";
 import { AMPLITUDE, RECORD } from "./selection.js";
@@ -6,14 +6,17 @@ import { WORDS } from "./words.js";
 
 /** @param {any} record @returns {HTMLElement} */
 export function catalogue({ dimensions }) {
-  const kind = dimensions.includes(RECORD) ? "suite" : dimensions.includes(AMPLITUDE) ? "amplitudes" : "harmonic";
+  const beside = dimensions.includes(AMPLITUDE) ? "amplitudes" : "harmonic";
+  const kind = dimensions.includes(RECORD) ? "suite" : beside;
   const rows = WORDS.questions
     .filter(({ kinds }) => kinds.includes(kind))
     .map(({ summary, command, method, route }) => {
-      const ways = [`damperlab ${command}`, `.${method}()`, `/${route}`].map((way) => el("td", {}, el("code", {}, way)));
+      const names = [`damperlab ${command}`, `.${method}()`, `/${route}`];
+      const ways = names.map((name) => el("td", {}, el("code", {}, name)));
       return el("tr", {}, el("th", { scope: "row" }, summary), ways);
     });
-  const head = ["Question", "Command", "Python", "HTTP"].map((text) => el("th", { scope: "col" }, text));
+  const titles = ["Question", "Command", "Python", "HTTP"];
+  const head = titles.map((text) => el("th", { scope: "col" }, text));
   return el(
     "div",
     { class: "scroll", tabindex: 0, role: "region", "aria-label": "Every question that the study answers" },

@@ -8,10 +8,9 @@ from damperlab.service.answer_schemas import gives
 from damperlab.service.documents import Document
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
+from damperlab.studies.named import named_specifications, named_texts
 from damperlab.studies.physical import QUANTITIES
 from damperlab.studies.quantity import RATIOS, Quantity
-from damperlab.studies.reading import named_texts
-from damperlab.studies.specification.reading import named_specifications
 from damperlab.studies.text import load_text
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES, ResponseClass, Status, Variable
 from damperlab.studies.vocabulary import CRITERIA, DEFAULTS, OBJECTIVES, RESPECTS

@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
-from importlib.resources import files
 from typing import Any
 
 from damperlab.studies.consistency import rubbing_faults
@@ -11,6 +9,7 @@ from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard, refuse_the_other
+from damperlab.studies.named import named_specifications, named_texts
 from damperlab.studies.physical import PARTICLE_FRICTION, TILT
 from damperlab.studies.quantity import Quantity
 from damperlab.studies.specification.cavity import LEVEL, Cavity
@@ -87,23 +86,8 @@ def specification_document(path_or_name: str) -> dict[str, Any]:
     if path_or_name in named:
         return _mapping(load_specification(named[path_or_name], "yaml"))
     if not is_file(path_or_name):
-        from damperlab.studies.reading import named_texts
-
         raise unknown_name(path_or_name, "specification", named, named_texts())
     return _mapping(load_specification(*read_file(path_or_name, "specification")))
-
-
-@cache
-def named_specifications() -> dict[str, bytes]:
-    """Return the named specifications of the package as they were written: YAML in UTF-8 with comments, by name."""
-    entries = sorted(
-        (files("damperlab.studies") / "specification" / "catalog").iterdir(), key=lambda entry: entry.name
-    )
-    return {
-        entry.name.removesuffix(".yaml"): entry.read_bytes()
-        for entry in entries
-        if entry.name.endswith(".yaml")
-    }
 
 
 def load_specification(text: bytes | str, written_in: Format) -> Any:

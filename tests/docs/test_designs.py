@@ -20,7 +20,7 @@ from docs.designs import (
 
 from damperlab.studies.design.absorber import tuned_beside
 from damperlab.studies.design.build import Build
-from damperlab.studies.specification.reading import named_specifications
+from damperlab.studies.named import named_specifications
 
 NAMES = sorted(named_specifications())
 CHEAPEST = "instrument-rack"

@@ -7,7 +7,7 @@ import pytest
 from docs.computed import is_of_here
 from docs.drawing.figures import FIGURES, key_of, write
 
-from damperlab.studies.specification.reading import named_specifications
+from damperlab.studies.named import named_specifications
 
 KEPT = Path(__file__).parents[2] / "docs" / "figures"
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")

@@ -12,7 +12,8 @@ from damperlab.studies.fit.fitted import Estimate
 from damperlab.studies.fit.prototype import Question, prototype_of
 from damperlab.studies.fit.specification_text import WIDTH, specification_text
 from damperlab.studies.fit.specified import Specified, specified
-from damperlab.studies.specification.reading import named_specifications, parse_specification
+from damperlab.studies.named import named_specifications
+from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.text import load_text
 
 OF_HISTORY: dict[str, Any] = {

@@ -12,9 +12,9 @@ from damperlab.studies.design.spelling import transients, under_records
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.ground.builtin import builtin_record
 from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.named import named_specifications
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.reading import (
-    named_specifications,
     parse_specification,
     read_specification,
 )

@@ -1,0 +1,25 @@
+"""The studies and specifications that the package names, as they were written: YAML in UTF-8 with comments."""
+
+from functools import cache
+from importlib.resources import files
+
+
+@cache
+def named_texts() -> dict[str, bytes]:
+    """Give the named studies, by name."""
+    return _texts("catalog")
+
+
+@cache
+def named_specifications() -> dict[str, bytes]:
+    """Give the named specifications of designs, by name."""
+    return _texts("specification/catalog")
+
+
+def _texts(folder: str) -> dict[str, bytes]:
+    entries = sorted((files("damperlab.studies") / folder).iterdir(), key=lambda entry: entry.name)
+    return {
+        entry.name.removesuffix(".yaml"): entry.read_bytes()
+        for entry in entries
+        if entry.name.endswith(".yaml")
+    }
