@@ -82,8 +82,7 @@ async function ofStudy(id) {
   const named = several.filter(
     (/** @type {string} */ name) => name !== FREQUENCY && best?.[name] !== undefined,
   );
-  const part = (/** @type {string} */ name) =>
-    `${shown.title(name).replace(/ \[.*/, "")} ${shown.value(name, best[name])}`;
+  const part = (/** @type {string} */ name) => `${shown.called(name)} ${shown.value(name, best[name])}`;
   const hasBand = best && ranked.units === "1" && several.includes(FREQUENCY);
   return {
     name: nameOf(record),

@@ -52,10 +52,7 @@ export function pinsPanel(session) {
   /** @param {number[]} pin */
   const named = (pin) =>
     along
-      .map(
-        (name, i) =>
-          `${shown.title(name).replace(/ \[.*/, "")} ${shown.value(name, selection.axes[name][pin[i]])}`,
-      )
+      .map((name, i) => `${shown.called(name)} ${shown.value(name, selection.axes[name][pin[i]])}`)
       .join(", ");
   const here = () => along.map((name) => selection.place[name]);
 

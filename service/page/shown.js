@@ -73,6 +73,11 @@ export class Shown {
     return this.has(name) ? `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]` : titled(name);
   }
 
+  /** The same without its unit. @param {string} name */
+  called(name) {
+    return this.has(name) ? QUANTITIES[name][1] : titled(name).split(" [")[0];
+  }
+
   /** The same as the plotting library sets it. @param {string} name */
   axis(name) {
     return this.has(name) ? this.title(name) : axisTitle(name);

@@ -80,7 +80,7 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
 
   const metric = () => variables.find((one) => one.name === view.metric);
   const factor = () => shown.factor(view.metric);
-  const nameOf = (/** @type {string} */ name) => shown.title(name).replace(/ \[.*/, "").toLowerCase();
+  const nameOf = (/** @type {string} */ name) => shown.called(name).toLowerCase();
   const damper = () => selection.at([RECORD, SCALE]);
   const named = () => unitOf(metric());
 
