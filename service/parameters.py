@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from inspect import Parameter, Signature
+from math import inf
 from typing import Annotated, Any
 
 from fastapi import Depends, Query
@@ -115,11 +116,11 @@ def read_range(text: str) -> str:
     """Check `lower,higher`, the text of a range."""
     low, comma, high = text.partition(",")
     try:
-        if comma and float(low) <= float(high):
+        if comma and -inf < float(low) <= float(high) < inf:
             return text
     except ValueError:
         pass
-    raise ValueError("two numbers, the lower one first, written as lower,higher")
+    raise ValueError("two finite numbers, the lower one first, written as lower,higher")
 
 
 def pair(text: str) -> tuple[float, float]:

@@ -88,7 +88,7 @@ def _names(code: CodeType) -> set[str]:
 def _value(value: Any, seen: set[int]) -> Iterator[str]:
     kind = type(value)
     if hasattr(value, "py_func"):  # a kernel
-        yield name_of(value.py_func)
+        yield f"{name_of(value.py_func)} {getattr(value, '_options', None)}"
     elif isinstance(value, FunctionType) and value.__module__.startswith(_PACKAGE):
         yield from _described(value, seen)
     elif isinstance(value, tuple):
@@ -100,7 +100,7 @@ def _value(value: Any, seen: set[int]) -> Iterator[str]:
     elif isinstance(value, np.ndarray):
         yield f"{value.dtype} {value.shape} {value.tobytes().hex()}"
     elif isinstance(value, type) and issubclass(value, enum.Enum):
-        yield repr({member.name: member.value for member in value})
+        yield repr({name: member.value for name, member in value.__members__.items()})
     elif isinstance(value, type) and hasattr(value, "_field_defaults"):  # of named tuples
         yield f"{value.__qualname__} {value._fields} {value._field_defaults}"  # type: ignore[attr-defined]
     elif hasattr(value, "_defn"):  # of numba: a function that writes LLVM IR

@@ -27,6 +27,7 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
+from numba import types
 from numba.core.compiler import CompileResult
 from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
@@ -37,8 +38,10 @@ from damperlab.worker.compiler.target import PROCESSOR, TRIPLE
 from damperlab.worker.fingerprint import UNKNOWN, fingerprint, name_of
 
 _HERE = Path(__file__).parent
-_COMPILER = ("compiler", "jit.py")
-_SOURCES = (*_COMPILER, "physics", "solver", "steady", "rk4.py", "accuracy/march.py")
+_COMPILER = ("worker/compiler", "worker/jit.py")
+_KERNELS = ("physics", "solver", "steady", "rk4.py", "accuracy/march.py")
+_SOURCES = (*_COMPILER, *(f"worker/{name}" for name in _KERNELS), "studies/variables.py")
+"""The compiler, the kernels, and what the numbers of a class or a status mean."""
 _OPTIONS = (
     "BOUNDSCHECK",
     "OPT",
@@ -54,7 +57,7 @@ _OPTIONS = (
 @cache
 def source_hash() -> str:
     """Hash of what every kernel source computes, 16 hex digits."""
-    return hash_of(_HERE, _SOURCES)[:16]
+    return hash_of(_HERE.parent, _SOURCES)[:16]
 
 
 @cache
@@ -69,7 +72,7 @@ def identity() -> dict[str, str]:
     """
     return {
         "sources": source_hash(),
-        "compiler": hash_of(_HERE, _COMPILER)[:16],
+        "compiler": hash_of(_HERE.parent, _COMPILER)[:16],
         "target": f"{PROCESSOR} {TRIPLE}" + (", compiled by numba alone" if ALONE else ""),
         "numba": numba.__version__,
         "llvmlite": llvmlite.__version__,
@@ -181,7 +184,11 @@ class KernelCache:
             or _read(CACHE_FOLDER, file, is_private)
             or _taken_over(file)
         )
-        if found is None or found[0]["identity"] != identity() or found[0]["signature"] != str(signature):
+        if (
+            found is None
+            or found[0]["identity"] != identity()
+            or found[0]["signature"] != _spelled(signature)
+        ):
             return None
         rtsys.initialize(context)
         return CompileResult._rebuild(context, *pickle.loads(found[1]))
@@ -192,14 +199,25 @@ class KernelCache:
         kernel = dumps(compiled._reduce())
         head = {
             "identity": identity(),
-            "signature": str(signature),
+            "signature": _spelled(signature),
             "parts": {name: fingerprint(name) for name in parts},
             "sha256": hashlib.sha256(kernel).hexdigest(),
         }
         _keep(CACHE_FOLDER / self._file(signature), (head, kernel))
 
     def _file(self, signature: Any) -> str:
-        return f"{self._name}-{hashlib.sha256(str(signature).encode()).hexdigest()[:16]}.nbc"
+        return f"{self._name}-{hashlib.sha256(_spelled(signature).encode()).hexdigest()[:16]}.nbc"
+
+
+def _spelled(kind: Any) -> str:
+    """Spell types with the names of fields, which numba leaves out: a kernel finds a field by its place."""
+    if isinstance(kind, types.BaseNamedTuple):
+        named = kind.instance_class
+        fields = (f"{name}: {_spelled(each)}" for name, each in zip(kind.fields, kind, strict=True))
+        return f"{named.__module__}.{named.__qualname__}({', '.join(fields)})"
+    if isinstance(kind, (tuple, types.BaseTuple)):
+        return f"({', '.join(map(_spelled, kind))})"
+    return str(kind)
 
 
 _Stored = tuple[dict[str, Any], bytes]

@@ -50,7 +50,7 @@ def export(
 ) -> None:
     """Write a study's results to a file."""
     file_format = file_format or _format_of(output)
-    from damperlab.studies.store.export.crate import FILE, write_crate
+    from damperlab.studies.store.export.crate import FILE, crate_beside, write_crate
     from damperlab.studies.store.export.export import without_names
     from damperlab.studies.store.export.file import write_file
 
@@ -59,13 +59,17 @@ def export(
     cube = store.cube(record.id)
     cube = cube if names else without_names(cube)
     cube = cube if licence is None else cube.assign_attrs(license=licence)
-    if crate and (output.parent / FILE).exists():
-        found, advice = str(output.parent / FILE), "write the file into a folder of its own"
-        raise UsageFault(Fault("--crate", found, f"no {FILE} beside the file", advice))
+    described = crate_beside(output)
+    if crate and described not in ("", output.name):
+        told = f"{output.parent / FILE} describes {described}."
+        advice = "write the file into a folder of its own"
+        raise UsageFault(
+            Fault("--crate", f"that of {described}", "no other crate in the folder", advice, told)
+        )
     make_parent(output)
     with working(f"Writing {output}"):
         write_file(cube, output, file_format)
-    if crate:
+    if crate or described == output.name:  # what is described must stay true
         write_crate(cube, output)
     missing = record.points_total - record.points_done
     unfinished = f"; {missing} of them are not computed yet (status -1)" if missing else ""

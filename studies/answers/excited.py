@@ -10,7 +10,7 @@ from damperlab.studies.vocabulary import Excitation
 
 def name_of(cube: xr.Dataset) -> str:
     """Give the name of a study; empty where it has none."""
-    return str(definition_of(cube).get("name") or "")
+    return str(cube.attrs.get("title") or definition_of(cube).get("name") or "")
 
 
 def excitation_of(cube: xr.Dataset) -> Excitation:

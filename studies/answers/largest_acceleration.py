@@ -14,16 +14,19 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damperlab.studies.answers.design_question import FREQUENCY
 from damperlab.studies.answers.excited import definition_of, excitation_of
 from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.units import quantities_of
+from damperlab.studies.variables import ResponseClass
 
 Number = TypeVar("Number", float, NDArray[np.float64])
-_MEASURED, _RELATIVE = "acceleration_ratio", "relative_amplitude_ratio"
+Floats = NDArray[np.float64]
+_MEASURED, _RELATIVE, _CLASS = "acceleration_ratio", "relative_amplitude_ratio", "response_class"
 
 
 def at_turns(relative_amplitude: Number, friction_ratio: float) -> Number:
-    """Give the largest acceleration of a structure under base motion, whose particle meets rigid walls.
+    """Give the largest acceleration of a structure that moves against its shaken base, and whose particle meets rigid walls.
 
     Parameters
     ----------
@@ -38,6 +41,11 @@ def at_turns(relative_amplitude: Number, friction_ratio: float) -> Number:
         [Z ω_n²].
     """
     return relative_amplitude + friction_ratio
+
+
+def with_base(moving: Floats, frequency_ratio: Floats, locked: NDArray[np.bool_]) -> Floats:
+    """Give the accelerations, (n,) [Z ω_n²], of a structure that moves with its base where friction holds it."""
+    return np.where(locked, frequency_ratio**2, moving)
 
 
 def acceleration_g(
@@ -64,8 +72,10 @@ def acceleration_g(
     model = (definition.get("contact") or {}).get("model", "instant")
     if _MEASURED in cube:
         ratios = cube[_MEASURED].isel(place).values
-    elif _RELATIVE in cube and excitation_of(cube) == "base" and model == "instant":
-        ratios = at_turns(cube[_RELATIVE].isel(place).values, friction_ratio)
+    elif {_RELATIVE, _CLASS} <= cube.keys() and excitation_of(cube) == "base" and model == "instant":
+        there = cube[[_RELATIVE, _CLASS]].isel(place)
+        r, locked = there[FREQUENCY].values, there[_CLASS].values == ResponseClass.LOCKED
+        ratios = with_base(at_turns(there[_RELATIVE].values, friction_ratio), r, locked)
     else:
         return nan
     known = ratios[np.isfinite(ratios)]

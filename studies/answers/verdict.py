@@ -37,6 +37,8 @@ from damperlab.studies.vocabulary import OF_PARTICLE
 
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
+CLAMPED = 1.5
+"""Amplitude ratio up to which a mass that friction holds at some frequencies counts as clamped."""
 HELD = 0.1
 """Share of the frequencies at which friction holds a mass that is called clamped."""
 NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
@@ -54,7 +56,13 @@ def best_with_impacts(found: xr.Dataset) -> dict[str, Any] | None:
         return None
     rank = {
         name: found[name].values.item()
-        for name in (*dimensions_of(found.coords), "value", "error", "impact_share")
+        for name in (
+            *dimensions_of(found.coords),
+            "value",
+            "error",
+            "impact_share",
+            *(("study",) if "study" in found else ()),
+        )
     }
     kind = ResponseClass(int(found["response_class"].values.item()))
     return {**rank, "response_class": kind.name.lower()}
@@ -193,8 +201,9 @@ class _Known:
 
     @property
     def clamped(self) -> bool:
-        """Whether the best design is one that friction holds at its base."""
-        return float(self.best["locked_share"]) >= HELD and self.best["impact_share"] == 0
+        """Whether the best design is one that friction holds at its base, with which it then moves."""
+        held = float(self.best["locked_share"]) >= HELD and self.best["impact_share"] == 0
+        return held and float(self.best["value"]) <= CLAMPED
 
     def _notes(self, cut: int) -> list[Note]:
         best, lead, size = self.best, self.lead, self.question.frequencies.size
@@ -314,10 +323,9 @@ class _Known:
         return rows
 
     def _slides(self) -> str:
-        """Say what the particle's own friction must stay below, where the study knows of none."""
-        if self.lead["impact_share"] == 0 or any(name in self.cube.coords for name in BEFORE):
-            return "largest of the structure"
-        return f"a lying particle slides only where μ_i is below {self.acceleration_g:.2g}"
+        """Say whose acceleration it is, and what is assumed where the study knows of no friction of the particle."""
+        assumed = self.lead["impact_share"] > 0 and not any(name in self.cube.coords for name in BEFORE)
+        return f"largest of the structure{'; assumed is a μ_i far below it' if assumed else ''}"
 
     def _idle_row(self, phrases: Phrases) -> list[tuple[str, str, str]]:
         if self.lead is self.best:

@@ -4,15 +4,17 @@ from collections.abc import Iterator
 from math import isinf, pi
 
 import numpy as np
+from numpy.typing import NDArray
 
 from damperlab.studies.answers.comparing import clearly_less
-from damperlab.studies.answers.largest_acceleration import at_turns
+from damperlab.studies.answers.largest_acceleration import at_turns, with_base
 from damperlab.studies.brief import Brief, Damper, Note, damper_of
 from damperlab.studies.design.absorber import DETUNED, Beside
 from damperlab.studies.design.absorber_structure import hardest, judged_of
 from damperlab.studies.design.alternatives import Alternative
 from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.build import Build
+from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.ends import at_ends, locked
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.responses import NO_DAMPER
@@ -64,7 +66,7 @@ def verdict_of(found: Found) -> tuple[Brief, list[Note]]:
     decision = _decision(found, damper, judged)
     dangers = [said for note in notes if (said := _said(found, note))]
     sentences = [*unusual_specification(asked), decision, *dangers, *_holds(found, damper)]
-    rows = (*_assumed(found, damper), *_rows(found, damper, bare))
+    rows = (*_assumed(found, damper), *_rows(found, damper, bare), *_accelerates(found, damper))
     return Brief(damper, tuple(sentences), rows, _next(found, notes)), notes
 
 
@@ -126,6 +128,9 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
         return f"Build no damper: without one the {judged} stays within {bare}, and none that was looked at does better."
     if isinstance(best, Beside):
         reach = response(asked, rounded_up(best.value, 3), 3)
+        if best.exceeded:
+            nearest = f"Nearest is a tuned mass damper: {_tuned(asked, best)}; it {stays} {reach}."
+            return f"No damper that was looked at keeps every limit. {nearest}"
         return f"Use a tuned mass damper: {_tuned(asked, best)}, {stays} {reach} ({_detuned(asked, best)})."
     score = found.stated if best is None else best.score
     build = found.build if best is None else best.build
@@ -299,9 +304,14 @@ def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
             "lying, frictionless",
             _with_friction(found) if damper == kind_of(found.build) else "",
         )
-    g = acceleration_g(found)
-    if g is not None and damper == kind_of(found.build):
-        yield "acceleration", f"{g:.2g} g", "largest of the structure"
+
+
+def _accelerates(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
+    """Say how hard the structure is shaken, unless the answer is about that anyway."""
+    asked, g = found.asked, acceleration_g(found)
+    told = any("acceleration" in name for name in (asked.measure.name, *asked.limits))
+    if g is not None and not told and damper == kind_of(found.build):
+        yield "acceleration", f"{g:.2g} g", "largest of the structure, as drawn"
 
 
 def acceleration_g(found: Found) -> float | None:
@@ -320,9 +330,20 @@ def acceleration_g(found: Found) -> float | None:
     ):
         return None
     curves = (found.book.curve(build, each.largest) for each in asked.excitations)
-    turns = [each.rate**2 * each.base_m * each["relative_amplitude_ratio"] for each in curves]
-    most = max(float(each.max()) for each in turns if each.size)
-    return at_turns(most, build.friction_force_n / asked.structure.mass_kg) / STANDARD_GRAVITY
+    return max(
+        float(_accelerations(each, build.friction_force_n / asked.structure.mass_kg).max())
+        for each in curves
+        if each.r.size
+    )
+
+
+def _accelerations(curve: Curve, friction: float) -> NDArray[np.float64]:
+    """Give the largest acceleration of the structure at each frequency, (n,) [g]; `friction` is the force over its mass."""
+    scale = curve.rate**2 * curve.base_m
+    moving = at_turns(curve["relative_amplitude_ratio"], 0.0) + friction / scale
+    locked = curve["response_class"] == ResponseClass.LOCKED
+    found: NDArray[np.float64] = scale * with_base(moving, curve.r, locked) / STANDARD_GRAVITY
+    return found
 
 
 def _with_friction(found: Found) -> str:

@@ -47,8 +47,11 @@ class Cubes(StoreBase):
         from damperlab.studies.store.cube.opened import open_cube
 
         shelf, marks = self.snapshot(study_id)
+        with self.catalogue.reading() as connection:
+            name = study_row(connection, study_id).name
         try:
-            return open_cube(shelf, marks)
+            # a study may have got another name since
+            return open_cube(shelf, marks).assign_attrs(title=name)
         except OSError as error:
             raise cannot_use(shelf.address, error) from error
 

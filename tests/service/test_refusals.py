@@ -202,6 +202,8 @@ OF_CURVES = [
     ("optimal-designs?objective=", "objective"),
     ("optimal-designs?frequency_ratio=0.9,1.1", "frequency_ratio"),
     ("optimal-designs?band=2,1", "band"),
+    ("optimal-designs?band=0.9,inf", "band"),
+    ("optimal-designs?clearance_ratio=4,1e400", "clearance_ratio"),
     ("optimal-designs?top=0", "top"),
     ("optimal-designs?objective=peak&band=7,8", "band"),
     ("optimal-designs?stick_fraction=0.5,0", "stick_fraction"),

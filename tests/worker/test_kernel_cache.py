@@ -189,3 +189,30 @@ def test_another_numba_than_the_one_that_was_read_compiles_alone(tmp_path: Path)
     assert alone.split()[:2] == [ours.split()[0], "0"]
     assert "lower_binop" in alone
     assert alone.strip().endswith("alone")
+
+
+def test_a_kernel_is_told_apart_by_the_order_of_the_fields_that_it_takes() -> None:
+    def file(kind: type, *fields: numba.types.Type) -> str:
+        named = numba.types.NamedTuple(fields, kind)
+        return KernelCache(_law)._file((numba.types.Tuple((named, numba.float64)),))
+
+    two = (numba.float64, numba.float64)
+    other = NamedTuple("_Pair", [("second", float), ("first", float)])  # noqa: UP014 - of the same name
+    other.__module__ = _Pair.__module__
+    assert file(_Pair, *two) == file(_Pair, *two)
+    assert file(_Pair, *two) != file(other, *two)
+    assert file(_Pair, *two) != file(_Pair, numba.float64, numba.int64)
+
+
+def test_what_a_class_or_a_status_means_is_a_source_of_kernels() -> None:
+    """Their numbers are compiled into kernels."""
+    outside = {
+        line.split()[1]
+        for name in kernel_cache._SOURCES
+        for file in sorted((ROOT / name).rglob("*.py")) or [ROOT / name]
+        for line in file.read_text().splitlines()
+        if name.startswith("worker/") and line.startswith("from damperlab.studies")
+    }
+    sources = {f"damperlab.{name.removesuffix('.py').replace('/', '.')}" for name in kernel_cache._SOURCES}
+    # what is taken from there is called before a march or after it, in Python
+    assert outside - sources <= {"damperlab.studies.portable"}

@@ -4,6 +4,7 @@ import hashlib
 import json
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote, unquote
 
 import xarray as xr
 
@@ -14,6 +15,18 @@ _MEDIA_TYPES = {
     ".parquet": "application/vnd.apache.parquet",
 }
 _STUDY, _SOFTWARE = "#study", "#damperlab"
+
+
+def crate_beside(export: Path) -> str:
+    """Name the file that a crate beside an export describes; empty where there is none."""
+    path = export.parent / FILE
+    if not path.exists():
+        return ""
+    try:
+        (file,) = (each for each in json.loads(path.read_bytes())["@graph"] if each["@type"] == "File")
+        return unquote(file["@id"])
+    except (ValueError, TypeError, KeyError):  # no crate of ours
+        return "other files"
 
 
 def write_crate(cube: xr.Dataset, export: Path) -> Path:
@@ -44,7 +57,7 @@ def _document(cube: xr.Dataset, export: Path) -> dict[str, Any]:
     with export.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     file_entity = {
-        "@id": export.name,
+        "@id": quote(export.name),
         "@type": "File",
         "name": attributes["title"],
         "encodingFormat": _MEDIA_TYPES.get(export.suffix.lower(), "application/octet-stream"),
@@ -68,7 +81,7 @@ def _document(cube: xr.Dataset, export: Path) -> dict[str, Any]:
                 "description": f"Results of study {attributes['digest'][:12]} of a hybrid vibration damper.",
                 "datePublished": attributes["created"],
                 "citation": {"@id": attributes["references"]},
-                "hasPart": [{"@id": export.name}],
+                "hasPart": [{"@id": quote(export.name)}],
                 **licence,
             },
             file_entity,
@@ -77,7 +90,7 @@ def _document(cube: xr.Dataset, export: Path) -> dict[str, Any]:
                 "@type": "CreateAction",
                 "instrument": {"@id": _SOFTWARE},
                 "object": {"@id": _STUDY},
-                "result": {"@id": export.name},
+                "result": {"@id": quote(export.name)},
                 "startTime": attributes["created"],
             },
             {

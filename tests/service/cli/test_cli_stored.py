@@ -155,8 +155,13 @@ def test_an_export_is_described_as_a_crate_on_request(
                 if isinstance(one, dict) and not one["@id"].startswith("https://w3id.org/"):
                     assert one["@id"] in entities
     assert record["provenance"]["user"] not in json.dumps(graph).replace(record["definition"]["name"], "")
-    again = run("export", record["id"], *options, status=2)
-    assert "ro-crate-metadata.json" in again.stderr
+    # it is described anew where it is exported anew, and no other file beside it
+    run("export", record["id"], *options[:4])
+    renewed = json.loads((tmp_path / "ro-crate-metadata.json").read_text())["@graph"]
+    (file,) = (each for each in renewed if each["@id"] == "cube.nc")
+    assert file["sha256"] == hashlib.sha256((tmp_path / "cube.nc").read_bytes()).hexdigest()
+    other = run("export", record["id"], "-o", tmp_path / "x.csv", *options[2:4], "--crate", status=2)
+    assert "ro-crate-metadata.json describes cube.nc" in other.stderr
 
 
 @pytest.fixture

@@ -23,6 +23,7 @@ LIGHT_ROUTES = {
     ("POST", "/api/v1/session"),
     ("DELETE", "/api/v1/session"),
     ("GET", "/api/v1/catalog"),
+    ("POST", f"{STUDY}/undelete"),
     ("GET", "/api/v1/accuracy"),
     ("GET", "/api/v1/accuracy/reports"),
     ("GET", "/api/v1/answers/{answer_id}"),

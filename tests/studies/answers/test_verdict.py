@@ -286,3 +286,30 @@ def test_the_largest_acceleration_is_told_in_g_where_a_closed_form_tells_it(defi
         assert measured == pytest.approx(3.0 * (10 * np.pi) ** 2 * 0.002 / 9.80665)
     else:
         assert "acceleration_g" not in answer.attrs
+
+
+def test_a_structure_that_friction_holds_accelerates_as_its_base_does() -> None:
+    cube = made([[1.0, 1.0, 1.0]], errors=1e-9, kinds=ResponseClass.LOCKED)
+    cube = cube.assign_coords(friction_ratio=[40.0])
+    cube["relative_amplitude_ratio"] = 0.0 * cube["amplitude_ratio"]
+    physical = {"mass_kg": 40, "natural_frequency_hz": 5, "base_amplitude_m": 0.002}
+    cube.attrs["study"] = json.dumps({"physical": physical})
+    found = optimal_designs(cube).attrs["acceleration_g"]
+    assert found == pytest.approx(1.1**2 * (10 * np.pi) ** 2 * 0.002 / 9.80665)
+
+
+def test_a_mass_that_moves_far_is_not_clamped_though_friction_holds_it_at_times() -> None:
+    locked, still = ResponseClass.LOCKED, ResponseClass.NO_IMPACT
+    values = [[1.0, 9.0, 1.0]]
+    assert "clamped" not in kinds(optimal_designs(made(values, errors=1e-9, kinds=[[locked, still, still]])))
+
+
+def test_studies_are_merged_where_the_best_does_not_strike_and_another_does() -> None:
+    still, chaos = ResponseClass.NO_IMPACT, ResponseClass.CHAOTIC
+    first = made([1.0, 1.4], errors=1e-9, kinds=[[still], [chaos]])
+    second = made([1.1, 1.3], errors=1e-9, kinds=[[still], [chaos]])
+    for cube in (first, second):
+        cube["relative_amplitude_ratio"] = cube["amplitude_ratio"]
+    answer = merged_designs({"a": first, "b": second.assign_coords(friction_ratio=[0.05, 0.15])}, Judging())
+    assert answer.attrs["best_with_impacts"]["value"] == 1.3
+    assert answer.attrs["best_with_impacts"]["study"] == "b"
