@@ -102,8 +102,8 @@ MUTANTS = (
     ),
     Mutant(
         "service/page/design.js",
-        """answer.worst.units === "m" ? [1000, "mm"]""",
-        """answer.worst.units === "m" ? [1, "mm"]""",
+        """metres: units === "m" ? 1000 : 1""",
+        "metres: 1",
         "tests/service/page/test_design_page.py::test_a_design_is_asked_for_in_the_form_followed_and_answered",
     ),
     Mutant(
