@@ -55,7 +55,7 @@ def verify(
 
 
 def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> dict[str, Any]:
-    """Verify one study; where it is one of all, it is told of only if something is damaged."""
+    """Verify one study. Among all studies it is named only if something is damaged."""
     from damperlab.studies.store.care.verify import repair as take_back
     from damperlab.studies.store.care.verify import verify as damages_of
 

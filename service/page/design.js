@@ -196,7 +196,7 @@ function scaleOf(answer) {
   return { metres: units === "m" ? 1000 : 1, unit, measure: measure(answer), atFrequency };
 }
 
-/** What to build and what it does, before all else; then what is said of it. @param {any} answer */
+/** The damper and its numbers, then the sentences and the details of the answer. @param {any} answer */
 function recommended(answer) {
   // an answer that was kept before there was a verdict has its sentences alone
   const { sentences = [], rows = [], next = "" } = answer.verdict ?? {};

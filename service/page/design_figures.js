@@ -78,7 +78,7 @@ export function overBand(design, { metres, unit, atFrequency }) {
 }
 
 /**
- * The recommended damper under amplitudes from half the least to twice the largest, and its peaks.
+ * The recommended damper, with its peaks, from half the smallest amplitude to twice the largest.
  *
  * @param {any} design
  */
