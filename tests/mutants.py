@@ -60,8 +60,8 @@ MUTANTS = (
     ),
     Mutant(
         "studies/answers/largest_acceleration.py",
-        "return relative_amplitude + friction_ratio",
-        "return relative_amplitude",
+        "relative_amplitude + friction_ratio)",
+        "relative_amplitude)",
         "tests/worker/test_acceleration.py::test_the_largest_acceleration_is_that_where_the_structure_turns",
     ),
     Mutant(

@@ -1,27 +1,20 @@
 /** Which parameter matters: shares of a result's variance over the grid, as bars. */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { el, fill, picker, prose } from "./dom.js";
+import { el, fill, prose } from "./dom.js";
+import { chosenMeasure } from "./measures.js";
 import { short } from "./numbers.js";
-
-const USUAL = "amplitude_ratio";
 
 /** @param {import("./study.js").Session} session @returns {{element: HTMLElement, look: () => void}} */
 export function importancePanel(session) {
-  const { record, kept, shown } = session;
-  const metrics = session.words.variables.filter(
-    (/** @type {any} */ v) => session.variables.includes(v.name) && !v.coded,
-  );
-  let metric = kept.one(
-    "matters",
-    metrics.map((/** @type {any} */ v) => v.name),
-    USUAL,
-  );
+  const { record, shown } = session;
+  const result = chosenMeasure(session, "matters", () => look());
   const table = el("div");
   let asked = 0;
 
   async function look() {
     const mine = ++asked;
+    const metric = result.get();
     try {
       const found = await ask(studyPath(record.id, "importance"), { metric });
       if (mine !== asked) return;
@@ -40,23 +33,11 @@ export function importancePanel(session) {
     }
   }
 
-  const options = /** @type {[string, string][]} */ (
-    metrics.map((v) => [v.name, shown.variable(v.name, v.long_name)])
-  );
   const element = el(
     "section",
     { class: "box" },
     el("h2", {}, "What matters"),
-    el(
-      "div",
-      { class: "row controls" },
-      picker(
-        "Result",
-        options,
-        metric,
-        (now) => ((metric = now), kept.keep({ matters: now === USUAL ? null : now }), look()),
-      ),
-    ),
+    el("div", { class: "row controls" }, result.element),
     table,
   );
   return { element, look };

@@ -1,5 +1,6 @@
 /** The results of a study that can be shown. */
 
+import { picker } from "./dom.js";
 import { AMPLITUDE, RECORD } from "./selection.js";
 import { inBrackets } from "./shown.js";
 import { WORDS } from "./words.js";
@@ -27,4 +28,30 @@ export function measures({ words, variables, shown, selection }) {
  */
 export function unitOf({ long_name, units }) {
   return long_name + inBrackets(units);
+}
+
+const USUAL = "amplitude_ratio";
+
+/**
+ * The choice of a result that is a quantity, kept in the address.
+ *
+ * @param {import("./study.js").Session} session
+ * @param {string} key in the address
+ * @param {() => void} look what follows a choice
+ */
+export function chosenMeasure({ words, variables, kept, shown }, key, look) {
+  const offered = words.variables.filter(
+    (/** @type {any} */ one) => variables.includes(one.name) && !one.coded,
+  );
+  const names = offered.map((/** @type {any} */ one) => one.name);
+  const choice = { name: kept.one(key, names, USUAL) };
+  const texts = /** @type {[string, string][]} */ (
+    offered.map((/** @type {any} */ one) => [one.name, shown.variable(one.name, one.long_name)])
+  );
+  const element = picker("Result", texts, choice.name, (name) => {
+    choice.name = name;
+    kept.keep({ [key]: name === USUAL ? null : name });
+    look();
+  });
+  return { element, get: () => choice.name };
 }

@@ -1,27 +1,20 @@
 /** Slices: a result along every axis through the selected point. */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { debounced, el, fill, picker } from "./dom.js";
+import { debounced, el, fill } from "./dom.js";
 import { colour, figure } from "./figure.js";
 import { help } from "./help.js";
+import { chosenMeasure } from "./measures.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { DIMENSIONS } from "./vocabulary.js";
 
 const PATIENCE_MILLISECONDS = 150;
-const USUAL = "amplitude_ratio";
 
 /** @param {import("./study.js").Session} session @returns {{element: HTMLElement, look: () => void}} */
 export function slicesPanel(session) {
-  const { selection, record, kept, shown } = session;
-  const metrics = session.words.variables.filter(
-    (/** @type {any} */ v) => session.variables.includes(v.name) && !v.coded,
-  );
-  let metric = kept.one(
-    "slice",
-    metrics.map((/** @type {any} */ v) => v.name),
-    USUAL,
-  );
+  const { selection, record, shown } = session;
+  const result = chosenMeasure(session, "slice", () => look());
   const trouble = el("div");
   const charts = selection.varied.map((name) => ({
     name,
@@ -42,7 +35,7 @@ export function slicesPanel(session) {
     const other =
       fixed ?? /** @type {string} */ (DIMENSIONS.find((one) => one !== name && one !== FREQUENCY));
     const open = selection.worst && name !== FREQUENCY ? [FREQUENCY] : [];
-    return { x: name, y: other, metric, ...selection.at([name, other, ...open]) };
+    return { x: name, y: other, metric: result.get(), ...selection.at([name, other, ...open]) };
   }
 
   const look = debounced(PATIENCE_MILLISECONDS, async () => {
@@ -104,9 +97,6 @@ export function slicesPanel(session) {
   }
 
   selection.addEventListener("chosen", look);
-  const options = /** @type {[string, string][]} */ (
-    metrics.map((v) => [v.name, shown.variable(v.name, v.long_name)])
-  );
   const element = el(
     "section",
     { class: "box wide" },
@@ -118,16 +108,7 @@ export function slicesPanel(session) {
       "Each figure varies one parameter and holds the others at the point; click to move the point. ",
       selection.worst && "Unless the frequency is chosen, the largest value over all frequencies is shown.",
     ),
-    el(
-      "div",
-      { class: "row controls" },
-      picker(
-        "Result",
-        options,
-        metric,
-        (now) => ((metric = now), kept.keep({ slice: now === USUAL ? null : now }), look()),
-      ),
-    ),
+    el("div", { class: "row controls" }, result.element),
     trouble,
     el(
       "div",

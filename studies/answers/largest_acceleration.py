@@ -1,4 +1,4 @@
-"""The largest acceleration of the structure: a particle slides in a lying cavity only where that exceeds μ_i·g.
+"""The largest acceleration of the structure.
 
 Under base motion it needs no march. In flight ü = −v − 2ζv' − γ_F sign v' [Z ω_n²], with the displacement v from the base.
 Where the structure turns, v' = 0 and friction has pulled it back until then: |ü| = |v| + γ_F. That leaves out damping, and a
@@ -8,7 +8,6 @@ particle that rides on a wall. Of 573 random responses the metered acceleration 
 
 from collections.abc import Mapping
 from math import nan
-from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -20,32 +19,33 @@ from damperlab.studies.physical import STANDARD_GRAVITY
 from damperlab.studies.units import quantities_of
 from damperlab.studies.variables import ResponseClass
 
-Number = TypeVar("Number", float, NDArray[np.float64])
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 _MEASURED, _RELATIVE, _CLASS = "acceleration_ratio", "relative_amplitude_ratio", "response_class"
 
 
-def at_turns(relative_amplitude: Number, friction_ratio: float) -> Number:
-    """Give the largest acceleration of a structure that moves against its shaken base, and whose particle meets rigid walls.
+def accelerations(
+    relative_amplitude: Floats, friction_ratio: Floats | float, frequency_ratio: Floats, locked: Bools
+) -> Floats:
+    """Give the largest acceleration of a structure under base motion, whose particle meets rigid walls.
 
     Parameters
     ----------
-    relative_amplitude : float or ndarray
+    relative_amplitude : ndarray, (n,)
         Peak of |v| [Z].
-    friction_ratio : float
+    friction_ratio : ndarray, (n,), or float
         γ_F.
+    frequency_ratio : ndarray, (n,)
+        r.
+    locked : ndarray of bool, (n,)
+        Where friction holds the structure, which then moves with its base.
 
     Returns
     -------
-    float or ndarray
+    ndarray, (n,)
         [Z ω_n²].
     """
-    return relative_amplitude + friction_ratio
-
-
-def with_base(moving: Floats, frequency_ratio: Floats, locked: NDArray[np.bool_]) -> Floats:
-    """Give the accelerations, (n,) [Z ω_n²], of a structure that moves with its base where friction holds it."""
-    return np.where(locked, frequency_ratio**2, moving)
+    return np.where(locked, frequency_ratio**2, relative_amplitude + friction_ratio)
 
 
 def acceleration_g(
@@ -75,7 +75,7 @@ def acceleration_g(
     elif {_RELATIVE, _CLASS} <= cube.keys() and excitation_of(cube) == "base" and model == "instant":
         there = cube[[_RELATIVE, _CLASS]].isel(place)
         r, locked = there[FREQUENCY].values, there[_CLASS].values == ResponseClass.LOCKED
-        ratios = with_base(at_turns(there[_RELATIVE].values, friction_ratio), r, locked)
+        ratios = accelerations(there[_RELATIVE].values, friction_ratio, r, locked)
     else:
         return nan
     known = ratios[np.isfinite(ratios)]

@@ -24,7 +24,7 @@ from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import NONE_QUALIFIES, QueryFault
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
-from damperlab.studies.answers.verdict import HELD
+from damperlab.studies.answers.verdict import is_clamped
 from damperlab.studies.brief import Brief, Note, command, listed
 from damperlab.studies.definition import Study
 from damperlab.studies.faults import Fault
@@ -96,7 +96,7 @@ def refine_optimum(
     near = touching & wide.any(axis=1) & ~blurred
     promising = (cells.promise < floor) & wide.any(axis=1) & ~touching
     spent = spent_on(cubes)
-    clamped = float(best["impact_share"].values[0]) == 0 and float(best["locked_share"].values[0]) >= HELD
+    clamped = is_clamped({name: best[name].values[0] for name in ("value", "locked_share", "impact_share")})
     short = _brief(study, parent, found, steps, int(spent["points"]), clamped)
     answer = Refinement((), False, found, steps, spent=spent, brief=short)
     notes = [_note_search(int(promising.sum()), bool(blurred.any() and not near.any()), steps, search)]

@@ -50,19 +50,20 @@ Row = Mapping[str, Any]
 """A design: its coordinates, `value`, `error`, and what else is known of it."""
 
 
+def is_clamped(design: Row) -> bool:
+    """Whether friction holds the structure of a design at its base, with which it then moves."""
+    held = float(design["locked_share"]) >= HELD and float(design["impact_share"]) == 0
+    return held and float(design["value"]) <= CLAMPED
+
+
 def best_with_impacts(found: xr.Dataset) -> dict[str, Any] | None:
     """Give the best design whose particle strikes at a frequency that counts, None where there is none or nobody knows."""
     if found.sizes["rank"] == 0:
         return None
     rank = {
         name: found[name].values.item()
-        for name in (
-            *dimensions_of(found.coords),
-            "value",
-            "error",
-            "impact_share",
-            *(("study",) if "study" in found else ()),
-        )
+        for name in (*dimensions_of(found.coords), "value", "error", "impact_share", "study")
+        if name in found
     }
     kind = ResponseClass(int(found["response_class"].values.item()))
     return {**rank, "response_class": kind.name.lower()}
@@ -201,9 +202,8 @@ class _Known:
 
     @property
     def clamped(self) -> bool:
-        """Whether the best design is one that friction holds at its base, with which it then moves."""
-        held = float(self.best["locked_share"]) >= HELD and self.best["impact_share"] == 0
-        return held and float(self.best["value"]) <= CLAMPED
+        """Whether the best design is one that friction holds at its base."""
+        return is_clamped(self.best)
 
     def _notes(self, cut: int) -> list[Note]:
         best, lead, size = self.best, self.lead, self.question.frequencies.size
@@ -319,10 +319,10 @@ class _Known:
         if not math.isnan(self.bare):
             rows.append(("without damper", phrases.value(METRIC, self.bare, ".3g"), ""))
         if math.isfinite(self.acceleration_g) and damper != "tuned_mass_damper":
-            rows.append(("acceleration", f"{self.acceleration_g:.2g} g", self._slides()))
+            rows.append(("acceleration", f"{self.acceleration_g:.2g} g", self._assumed()))
         return rows
 
-    def _slides(self) -> str:
+    def _assumed(self) -> str:
         """Say whose acceleration it is, and what is assumed where the study knows of no friction of the particle."""
         assumed = self.lead["impact_share"] > 0 and not any(name in self.cube.coords for name in BEFORE)
         return f"largest of the structure{'; assumed is a μ_i far below it' if assumed else ''}"

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.answers.comparing import clearly_less
-from damperlab.studies.answers.largest_acceleration import at_turns, with_base
+from damperlab.studies.answers.largest_acceleration import accelerations
+from damperlab.studies.answers.verdict import CLAMPED, HELD
 from damperlab.studies.brief import Brief, Damper, Note, damper_of
 from damperlab.studies.design.absorber import DETUNED, Beside
 from damperlab.studies.design.absorber_structure import hardest, judged_of
@@ -35,9 +36,6 @@ from damperlab.studies.spelling import spelled, unit_of
 from damperlab.studies.understood import unusual_specification
 from damperlab.studies.variables import ResponseClass
 
-CLAMPED, HELD = 1.5, 0.1
-"""A structure that friction holds at this share of the frequencies, and that moves no more than this times its base, is
-nearly clamped to it."""
 GROWS = 1.5
 """How much faster than its excitation a response grows that depends on the amplitude."""
 CALLED: dict[Damper, str] = {
@@ -340,9 +338,9 @@ def acceleration_g(found: Found) -> float | None:
 def _accelerations(curve: Curve, friction: float) -> NDArray[np.float64]:
     """Give the largest acceleration of the structure at each frequency, (n,) [g]; `friction` is the force over its mass."""
     scale = curve.rate**2 * curve.base_m
-    moving = at_turns(curve["relative_amplitude_ratio"], 0.0) + friction / scale
     locked = curve["response_class"] == ResponseClass.LOCKED
-    found: NDArray[np.float64] = scale * with_base(moving, curve.r, locked) / STANDARD_GRAVITY
+    ratios = accelerations(curve["relative_amplitude_ratio"], friction / scale, curve.r, locked)
+    found: NDArray[np.float64] = scale * ratios / STANDARD_GRAVITY
     return found
 
 
