@@ -92,7 +92,8 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
     gone = connection.execute(
         select(func.max(studies.c.deleted)).where(studies.c.id == ref, not_(ALIVE), not_(NEVER_ENTERED))
     ).scalar()
-    when = f", deleted {utc(gone):%Y-%m-%d %H:%M:%S} UTC" if gone else ""
+    what = "deleted" if gone is None or gone <= time.time() else "in the trash until"
+    when = f", {what} {utc(gone):%Y-%m-%d %H:%M:%S} UTC" if gone else ""
     told = f"There is no study {printable(ref)}{when}. " + (
         f"Studies go by an id, a name, or the first digits of an id; the newest are {known}."
         if known

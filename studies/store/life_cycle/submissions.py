@@ -174,12 +174,12 @@ class Submissions(Entering):
             row = study_row(connection, study_id)
             if row.state not in ENDED:
                 require_free(row, "delete")
-            now = time.time() + keep_seconds
-            connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=now))
+            until = time.time() + keep_seconds
+            connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=until))
             log_event(connection, study_id, "deleted")
         # after the commit: what says so beside the cube must never be wrong, and is lost only with the catalogue
         with suppress(OSError):
-            put_tombstone(self.cube_shelf(study_id, row.number), now)
+            put_tombstone(self.cube_shelf(study_id, row.number), until)
 
     def trashed(self, study_id: str) -> Record:
         """Give a deleted study that can be restored; raise `StudyNotFound` where there is none."""
@@ -196,20 +196,24 @@ class Submissions(Entering):
         NothingToDo
             If it was submitted again meanwhile.
         """
-        with self.catalogue.writing() as connection:
-            row = _trashed_row(connection, study_id)
-            if alive_row(connection, study_id) is not None:
-                told = f"Study {study_id} was submitted again since it was deleted."
-                allowed, advice = "a study that is not there", "delete the other one first"
-                raise NothingToDo(Fault("study", study_id, allowed, advice, told))
-            try:
-                # before the commit: beside the cube nothing may say that a study which is there was deleted
-                self.cube_shelf(study_id, row.number).remove(TOMBSTONE)
-            except OSError as error:
-                raise cannot_use(self.shelf.address, error) from error
-            connection.execute(update(studies).where(studies.c.number == row.number).values(deleted=None))
-            log_event(connection, study_id, "restored from the trash")
-            return record_of(study_row(connection, study_id))
+        with self.catalogue.reading() as connection:
+            row = _restorable_row(connection, study_id)
+        shelf = self.cube_shelf(study_id, row.number)
+        try:
+            # before the commit: beside the cube nothing may say that a study which is there was deleted
+            shelf.remove(TOMBSTONE)
+        except OSError as error:
+            raise cannot_use(shelf.address, error) from error
+        try:
+            with self.catalogue.writing() as connection:
+                number = _restorable_row(connection, study_id).number
+                connection.execute(update(studies).where(studies.c.number == number).values(deleted=None))
+                log_event(connection, study_id, "restored from the trash")
+                return record_of(study_row(connection, study_id))
+        except Exception:
+            with suppress(OSError):
+                put_tombstone(shelf, row.deleted)
+            raise
 
     def bury(self, before: float | None = None, stop: Callable[[], bool] = lambda: False) -> None:
         """Remove the files of studies that were deleted before a time, in seconds since 1970, by default now.
@@ -254,6 +258,15 @@ def _trashed_row(connection: Connection, study_id: str) -> Row[Any]:
     if row is None:
         raise unknown_study(connection, study_id)
     require_row(studies, row, study_id)
+    return row
+
+
+def _restorable_row(connection: Connection, study_id: str) -> Row[Any]:
+    row = _trashed_row(connection, study_id)
+    if alive_row(connection, study_id) is not None:
+        told = f"Study {study_id} was submitted again since it was deleted."
+        allowed, advice = "a study that is not there", "delete the other one first"
+        raise NothingToDo(Fault("study", study_id, allowed, advice, told))
     return row
 
 

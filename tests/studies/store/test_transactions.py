@@ -79,6 +79,8 @@ def test_no_file_is_touched_within_a_transaction(watched):
     assert again.id == f"{record.id}-2"
     store.forget(record.id, [0], "by hand")
     store.set_state(record.id, "cancelled")
+    store.delete(record.id, keep_seconds=600.0)
+    assert store.undelete(record.id).id == record.id
     store.delete(again.id)
     store.bury()
     collect_garbage(store, 0.0)

@@ -19,7 +19,7 @@ def test_a_study_is_taken_back_from_the_trash_as_it_was(store):
     record = enter(store, make_study())
     store.delete(record.id, WEEK)
     assert (ids(store), ids(store, trash=True)) == ([], [record.id])
-    with pytest.raises(StudyNotFound):
+    with pytest.raises(StudyNotFound, match="in the trash until"):
         store.find(record.id)
     store.bury()  # what may still be restored stays
     assert store.trashed(record.id).name == record.name
