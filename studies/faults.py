@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from damperlab.studies.user_error import UserError
+from damperlab.studies.variables import MADE_BY
 
 MAX_FAULTS = 100
 """Faults listed in one answer; the rest is counted. Keeps the answer to a hostile document small."""
@@ -166,8 +167,7 @@ def counted(number: int, noun: str) -> str:
 MEANT: dict[str, tuple[str, ...]] = {
     "frequency_hz": ("excitation_frequency_hz", "frequency_ratio"),
     "excitation_frequency_hz": ("frequency_hz", "frequency_ratio"),
-    "particle_friction_ratio": ("particle_friction_coefficient",),
-    "gravity_ratio": ("tilt_deg",),
+    **{ratio: (quantity,) for ratio, quantity in MADE_BY.items()},
 }
 """Names of other documents, and what means the same here: the nearest spelling means something else."""
 

@@ -30,7 +30,7 @@ from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.warm import have_ready
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.field import option_of
-from damperlab.studies.variables import DIMENSION_LONG_NAMES
+from damperlab.studies.variables import DIMENSION_LONG_NAMES, MADE_BY
 
 if TYPE_CHECKING:
     from damperlab.studies.fit.fitted import Fitted
@@ -47,7 +47,7 @@ Direction = Literal["rest", "up", "down"]
 NAMES = (
     *(name for name in DIMENSION_LONG_NAMES if name != "frequency_ratio"),
     *("mass_kg", "natural_frequency_hz", "base_amplitude_m", "damping_n_s_per_m", "friction_force_n"),
-    *("clearance_m", "particle_mass_kg", "particle_friction_coefficient", "tilt_deg"),
+    *("clearance_m", "particle_mass_kg", *MADE_BY.values()),
 )
 """What may be known of a prototype."""
 OPTIONS = {name: option_of(name) for name in (*NAMES, "deviation", "confidence", "seed")} | {

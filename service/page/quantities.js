@@ -84,6 +84,9 @@ export function unitFactor(ratio, physical) {
   return typeof factor === "number" && Number.isFinite(factor) && factor > 0 ? factor : null;
 }
 
+/** g [m/s²]. */
+const STANDARD_GRAVITY = 9.80665;
+
 /**
  * The same study with its ratios in units.
  *
@@ -103,7 +106,7 @@ export function inUnits(study) {
 }
 
 /**
- * The same study as ratios alone.
+ * The same study as ratios alone; as it is where its tilt is a range, which no range of ratios stands for.
  *
  * @param {any} study
  * @returns {any}
@@ -111,6 +114,17 @@ export function inUnits(study) {
 export function inRatios(study) {
   const { physical = {}, ...rest } = study;
   const axes = { ...study.axes };
+  const { natural_frequency_hz: frequency, base_amplitude_m: amplitude, tilt_deg: tilt = 0 } = physical;
+  if (typeof tilt !== "number") return study;
+  const weight = STANDARD_GRAVITY / ((2 * Math.PI * frequency) ** 2 * amplitude);
+  const angle = (tilt * Math.PI) / 180;
+  if (physical.particle_friction_coefficient !== undefined) {
+    rest.particle_friction_ratio = scaled(
+      physical.particle_friction_coefficient,
+      tilt === 90 ? 0 : weight * Math.cos(angle),
+    );
+  }
+  if (tilt) rest.gravity_ratio = weight * Math.sin(angle);
   for (const [ratio, name] of Object.entries(STANDS_FOR)) {
     const factor = unitFactor(ratio, physical);
     if (physical[name] !== undefined && factor !== null) axes[ratio] = scaled(physical[name], 1 / factor);

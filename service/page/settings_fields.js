@@ -1,6 +1,7 @@
 /** The settings of a study that are no axes: contact, starts, and when a response counts as steady. */
 
-import { el, picker } from "./dom.js";
+import { axisField } from "./axis_field.js";
+import { capital, el, picker } from "./dom.js";
 import { field } from "./faults.js";
 import { help } from "./help.js";
 import { WORDS } from "./words.js";
@@ -19,6 +20,24 @@ const STARTS = { ensemble: { n: 10, seed: 0 }, continuation: { direction: "up" }
 export function numberField(label, path, value, onChange) {
   const box = el("input", { type: "number", step: "any", value, oninput: () => onChange(Number(box.value)) });
   return field(path, label, box);
+}
+
+/**
+ * What acts on the particle between impacts; 0 leaves it out of the study.
+ *
+ * @param {any} study
+ * @param {(path: string, value: any) => void} change
+ */
+export function cavityFields(study, change) {
+  return Object.entries(WORDS.before).map(([ratio, quantity]) => {
+    const name = study.physical && study[ratio] === undefined ? quantity : ratio;
+    const about = WORDS.fitted.find((each) => each.name === name);
+    if (!about) throw new Error(`no words for ${name}`);
+    const slider = about.unit === "°" ? { high: 90, step: 1 } : { high: 1, step: 0.01 };
+    const looks = { ...about, label: capital(about.label), field: about.path, low: 0, usual: 0, ...slider };
+    const spec = (name === ratio ? study : study.physical)[name] ?? 0;
+    return axisField(looks, spec, (value) => change(about.path, value === 0 ? undefined : value));
+  });
 }
 
 /**

@@ -9,8 +9,9 @@ import { help } from "./help.js";
 import { count, duration, size } from "./numbers.js";
 import { PHYSICAL, RATIOS, STANDS_FOR, inRatios, inUnits } from "./quantities.js";
 import { SURVEY, surveyFields } from "./survey_fields.js";
-import { contactField, excitationField, startField, steadyField } from "./settings_fields.js";
+import { cavityFields, contactField, excitationField, startField, steadyField } from "./settings_fields.js";
 import { OF_PARTICLE, vocabulary } from "./vocabulary.js";
+import { WORDS } from "./words.js";
 
 const FIRST_SCENE = "figure-11";
 
@@ -113,7 +114,8 @@ function fieldsOf(study, change, redraw) {
     el(
       "details",
       { class: "more" },
-      el("summary", {}, "Excitation, contact, starts and when a response counts as steady"),
+      el("summary", {}, "Cavity, excitation, contact, starts and when a response counts as steady"),
+      withParticle && cavityFields(study, change),
       excitationField(study, redraw),
       contactField(study, change, redraw),
       startField(study, change, redraw),
@@ -124,19 +126,12 @@ function fieldsOf(study, change, redraw) {
 
 /** @param {any} study */
 function withoutParticle(study) {
-  const axes = { ...study.axes };
-  for (const name of OF_PARTICLE) delete axes[name];
-  const { particle_friction_ratio: _k, gravity_ratio: _g, ...rest } = study;
-  const next = { ...rest, particle: false, axes };
-  if (next.physical) {
-    const {
-      clearance_m: _d,
-      particle_mass_kg: _m,
-      particle_friction_coefficient: _c,
-      tilt_deg: _t,
-      ...physical
-    } = next.physical;
-    next.physical = physical;
+  const next = { ...study, particle: false, axes: { ...study.axes } };
+  if (study.physical) next.physical = { ...study.physical };
+  for (const name of [...OF_PARTICLE, ...Object.keys(WORDS.before)]) {
+    delete next[name];
+    delete next.axes[name];
+    delete next.physical?.[WORDS.stands_for[name]];
   }
   return next;
 }

@@ -70,7 +70,7 @@ MODULE = "words.js"
 
 
 _SOURCES = {each.name for each in PHYSICAL_QUANTITIES}
-_SELDOM = ("damping_n_s_per_m", "tilt_deg", "particle_friction_coefficient")
+_SELDOM = ("damping_n_s_per_m", *MADE_BY.values())
 """Asked about by a fit's form where a document says something of them."""
 
 

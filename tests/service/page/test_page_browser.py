@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import os
 import re
 from collections.abc import Callable
@@ -452,6 +453,32 @@ def test_fields_and_json_follow_each_other_and_faults_stand_at_their_fields(
     expect(page.locator(".estimate")).to_contain_text("3,234")
     page.get_by_label("Sizes as").select_option("ratios")
     assert json.loads(text.input_value()) == study
+
+    page.get_by_label("Sizes as").select_option("units")
+    page.get_by_text("Cavity, excitation").click()
+    for group, value in (("Coefficient μ_i", "0.02"), ("Tilt α", "90")):
+        page.get_by_role("group", name=group).locator("input[type=number]").fill(value)
+    standing = json.loads(text.input_value())
+    assert (standing["physical"]["particle_friction_coefficient"], standing["physical"]["tilt_deg"]) == (
+        0.02,
+        90,
+    )
+    expect(page.locator(".estimate")).to_contain_text("3,234")
+    page.get_by_label("Sizes as").select_option("ratios")
+    standing = json.loads(text.input_value())
+    # a particle that stands on its wall rubs on nothing
+    assert standing["particle_friction_ratio"] == 0
+    assert standing["gravity_ratio"] == pytest.approx(
+        9.80665 / ((2 * math.pi * 2.5) ** 2 * 0.0015), rel=1e-12
+    )
+    page.get_by_text("Cavity, excitation").click()
+    page.get_by_role("group", name="Gravity along").locator("input[type=number]").fill("0")
+    assert "gravity_ratio" not in json.loads(text.input_value())
+    page.get_by_label("With a particle").uncheck()
+    assert not {"particle_friction_ratio", "clearance_ratio"} & {
+        *json.loads(text.input_value()),
+        *json.loads(text.input_value())["axes"],
+    }
 
 
 @pytest.mark.night
