@@ -6,6 +6,8 @@ from typing import Any
 
 from damperlab.studies.amplitudes import RATIOS_OF, is_axis, over_amplitudes
 from damperlab.studies.axes import MAX_AXIS_VALUES
+from damperlab.studies.cavity import cavity_of
+from damperlab.studies.choices import Contact
 from damperlab.studies.faults import Fault, counted, describe
 from damperlab.studies.kinds import before_of
 from damperlab.studies.physical import DERIVATIONS, Derivation, derivations, physical_faults
@@ -51,7 +53,6 @@ NOT_WITH_RUBBING = {
     "rk4": ("method rk4", "use method event"),
     "amplitudes": ("several base amplitudes", "submit one study for each base amplitude"),
     "constant": ("a constant base velocity or acceleration", "give `base_amplitude_m`"),
-    "records": ("an excitation by records", "give a band of frequencies alone"),
     "ratios": ("a specification in ratios", "give the structure and its excitation in units"),
 }
 """What friction of a particle, and gravity along its cavity, are not computed with, and what to do."""
@@ -71,6 +72,26 @@ def rubbing_faults(field: str, found: str, beside: Mapping[str, bool]) -> Iterat
         words, advice = NOT_WITH_RUBBING[name]
         told = f"{{field}} cannot be combined with {words}."
         yield Fault(field, found, f"nothing beside {words}", advice, told)
+
+
+def cavity_faults(
+    document: Mapping[str, Any], numbers: Mapping[str, float], contact: Contact
+) -> Iterator[Fault]:
+    """Refuse friction of a particle, or a tilt of its cavity, beside a contact that takes time.
+
+    Parameters
+    ----------
+    document : mapping
+        As it was given.
+    numbers : mapping of float
+        What was read of it.
+    contact : Contact
+        What an impact is.
+    """
+    if not cavity_of(numbers).acts:
+        return
+    field = next(name for name, value in cavity_of(numbers).numbers.items() if value)
+    yield from rubbing_faults(field, describe(document[field]), {"contact": contact.model != "instant"})
 
 
 def assumed(document: Mapping[str, Any]) -> tuple[str, ...]:

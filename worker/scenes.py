@@ -4,14 +4,15 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from damperlab.studies.choices import Rk4Solver
+from damperlab.studies.cavity import Cavity
+from damperlab.studies.choices import Contact, Rk4Solver
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.variables import BEFORE
 from damperlab.studies.vocabulary import CONTACT_MODELS
 from damperlab.worker.kernel_arguments import wants_acceleration, wants_energies
-from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.particle import FALLING, RUBBING, Particle
 
 Purpose = Literal[
     "steady",
@@ -28,10 +29,6 @@ Purpose = Literal[
 """What is asked: the steady response with energies, without, or with the acceleration beside them; its motion, shown; a motion
 from rest, measured; the response to a record without or with its time history; how accurate a march is; the steady response and
 a motion from rest by fixed steps."""
-
-RUBBING = "rubbing"
-FALLING = "falling"
-"""In the place of a contact model: instantaneous impacts of a particle that rubs on its cavity, or falls in it."""
 
 _STEADY: tuple[Purpose, ...] = ("steady", "peaks", "acceleration")
 
@@ -95,7 +92,7 @@ def every_scene() -> list[Scene]:
     found = [Scene(purpose, *what) for purpose in _STEADY for what in acting]
     others: tuple[Purpose, ...] = ("orbit", "transient", "record", "record-history")
     found += [Scene(purpose, *what) for purpose in others for what in (*acting, (False, ""))]
-    rubbing: tuple[Purpose, ...] = (*_STEADY, "orbit", "transient")
+    rubbing: tuple[Purpose, ...] = (*_STEADY, *others)
     found += [
         Scene(purpose, f, acts) for purpose in rubbing for f in (True, False) for acts in (RUBBING, FALLING)
     ]
@@ -133,7 +130,8 @@ def scenes(study: AnyStudy) -> list[Scene]:
         forces, masses = (
             _signs(study.coordinates[name]) for name in ("friction_force_n", "particle_mass_kg")
         )
-        return sorted(Scene("record", f, study.contact.model if p else "") for f in forces for p in masses)
+        acts = contact_in(study.cavity, study.contact)
+        return sorted(Scene("record", f, acts if p else "") for f in forces for p in masses)
     if not isinstance(study, Study):
         raise TypeError(f"no kernels are known of a {type(study).__name__}")
     rubs = _signs(study.coordinates["friction_force_n" if study.over_amplitudes else "friction_ratio"])
@@ -157,6 +155,13 @@ def scenes(study: AnyStudy) -> list[Scene]:
 def _signs(values: np.ndarray) -> set[bool]:
     """Whether values that ascend are above 0: some, all or none."""
     return {bool(value > 0.0) for value in values[[0, -1]]}
+
+
+def contact_in(cavity: Cavity, contact: Contact) -> str:
+    """Model of a particle's contact in a cavity."""
+    if not cavity.acts:
+        return contact.model
+    return FALLING if cavity.tilt_deg > 0.0 else RUBBING
 
 
 def contact_name(particle: Particle | None) -> str:

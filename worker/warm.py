@@ -22,8 +22,8 @@ import numpy as np
 
 from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
 from damperlab.worker.niceness import stand_back
-from damperlab.worker.scenes import FALLING, RUBBING, Scene, scene_named
-from damperlab.worker.solver.particle import Particle, Wall
+from damperlab.worker.scenes import Scene, scene_named
+from damperlab.worker.solver.particle import FALLING, RUBBING, Particle, Wall
 
 try:
     import fcntl
@@ -315,15 +315,18 @@ def _point(scene: Scene) -> None:
 
 
 def _record(scene: Scene) -> None:
+    from damperlab.studies.cavity import Cavity
     from damperlab.studies.contact import parse_contact
     from damperlab.studies.ground.motion import GroundMotion
-    from damperlab.worker.ground.design import Damper, Structure
+    from damperlab.worker.ground.design import INSTANT, Damper, Structure
     from damperlab.worker.ground.response import ground_history, ground_response
 
     still = GroundMotion("", 0.01, np.array([0.0, 1.0, 0.0]))
-    timed = {} if scene.contact in ("", "instant") else {"contact_time": _CONTACT_TIME}
-    contact = parse_contact({"model": scene.contact or "instant"} | timed)
-    damper = Damper(float(scene.friction), float(bool(scene.contact)), contact=contact)
+    timed = scene.contact in ("dwell", "compliant")
+    contact = parse_contact({"model": scene.contact, "contact_time": _CONTACT_TIME}) if timed else INSTANT
+    rubs = _PARTICLE_FRICTION if scene.contact in (RUBBING, FALLING) else 0.0
+    cavity = Cavity(rubs, 30.0 if scene.contact == FALLING else 0.0)
+    damper = Damper(float(scene.friction), float(bool(scene.contact)), contact=contact, cavity=cavity)
     if scene.purpose == "record-history":
         ground_history(Structure(), damper, still)
     else:

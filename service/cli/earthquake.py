@@ -268,6 +268,8 @@ def _printed(name: str, value: float) -> float:
 
 
 def _print(answer: dict[str, Any]) -> None:
+    from damperlab.studies.cavity import cavity_of
+
     record, design = answer["record"], answer["design"]
     say(
         f"{record['name']}: {record['duration_s']:.4g} s, peak {record['peak_acceleration_g']:.3g} g"
@@ -277,7 +279,8 @@ def _print(answer: dict[str, Any]) -> None:
         f"Structure {design['mass_kg']:g} kg, {design['natural_frequency_hz']:g} Hz, ζ = {design['damping_ratio']:g}; "
         f"particle {design['particle_mass_kg']:g} kg, d = {_printed('clearance_m', design['clearance_m']):g} mm, "
         f"e = {design['restitution']:g}; "
-        f"friction {design['friction_force_n']:g} N{_contact_words(answer['contact'])}."
+        f"friction {design['friction_force_n']:g} N{_contact_words(answer['contact'])}; "
+        f"cavity {cavity_of(design).words}."
     )
     rows = [
         (values["label"], *(number(_printed(name, values[name]), 4) for name, _ in COLUMNS))

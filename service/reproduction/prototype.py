@@ -14,10 +14,10 @@ from scipy.optimize import minimize
 from scipy.stats import t as student
 
 from damperlab.service.reproduction.readings import INSTANT, SOFT
+from damperlab.studies.cavity import Cavity
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.paper import paper_numbers
 from damperlab.studies.plan import Block
-from damperlab.studies.specification.cavity import Cavity
 from damperlab.worker.block import solve_block
 
 BAND = {"start": 0.86, "stop": 1.12, "num": 53}

@@ -202,10 +202,10 @@ class Book:
             document["start"] = ENSEMBLE
         if self.asked.judge == "worst":
             document["metrics"] = [*self.variables, *ABOUT_THE_RUN, WORST]
-        contact_time, rubs, falls = kind.inside
+        contact_time, *beside = kind.inside
         if contact_time:
             document["contact"] = {"model": "dwell", "contact_time": contact_time}
-        document |= {name: value for name, value in zip(BEFORE, (rubs, falls), strict=True) if value}
+        document |= {name: value for name, value in zip(BEFORE, beside, strict=True) if value}
         if kind.law == FORCE:
             document["excitation"] = "force"
         elif len(kind.law) == 4:
@@ -260,8 +260,7 @@ class Book:
                 self.spent += cube["status"].size
                 continue
             law = _law_of(cube)
-            rubs, falls = (_fixed(cube, name) for name in BEFORE)
-            inside: Inside = contact_time_of(cube), rubs, falls
+            inside: Inside = contact_time_of(cube), *(_fixed(cube, name) for name in BEFORE)
             names = [BESIDE.get(name, name) if AMPLITUDE in cube.sizes else name for name in DESIGN]
             axes = [cube[name].values.tolist() for name in names]
             frequencies = cube["frequency_ratio"].values.tolist()

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from damperlab.studies.specification.cavity import LEVEL, Cavity
+from damperlab.studies.cavity import LEVEL, Cavity
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.measure import DAMPER_LIMITS, DamperLimit
 from damperlab.studies.specification.records import Case, Under
@@ -15,6 +15,7 @@ from damperlab.studies.specification.specification import (
     Specification,
     Structure,
 )
+from damperlab.studies.variables import BEFORE
 
 Place = tuple[float, float, float, float, float]
 """ζ, e, β, d/Z and γ_F; the three of the particle are 0 where there is none."""
@@ -24,9 +25,10 @@ Law = tuple[()] | tuple[str] | tuple[str, float, float, float]
 acceleration its word, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural
 frequency. Under a ground-motion record its id, its scale, and the same two of the structure."""
 FORCE = ("force",)
-Inside = tuple[float, float, float]
-"""What acts on a particle: the contact time over 1/ω_n, 0 where contacts take no time; κ of its friction, and G of gravity."""
-NOTHING_INSIDE: Inside = (0.0, 0.0, 0.0)
+Inside = tuple[float, ...]
+"""What acts on a particle: the contact time over 1/ω_n, 0 where contacts take no time, and the ratios of `BEFORE`; under a
+record the numbers of its `Cavity` in their place."""
+NOTHING_INSIDE: Inside = (0.0,) * (1 + len(BEFORE))
 Spot = tuple[Law, Place, Inside]
 """A damper under an amplitude, at every frequency: in ratios under a displacement or a force, else with d [m] and F_f [N] in
 their place, and under a record with m [kg] in the place of β."""
@@ -103,11 +105,13 @@ class Build:
         """Give what acts on the particle, over 1/ω_n of the structure as it is and an amplitude."""
         if self.particle_mass_kg == 0.0:
             return NOTHING_INSIDE
-        contact_time = self.contact_time_s * structure.angular_frequency * (1.0 + self.frequency_off)
         if not self.cavity.acts:
-            return contact_time, 0.0, 0.0
+            return (self._contact_time(structure), *NOTHING_INSIDE[1:])
         frequency_hz = structure.natural_frequency_hz * (1.0 + self.frequency_off)
-        return (contact_time, *self.cavity.ratios(frequency_hz, amplitude_m))
+        return (self._contact_time(structure), *self.cavity.ratios(frequency_hz, amplitude_m))
+
+    def _contact_time(self, structure: Structure) -> float:
+        return self.contact_time_s * structure.angular_frequency * (1.0 + self.frequency_off)
 
     def _under_record(self, structure: Structure, case: Case) -> Spot:
         mass = structure.mass_kg * (1.0 + self.mass_off)
@@ -117,7 +121,8 @@ class Build:
         if self.particle_mass_kg == 0.0:
             return law, (damping, 0.0, 0.0, 0.0, self.friction_force_n), NOTHING_INSIDE
         damper = (self.restitution, self.particle_mass_kg, self.clearance_m, self.friction_force_n)
-        return law, (damping, *damper), self._inside(structure, 1.0)
+        inside = self._contact_time(structure), *self.cavity.numbers.values()
+        return law, (damping, *damper), inside
 
     def limited(self, about: DamperLimit) -> float:
         """Give what a limit on the damper is about; 0 of a particle that is not there."""

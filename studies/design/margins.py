@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 from itertools import takewhile
 from math import inf
 
+from damperlab.studies.cavity import Cavity
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.corners import corners
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step
 from damperlab.studies.physical import PARTICLE_FRICTION
-from damperlab.studies.specification.cavity import Cavity
 from damperlab.studies.specification.specification import CHOSEN, Specification, beside_rubbing
 
 MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
@@ -142,7 +142,7 @@ def _moved(search: Search, build: Build) -> list[str]:
 
 def _may_rub(asked: Specification) -> bool:
     """Whether a particle that rubs can be computed with all that is asked, where none was stated to."""
-    beside = beside_rubbing(asked.in_units, bool(asked.cases), asked.excitations, asked.choices)
+    beside = beside_rubbing(asked.in_units, asked.excitations, asked.choices)
     return not asked.cavity.acts and not any(beside.values())
 
 

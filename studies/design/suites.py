@@ -9,12 +9,13 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.follow_up import cover
-from damperlab.studies.design.build import Place, Spot
+from damperlab.studies.cavity import cavity_of
+from damperlab.studies.design.build import NOTHING_INSIDE, Inside, Place, Spot
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.ground.suite_reading import read_suite
 from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Specification
-from damperlab.studies.variables import Status
+from damperlab.studies.variables import MADE_BY, Status
 
 RECORD_VARIABLES = (
     "peak_relative_displacement_m",
@@ -47,20 +48,18 @@ def suites_of(asked: Specification, lacking: Iterable[Spot]) -> tuple[Suite, ...
     A suite computes every record of an excitation at every scale; dampers are asked for under all of them at once.
     """
     place_of = {source.id: i for i, records in enumerate(asked.records) for source in records.sources}
-    cases: dict[tuple[float, bool, float, Place, float, int], set[tuple[str, float]]] = {}
-    for law, place, (contact, _, _) in lacking:
+    cases: dict[tuple[float, bool, Inside, Place, float, int], set[tuple[str, float]]] = {}
+    for law, place, inside in lacking:
         assert len(law) == 4  # that of a record
         record, scale, mass, frequency = law
-        key = (mass, place[2] > 0.0, contact, place, frequency, place_of[record])
+        key = (mass, place[2] > 0.0, inside, place, frequency, place_of[record])
         cases.setdefault(key, set()).add((record, scale))
-    groups: dict[tuple[float, bool, float, int, frozenset[tuple[str, float]]], list[list[float]]] = {}
-    for (mass, particle, contact, place, frequency, of), each in sorted(
-        cases.items(), key=lambda one: one[0]
-    ):
-        groups.setdefault((mass, particle, contact, of, frozenset(each)), []).append([frequency, *place])
+    groups: dict[tuple[float, bool, Inside, int, frozenset[tuple[str, float]]], list[list[float]]] = {}
+    for (mass, particle, inside, place, frequency, of), each in sorted(cases.items(), key=lambda one: one[0]):
+        groups.setdefault((mass, particle, inside, of, frozenset(each)), []).append([frequency, *place])
     return tuple(
-        _suite(asked, asked.records[of], mass, particle, contact, wanted, grid)
-        for (mass, particle, contact, of, wanted), rows in sorted(
+        _suite(asked, asked.records[of], mass, particle, inside, wanted, grid)
+        for (mass, particle, inside, of, wanted), rows in sorted(
             groups.items(), key=lambda one: (*one[0][:4], sorted(one[0][4]))
         )
         for grid in cover(np.array(rows), most=max(8, len(rows)))
@@ -72,7 +71,7 @@ def _suite(
     records: RecordCases,
     mass_kg: float,
     particle: bool,
-    contact_time: float,
+    inside: Inside,
     wanted: frozenset[tuple[str, float]],
     grid: list[np.ndarray],
 ) -> Suite:
@@ -88,6 +87,8 @@ def _suite(
         "tail_s": records.tail_s,
         "metrics": [*RECORD_VARIABLES, "status"],
     }
+    contact_time, *cavity = inside
+    document |= {name: value for name, value in zip(MADE_BY.values(), cavity, strict=True) if value}
     if contact_time:
         document["contact"] = {"model": "dwell", "contact_time": contact_time}
     motions = {name: motion for name, motion in records.motions.items() if name in ids}
@@ -96,7 +97,8 @@ def _suite(
 
 def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
     """Give what a suite's cube says of every damper under every case: `RECORD_VARIABLES`, infinite first where it failed."""
-    mass, contact = float(json.loads(cube.attrs["study"])["mass_kg"]), contact_time_of(cube)
+    document = json.loads(cube.attrs["study"])
+    mass, inside = float(document["mass_kg"]), (contact_time_of(cube), *cavity_of(document).numbers.values())
     order = ("record", "scale", *AXES)
     columns = np.stack(
         [cube[name].transpose(*order).values.astype(np.float64) for name in RECORD_VARIABLES], axis=-1
@@ -112,7 +114,7 @@ def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
         if particle == 0.0:
             place = (damping, 0.0, 0.0, 0.0, friction)
         law = (records[index[0]], scale, mass, frequency)
-        yield (law, place, (contact if particle else 0.0, 0.0, 0.0)), tuple(columns[index].tolist())
+        yield (law, place, inside if particle else NOTHING_INSIDE), tuple(columns[index].tolist())
 
 
 def contact_time_of(cube: xr.Dataset) -> float:

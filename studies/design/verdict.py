@@ -29,12 +29,12 @@ from damperlab.studies.design.spelling import (
     response,
     rounded_up,
 )
-from damperlab.studies.physical import PARTICLE_FRICTION, STANDARD_GRAVITY, TILT
+from damperlab.studies.physical import PARTICLE_FRICTION, STANDARD_GRAVITY
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.spelling import spelled, unit_of
 from damperlab.studies.understood import unusual_specification
-from damperlab.studies.variables import ResponseClass
+from damperlab.studies.variables import MADE_BY, ResponseClass
 
 GROWS = 1.5
 """How much faster than its excitation a response grows that depends on the amplitude."""
@@ -45,7 +45,7 @@ CALLED: dict[Damper, str] = {
     "tuned_mass_damper": "tuned mass damper",
     "no_damper": "without damper",
 }
-CAVITY = {PARTICLE_FRICTION.name, TILT.name}
+CAVITY = {*MADE_BY.values()}
 """What a specification may say of it; where it says nothing the cavity lies, without friction."""
 NAMES = {
     "clearance_m": "clearance",

@@ -12,7 +12,6 @@ from damperlab.studies.fit.fitted import Estimate
 from damperlab.studies.fit.history.harmonic import band_hz, base_amplitude_m, peak_m_s2
 from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.fit.question import FitQuestion
-from damperlab.studies.physical import PARTICLE_FRICTION, TILT
 from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, RATIO_OF, Structure
 from damperlab.studies.variables import BEFORE, MADE_BY
 
@@ -24,7 +23,7 @@ NAME_OF = {ratio: name for name, ratio in RATIO_OF.items()} | {"damping_n_s_per_
 SCALES = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
 """What ratios are over."""
 OF_PARTICLE = ("clearance_m", "particle_mass_kg", "restitution")
-OF_CAVITY = (PARTICLE_FRICTION.name, TILT.name)
+OF_CAVITY = tuple(MADE_BY.values())
 EQUAL = 1e-9
 """Share below which two numbers differ by rounding."""
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from damperlab.studies.brief import Brief, Damper
+from damperlab.studies.cavity import cavity_of
 
 SAME = 0.02
 """Share within which two dampers are called equal: the one with fewer parts is built then."""
@@ -57,6 +58,9 @@ def brief_of(answer: Mapping[str, Any]) -> Brief:
         for case, values in cases.items()
         if case != best
     )
+    if {"pid", "hybrid"} & cases.keys():
+        cavity = cavity_of(answer["design"])
+        rows += (("given" if cavity.acts else "assumed", cavity.words, ""),)
     following = "several records and scales as a suite, with `damperlab run`; one record decides little."
     return Brief(DAMPERS[best], (f"{told}.", doubt), rows, following)
 

@@ -1,5 +1,6 @@
 """What a comparison of dampers under a record is told in physical units, with the paper's prototype as defaults."""
 
+from damperlab.studies.cavity import OF_CAVITY
 from damperlab.studies.presets import NATURAL_FREQUENCY_HZ
 from damperlab.studies.quantity import Quantity
 from damperlab.studies.vocabulary import DEFAULTS
@@ -29,5 +30,5 @@ QUANTITIES: dict[str, tuple[Quantity, float]] = {
         ("tail_s", "free vibration after the record [s]", 0.0, 1000.0, "0 stops with the record", False, 0.0),
         ("perturbation_m", "size of the perturbed starts [m]", 0.0, 1e3, "a millionth of the motion is usual", False, 1e-7),
     )
-}  # fmt: skip
+} | {each.name: (each, 0.0) for each in OF_CAVITY}  # fmt: skip
 """Bounds and default of each (Tables 2 and 4; the force is `paper.friction_force_n` at the smallest clearance)."""

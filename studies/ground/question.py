@@ -5,7 +5,7 @@ from math import isnan
 from typing import Any
 
 from damperlab.studies.choices import Contact, InstantContact
-from damperlab.studies.consistency import compliant_fault
+from damperlab.studies.consistency import cavity_faults, compliant_fault
 from damperlab.studies.contact import parse_contact
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key, write_nearest
 from damperlab.studies.field import fields_of
@@ -113,6 +113,7 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
     if contact.model == "compliant" and "restitution" in values:
         fault = compliant_fault(values["restitution"], "restitution")
         faults += [] if fault is None else [fault]
+    faults += cavity_faults(held, values, contact)
     record_id, motion = "", None
     try:
         record_id, motion = read_record_reference(held.get("record", Compared.record), shelf)

@@ -12,18 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.axes import AxisSpec, Coordinates, Range, axis_count, axis_values
+from damperlab.studies.cavity import Cavity, cavity_of
 from damperlab.studies.choices import Contact
 from damperlab.studies.digest import feed
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.source import RecordSource
 from damperlab.studies.ground.variables import DIMENSIONS, RECORD, VARIABLES
-from damperlab.studies.variables import Variable
+from damperlab.studies.variables import MADE_BY, Variable
 
 AXES: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != RECORD)
 """What a suite varies besides its records."""
 
-NUMBERS = ("mass_kg", "tail_s", "perturbation_m")
+NUMBERS = ("mass_kg", "tail_s", "perturbation_m", *MADE_BY.values())
 
 _SCHEME = b"damperlab survey 1"
 """To be changed only when the same suite gets computed or stored differently: every stored digest begins with it."""
@@ -42,7 +43,7 @@ class Suite:
     axes : dict of AxisSpec
         Every one of `AXES`.
     numbers : dict of float
-        `NUMBERS`.
+        `NUMBERS`; of the friction and the tilt of a cavity those that are not 0.
     starts, seed : int
         Perturbed starts of each point besides the one at rest, and the seed of their draw.
     contact : Contact
@@ -75,6 +76,11 @@ class Suite:
         """The coordinates, a record by its samples too: one id may name others after an update."""
         told = np.array([f"{record.id} {record.sha256}" for record in self.records])
         return self.coordinates | {RECORD: told}
+
+    @property
+    def cavity(self) -> Cavity:
+        """How the cavity of the particle lies, and how the particle rubs in it."""
+        return cavity_of(self.numbers)
 
     @property
     def labels(self) -> dict[str, dict[str, str]]:

@@ -1,13 +1,13 @@
 """A ground-motion suite read from a document, with every fault of it."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TypeVar
 
 from damperlab.studies.axes import AxisSpec, axis_count, axis_values, read_axis
 from damperlab.studies.choices import Contact, InstantContact
-from damperlab.studies.consistency import compliant_fault
+from damperlab.studies.consistency import cavity_faults, compliant_fault
 from damperlab.studies.contact import parse_contact
 from damperlab.studies.faults import Fault, StudyFaults, counted, describe, unknown_key
 from damperlab.studies.ground.motion import GroundMotion
@@ -18,8 +18,10 @@ from damperlab.studies.ground.suite import AXES, NUMBERS, Suite, windows_of
 from damperlab.studies.ground.variables import available_variables
 from damperlab.studies.guard import guard
 from damperlab.studies.metrics import read_metrics
+from damperlab.studies.physical import PARTICLE_FRICTION
 from damperlab.studies.quantity import read_count
 from damperlab.studies.questions import MOST_STARTS
+from damperlab.studies.variables import MADE_BY
 
 T = TypeVar("T")
 
@@ -58,7 +60,7 @@ def read_suite(document: object, shelf: Shelf | None = None) -> Suite:
     if not isinstance(given, dict):
         faults.append(Fault("axes", describe(given), "a mapping", "write keys and values"))
         given = {}
-    faults += [unknown_key(f"axes.{key}", key, AXES, given) for key in given if key not in AXES]
+    faults += [_no_axis(key, given) for key in given if key not in AXES]
     name = held.get("name", "")
     if not isinstance(name, str) or len(name) > MOST_NAME or not name.isprintable():
         allowed = f"a text of at most {MOST_NAME} printable characters"
@@ -82,6 +84,7 @@ def read_suite(document: object, shelf: Shelf | None = None) -> Suite:
 
     axes = {key: axis(key) for key in AXES}
     numbers = {key: quantity(key) for key in NUMBERS}
+    numbers = {key: value for key, value in numbers.items() if value or key not in MADE_BY.values()}
     starts = read(lambda: read_count(held.get("starts", 0), 0, MOST_STARTS, "starts"), 0)
     seed = read(lambda: read_count(held.get("seed", 0), 0, LARGEST_SEED, "seed"), 0)
     instant: Contact = InstantContact()
@@ -89,7 +92,8 @@ def read_suite(document: object, shelf: Shelf | None = None) -> Suite:
     if contact.model == "compliant":
         fault = compliant_fault(float(axis_values(axes["restitution"]).min()), "axes.restitution")
         faults += [] if fault is None else [fault]
-    available = available_variables(starts)
+    faults += cavity_faults(held, numbers, contact)
+    available = available_variables(starts, numbers.get(PARTICLE_FRICTION.name, 0.0) > 0.0)
     metrics = read(lambda: read_metrics(held.get("metrics", available), available, "metrics"), available)
     found = _records(held.get("records"), shelf, faults)
     if not faults:
@@ -107,6 +111,13 @@ def _unknown(key: str) -> Fault:
     if key not in AXES:
         return fault
     return replace(fault, advice="write it inside `axes`")
+
+
+def _no_axis(key: str, beside: Mapping[str, object]) -> Fault:
+    fault = unknown_key(f"axes.{key}", key, AXES, beside)
+    if key not in NUMBERS:
+        return fault
+    return replace(fault, advice="write it outside `axes`, as one number")
 
 
 def _records(

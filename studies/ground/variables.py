@@ -50,11 +50,13 @@ def measure_name(measure: str) -> str:
     return f"{measure}{_SUFFIX[measure]}"
 
 
-def _variable(name: str, doc: str, start: str = "") -> Variable:
+def _variable(name: str, doc: str, start: str = "", rubbing: bool = False) -> Variable:
     suffix, units = next(((s, u) for s, u in _UNITS if name.endswith(s)), ("", "1"))
     dtype = {"impacts": "i4", "status": "i1"}.get(name, "f8")
     flags = Status if name == "status" else None
-    return Variable(name, dtype, units, name.removesuffix(suffix).replace("_", " "), doc, flags, start)
+    return Variable(
+        name, dtype, units, name.removesuffix(suffix).replace("_", " "), doc, flags, start, rubbing=rubbing
+    )
 
 
 VARIABLES: dict[str, Variable] = {
@@ -73,6 +75,7 @@ VARIABLES: dict[str, Variable] = {
         _variable("loss_viscous_j", "Energy lost to viscous damping."),
         _variable("loss_friction_j", "Energy lost to friction."),
         _variable("loss_impact_j", "Energy lost in impacts."),
+        _variable("loss_particle_j", "Energy lost to the friction of the particle in its cavity.", rubbing=True),
         _variable(
             "energy_residual", "What does not balance, over the largest of work, losses, stored energy and that of the peak."
         ),
@@ -99,6 +102,6 @@ VARIABLES: dict[str, Variable] = {
 """The variables of a suite's cube, in its order."""
 
 
-def available_variables(starts: int) -> tuple[str, ...]:
-    """Return the names of the variables that a suite gives; the spread needs perturbed starts."""
-    return tuple(v.name for v in VARIABLES.values() if starts or not v.start)
+def available_variables(starts: int, rubs: bool = False) -> tuple[str, ...]:
+    """Return the names of the variables that a suite gives: the spread needs perturbed starts, a loss a particle that rubs."""
+    return tuple(v.name for v in VARIABLES.values() if (starts or not v.start) and (rubs or not v.rubbing))

@@ -4,15 +4,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from damperlab.studies.cavity import LEVEL, OF_CAVITY, Cavity
 from damperlab.studies.consistency import rubbing_faults
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard, refuse_the_other
 from damperlab.studies.named import named_specifications, named_texts
-from damperlab.studies.physical import PARTICLE_FRICTION, TILT
 from damperlab.studies.quantity import Quantity
-from damperlab.studies.specification.cavity import LEVEL, Cavity
 from damperlab.studies.specification.damper import CONTACT_TIME
 from damperlab.studies.specification.excitation import Excitation
 from damperlab.studies.specification.limit_fields import IN_RATIOS, LimitFields
@@ -43,8 +42,7 @@ KEYS = (
     *CHOSEN,
     *(ratio for ratio in RATIO_OF.values() if ratio != "restitution"),
     CONTACT_TIME.name,
-    PARTICLE_FRICTION.name,
-    TILT.name,
+    *(each.name for each in OF_CAVITY),
     "tolerances",
     "limits",
     "measure",
@@ -200,12 +198,12 @@ class _Reader(LimitFields):
 
     def _cavity(self, excitations: tuple[Excitation, ...], choices: Mapping[str, Choice]) -> Cavity:
         """Read how the cavity lies and rubs, where its particle can be computed so."""
-        read = [self._number(quantity.name, quantity, 0.0) for quantity in (PARTICLE_FRICTION, TILT)]
+        read = [self._number(quantity.name, quantity, 0.0) for quantity in OF_CAVITY]
         cavity = Cavity(*(value or 0.0 for value in read))
         if not cavity.acts:
             return LEVEL
-        field = PARTICLE_FRICTION.name if cavity.particle_friction_coefficient else TILT.name
-        beside = beside_rubbing(self._in_units, self._shaken_by_records, excitations, choices)
+        field = next(name for name, value in cavity.numbers.items() if value)
+        beside = beside_rubbing(self._in_units, excitations, choices)
         self.faults.extend(rubbing_faults(field, describe(self.document[field]), beside))
         return cavity
 

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from damperlab.studies.cavity import OF_CAVITY
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.ground.generated import LISTED_SCHEMAS
 from damperlab.studies.physical import (
@@ -9,8 +10,6 @@ from damperlab.studies.physical import (
     EXCITATION_FREQUENCY,
     MASS,
     NATURAL_FREQUENCY,
-    PARTICLE_FRICTION,
-    TILT,
 )
 from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, RESTITUTION, Quantity
 from damperlab.studies.specification.damper import CONTACT_TIME, MOST_VALUES, QUANTITIES
@@ -94,7 +93,7 @@ def specification_schema() -> Schema:
                 "What may be chosen: a range, or a list.",
             ),
             **{name: quantity.schema() for name, quantity in QUANTITIES.items()},
-            **{each.name: each.schema() for each in (CONTACT_TIME, PARTICLE_FRICTION, TILT)},
+            **{each.name: each.schema() for each in (CONTACT_TIME, *OF_CAVITY)},
             "tolerances": _object(
                 {name: _tolerance() for name in (*QUANTITIES, *OF_STRUCTURE)},
                 "How far what is built may be off, to either side: a number in the unit, or a share as 10%.",

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from damperlab.studies.specification.cavity import LEVEL, Cavity
+from damperlab.studies.cavity import LEVEL, Cavity
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
 from damperlab.studies.specification.measure import (
     DAMPER_LIMITS,
@@ -178,12 +178,11 @@ class Choice:
 
 
 def beside_rubbing(
-    in_units: bool, by_records: bool, excitations: Iterable[Excitation], choices: Mapping[str, Choice]
+    in_units: bool, excitations: Iterable[Excitation], choices: Mapping[str, Choice]
 ) -> dict[str, bool]:
     """Say which of `consistency.NOT_WITH_RUBBING` a specification has: what friction or gravity is not computed with."""
     return {
         "ratios": not in_units,
-        "records": by_records,
         "constant": any(each.motion.constant for each in excitations),
         "contact": any(choices["restitution"].contact_times_s),
     }

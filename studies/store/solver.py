@@ -12,6 +12,7 @@ from damperlab.studies.store.sources import hash_of
 SOURCES: tuple[str, ...] = (
     "studies/amplitudes.py",
     "studies/axes.py",
+    "studies/cavity.py",
     "studies/choices.py",
     "studies/consistency.py",
     "studies/contact.py",

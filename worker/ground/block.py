@@ -60,7 +60,7 @@ def solve_suite_block(
             structure = Structure(suite.numbers["mass_kg"], frequency, damping)
             motion = motion_of(source)
             ready = made_ready(structure, motion, 1.0, suite.numbers["tail_s"])
-        damper = Damper(force, mass, clearance, restitution, suite.contact)
+        damper = Damper(force, mass, clearance, restitution, suite.contact, suite.cavity)
         found = _point(suite, structure, damper, motion, scale, ready, draw_of(suite, source, point))
         for name, number in found.items():
             values[name][place] = number

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from damperlab.studies.cavity import cavity_of
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.paper import (
     BASE_AMPLITUDES_M,
@@ -22,7 +23,7 @@ from damperlab.studies.vocabulary import Criterion
 from damperlab.worker.ground.absorber import absorber_response
 from damperlab.worker.ground.design import Damper, Structure, scale_of
 from damperlab.worker.ground.response import GroundResponse, Perturbation, Ready, ground_response
-from damperlab.worker.scenes import Scene
+from damperlab.worker.scenes import Scene, contact_in
 from damperlab.worker.warm import warm
 
 SPREAD = (
@@ -54,6 +55,7 @@ def damper_of(asked: Earthquake, case: str) -> Damper:
         values["clearance_m"],
         values["restitution"],
         asked.contact,
+        cavity_of(values),
     )
 
 
@@ -72,7 +74,11 @@ def scenes_of(asked: Earthquake) -> list[Scene]:
     dampers = [damper_of(asked, case) for case in asked.cases if case != "tmd"]
     return sorted(
         {
-            Scene("record", d.friction_force_n > 0.0, d.contact.model if d.particle_mass_kg > 0.0 else "")
+            Scene(
+                "record",
+                d.friction_force_n > 0.0,
+                contact_in(d.cavity, d.contact) if d.particle_mass_kg > 0.0 else "",
+            )
             for d in dampers
         }
     )
@@ -106,6 +112,9 @@ def compare(asked: Earthquake) -> dict[str, Any]:
             cases[case]["spread"] = spread(
                 structure, damper, asked.motion, response, factor, tail, asked.starts, size, asked.seed
             )
+    if cavity_of(asked.values).particle_friction_coefficient:
+        for each in cases.values():
+            each.setdefault("loss_particle_j", 0.0)
     values = {name: value for name, value in asked.values.items() if not np.isnan(value)}
     return {
         "record": {"id": asked.record_id, **asked.motion.summary()},

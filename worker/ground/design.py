@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import pi
 
+from damperlab.studies.cavity import LEVEL, Cavity
 from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.worker.kernel_arguments import contact_time_of, rebound_of, wall_of
@@ -52,6 +53,8 @@ class Damper:
         e.
     contact : Contact
         What an impact is; a contact time is in units of 1/ω_n of the structure.
+    cavity : Cavity
+        How the particle's cavity lies, and how the particle rubs in it; with instantaneous contact.
     """
 
     friction_force_n: float = 0.0
@@ -59,6 +62,7 @@ class Damper:
     clearance_m: float = 0.0225
     restitution: float = 0.47
     contact: Contact = INSTANT
+    cavity: Cavity = LEVEL
 
 
 @dataclass(frozen=True)
@@ -116,10 +120,14 @@ def particle_of(damper: Damper, scale: Scale) -> Particle | None:
     if damper.particle_mass_kg <= 0.0:
         return None
     restitution, mass_ratio = float(damper.restitution), damper.particle_mass_kg / scale.mass_kg
+    cavity = damper.cavity
+    rubs, falls = cavity.ratios(scale.omega / (2.0 * pi), scale.length_m) if cavity.acts else (None, None)
     return Particle(
         damper.clearance_m / scale.length_m,
         rebound_of(restitution),
         mass_ratio,
         contact_time_of(damper.contact),
         wall_of(damper.contact, restitution, mass_ratio),
+        rubs,
+        falls or None,
     )

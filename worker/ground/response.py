@@ -21,6 +21,7 @@ from damperlab.worker.solver.observe.meter import (
     ACCELERATION_SQUARE,
     FRICTION_LOSS,
     IMPACT_LOSS,
+    PARTICLE_LOSS,
     PEAK,
     RECORD_METERS,
     RELATIVE_PEAK,
@@ -39,6 +40,7 @@ from damperlab.worker.solver.segment_log import (
     COLUMNS,
     GAP,
     RIDING,
+    SLIDE,
     SLIP,
     START,
     WALL,
@@ -47,6 +49,7 @@ from damperlab.worker.solver.segment_log import (
     W,
     empty_log,
 )
+from damperlab.worker.solver.sliding import direction_of, rubs
 from damperlab.worker.solver.state import State
 from damperlab.worker.steady.response.energy import energy_residual, stored_energy
 
@@ -92,6 +95,8 @@ class GroundResponse:
         State at the end.
     status : int
         `damperlab.studies.variables.Status`; 0 where the march arrived.
+    loss_particle_j : float or None
+        Energy lost to the friction of the particle in its cavity; None where there is none.
     """
 
     peak_relative_displacement_m: float
@@ -112,10 +117,11 @@ class GroundResponse:
     end_relative_displacement_m: float
     end_relative_velocity_m_s: float
     status: int
+    loss_particle_j: float | None = None
 
     def values(self) -> dict[str, float | int]:
-        """Return the values by name."""
-        return asdict(self)
+        """Return the values by name; the loss of a particle that slides freely is left out."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
@@ -263,6 +269,7 @@ def _measures(
         end_relative_displacement_m=end.v * length,
         end_relative_velocity_m_s=end.w * speed,
         status=int(Status.CONVERGED) if outcome == ARRIVED else int(outcome),
+        loss_particle_j=read[PARTICLE_LOSS] * energy if rubs(particle) else None,
     )
 
 
@@ -278,10 +285,11 @@ def _history(
     """Read the states at the segments' starts, and at the end."""
     rows = log.rows[: log.cursor[0]]
     time = base.windows * base.window
-    read = [START, V, W, SLIP, WALL, GAP, RIDING, APPROACH]
+    read = [START, V, W, SLIP, WALL, GAP, RIDING, APPROACH, SLIDE]
     last = np.zeros(len(COLUMNS))
-    last[read] = time, end.v, end.w, end.slip, end.wall, end.gap, end.riding, approach_speed(end.dwell)
-    start, v, w, slip, wall, gap, riding, approach = np.vstack((rows, last)).T[read]
+    ends = end.v, end.w, end.slip, end.wall, end.gap, end.riding, approach_speed(end.dwell)
+    last[read] = time, *ends, direction_of(end.slide)
+    start, v, w, slip, wall, gap, riding, approach, slide = np.vstack((rows, last)).T[read]
     window = np.minimum((start / base.window + 1e-9).astype(int), base.windows - 1)
     since = start - window * base.window
     a = base.acceleration[window] + base.jerk[window] * since
@@ -292,6 +300,9 @@ def _history(
     inertia, push = 1.0, np.zeros(start.size)
     if particle is not None and particle.wall is None:
         inertia = 1.0 + particle.mass_ratio * (riding > 0.0)
+        if particle.friction is not None:
+            pull = particle.friction * slide - (particle.gravity or 0.0)
+            push = np.where(riding > 0.0, 0.0, particle.mass_ratio * pull)
     elif particle is not None and particle.wall is not None:
         pressing = particle.wall.damping * approach - particle.wall.stiffness * gap
         push = np.where(riding > 0.0, wall * pressing, 0.0)

@@ -2,6 +2,11 @@
 
 from typing import NamedTuple
 
+RUBBING = "rubbing"
+"""What a scene calls the contact of a particle that rubs on its cavity: instantaneous impacts."""
+FALLING = "falling"
+"""The same of one that falls in its cavity."""
+
 
 class Wall(NamedTuple):
     """A compliant wall: a spring and a dashpot side by side that push, and never pull (`physics.compliant_wall`).

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from tests.studies.design.test_design import pursued, solved
 
+from damperlab.studies.cavity import LEVEL
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.margins import COEFFICIENTS, WITHIN
 from damperlab.studies.faults import StudyFaults
-from damperlab.studies.specification.cavity import LEVEL
 from damperlab.studies.specification.reading import parse_specification
 
 VELOCITY = {"base_velocity_m_per_s": 0.05, "frequency_hz": {"start": 6.5, "stop": 9}}

@@ -11,6 +11,7 @@ from damperlab.worker.solver.array_loops import filled
 from damperlab.worker.solver.dwell import dwell_at_rest
 from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, TERMS
 from damperlab.worker.solver.particle import Particle
+from damperlab.worker.solver.sliding import moving_slide, slide_at_rest
 from damperlab.worker.solver.state import State
 
 
@@ -106,19 +107,32 @@ def start_on_record(
 ) -> State:
     """State at the start of a record: the base at rest, the particle at rest in the absolute frame.
 
+    A particle that falls lies on its lower wall and moves with it.
+
     Parameters
     ----------
     v, w : float
         Displacement and velocity of the primary mass.
     place : float
-        Of the particle in its cavity, from −1 to 1; 0 is its middle.
+        Of the particle in its cavity, from −1 to 1; 0 is its middle. Of no account to one that falls.
     """
+    gap, p_rate, riding, inertia, slide = 0.0, 0.0, 0.0, 1.0, slide_at_rest(particle)
+    if particle is not None:
+        gap = particle.clearance_ratio * (1.0 + place)
+        if particle.gravity is not None:
+            gap, p_rate = 0.0, w
+        if particle.friction is not None and p_rate == w:
+            riding, inertia = 1.0, 1.0 + particle.mass_ratio
+        elif particle.friction is not None:
+            slide = moving_slide(float(np.sign(w)), particle)
     slip, slip_order = 0.0, 0
     if friction is not None:
         slip = float(np.sign(w))
         if w == 0.0:
-            force = hold_force(v, -base.acceleration[0], 1.0)
+            force = hold_force(v, -base.acceleration[0], inertia)
             slip = slip_direction(force, breakaway(friction, base.largest))
             slip_order = int(slip != 0.0)
-    gap = 0.0 if particle is None else particle.clearance_ratio * (1.0 + place)
-    return State(float(v), float(w), slip, 1.0, float(gap), 0.0, 0.0, slip_order, 0, dwell_at_rest(particle))
+    dwell = dwell_at_rest(particle)
+    return State(
+        float(v), float(w), slip, 1.0, float(gap), float(p_rate), riding, slip_order, 0, dwell, slide
+    )

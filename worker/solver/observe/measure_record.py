@@ -5,6 +5,7 @@ from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curva
 from damperlab.worker.solver.excitation.excitation import expand_base
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.taylor import ORDER, rate_into, slope, value
+from damperlab.worker.solver.observe.measure_rubbing import measure_rubbing
 from damperlab.worker.solver.observe.meter import (
     ACCELERATION_PEAK,
     ACCELERATION_SQUARE,
@@ -58,6 +59,7 @@ def measure_segment(meter: Meter, segment: Segment, scene: Scene, curves: Curves
         relative_square += GAUSS_WEIGHTS[i] * v * v
         acceleration_square += GAUSS_WEIGHTS[i] * acceleration * acceleration
     sums[WORK_IN] += t * work / motion.compliance  # the base moves the riding particle too
+    measure_rubbing(meter, segment, scene)
     sums[VISCOUS_LOSS] += t * base.two_zeta * loss
     sums[SQUARE] += t * square
     sums[RELATIVE_SQUARE] += t * relative_square

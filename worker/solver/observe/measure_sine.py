@@ -9,12 +9,11 @@ from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.motion.extrema import raised
 from damperlab.worker.solver.motion.quadratic_forms import LOSS, MEAN, SQUARED, WORK, products, quadratic
 from damperlab.worker.solver.motion.taylor import curvature, rate_into, slope, value
+from damperlab.worker.solver.observe.measure_rubbing import measure_rubbing
 from damperlab.worker.solver.observe.meter import (
     FRICTION_LOSS,
-    PARTICLE_LOSS,
     PEAK,
     RELATIVE_PEAK,
-    SLIDING,
     SQUARE,
     STUCK,
     VISCOUS_LOSS,
@@ -23,7 +22,6 @@ from damperlab.worker.solver.observe.meter import (
 )
 from damperlab.worker.solver.regime import Segment
 from damperlab.worker.solver.scene import Curves, Scene
-from damperlab.worker.solver.sliding import with_pull
 
 # Gauss–Lobatto on [0, 1], 6 points: exact to degree 9. The four inner nodes, and the weights of ends, outer and inner nodes.
 _OUTER, _INNER = sqrt(1.0 / 3.0 + 2.0 * sqrt(7.0) / 21.0), sqrt(1.0 / 3.0 - 2.0 * sqrt(7.0) / 21.0)
@@ -62,7 +60,7 @@ def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
 def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
     """Add a whole event-free window, by the quadratic forms of `motion.quadratic_forms`; its peaks are not looked at."""
     sums, base, regime = meter.sums, scene.base, segment.regime
-    _measure_rubbing(meter, segment, scene)
+    measure_rubbing(meter, segment, scene)
     if regime.sticks:
         sums[STUCK] += base.window
     if meter.energies is not None:
@@ -98,27 +96,6 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
 
 
 @inlined
-def _measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
-    """What a particle that rubs loses on its way through the cavity.
-
-    The work of a shaken base is integrated with the offset of the spring centre, to which the particle's pull belongs though
-    it comes through no spring: its part is given back here, as the work at rest lacks it.
-    """
-    if scene.particle is not None:
-        if scene.particle.friction is not None:
-            start, end = segment.start, segment.end
-            if start.riding == 0.0:
-                meter.sums[SLIDING] += segment.time
-            if meter.energies is not None:
-                rubs = scene.particle.mass_ratio * scene.particle.friction
-                if start.riding == 0.0:
-                    meter.sums[PARTICLE_LOSS] += rubs * abs(end.gap - start.gap)
-                pull = with_pull(0.0, start, scene.particle)
-                if not isinstance(scene.base, SineForce):
-                    meter.sums[WORK_IN] += pull * (segment.phase_end.position - segment.phase.position)
-
-
-@inlined
 def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
     """Work of the base on a mass at rest on it: its kinetic energy, at the base's speed, grown."""
     r2 = frequency_ratio * frequency_ratio
@@ -132,7 +109,7 @@ def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
 def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
     """Add a segment that is no whole window: Lobatto's rule, whose ends are known; no peaks."""
     sums, base, regime, t = meter.sums, scene.base, segment.regime, segment.time
-    _measure_rubbing(meter, segment, scene)
+    measure_rubbing(meter, segment, scene)
     if regime.sticks:
         sums[STUCK] += t
     if meter.energies is not None:

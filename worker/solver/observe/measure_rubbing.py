@@ -1,0 +1,29 @@
+"""What a meter reads of a particle that rubs on its cavity, on any segment."""
+
+from damperlab.worker.jit import inlined
+from damperlab.worker.solver.excitation.sine_base import SineForce
+from damperlab.worker.solver.observe.meter import PARTICLE_LOSS, SLIDING, WORK_IN, Meter
+from damperlab.worker.solver.regime import Segment
+from damperlab.worker.solver.scene import Scene
+from damperlab.worker.solver.sliding import with_pull
+
+
+@inlined
+def measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
+    """What a particle that rubs loses on its way through the cavity.
+
+    The work of a shaken base is integrated with the offset of the spring centre, to which the particle's pull belongs though
+    it comes through no spring: its part is given back here, as the work at rest lacks it.
+    """
+    if scene.particle is not None:
+        if scene.particle.friction is not None:
+            start, end = segment.start, segment.end
+            if start.riding == 0.0:
+                meter.sums[SLIDING] += segment.time
+            if meter.energies is not None:
+                rubs = scene.particle.mass_ratio * scene.particle.friction
+                if start.riding == 0.0:
+                    meter.sums[PARTICLE_LOSS] += rubs * abs(end.gap - start.gap)
+                pull = with_pull(0.0, start, scene.particle)
+                if not isinstance(scene.base, SineForce):
+                    meter.sums[WORK_IN] += pull * (segment.phase_end.position - segment.phase.position)
