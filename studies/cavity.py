@@ -58,6 +58,6 @@ LEVEL = Cavity()
 """One that lies level, in which the particle slides freely."""
 
 
-def cavity_of(values: Mapping[str, float]) -> Cavity:
+def cavity_of(values: Mapping[str, float | None]) -> Cavity:
     """Give the cavity of a document's numbers; what they leave out is that of a level one."""
-    return Cavity(*(values.get(name, 0.0) for name in MADE_BY.values()))
+    return Cavity(*(values.get(name) or 0.0 for name in MADE_BY.values()))

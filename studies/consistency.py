@@ -51,8 +51,7 @@ NOT_WITH_RUBBING = {
     "no_particle": ("a scene without a particle", "leave it out"),
     "contact": ("a contact that takes time", "leave out one of the two"),
     "rk4": ("method rk4", "use method event"),
-    "amplitudes": ("several base amplitudes", "submit one study for each base amplitude"),
-    "constant": ("a constant base velocity or acceleration", "give `base_amplitude_m`"),
+    "amplitudes": ("several base amplitudes", "give the coefficient or the tilt as one number in `physical`"),
     "ratios": ("a specification in ratios", "give the structure and its excitation in units"),
 }
 """What friction of a particle, and gravity along its cavity, are not computed with, and what to do."""
@@ -224,11 +223,13 @@ def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
         "no_particle": document.get("particle", True) is False,
         "contact": isinstance(contact, dict) and contact.get("model", "instant") != "instant",
         "rk4": _is_stepped(document),
-        "amplitudes": over_amplitudes(physical, particle=True),
     }
+    crossed = over_amplitudes(physical, particle=True)
     for name in before:
         source = MADE_BY[name]
-        field = name if document.get(name) is not None else f"physical.{source}"
+        as_ratio = document.get(name) is not None
+        beside["amplitudes"] = crossed and (as_ratio or is_axis(physical.get(source)))
+        field = name if as_ratio else f"physical.{source}"
         yield from rubbing_faults(field, describe(document.get(name, physical.get(source))), beside)
     friction, tilt = (MADE_BY[name] for name in (PARTICLE_FRICTION, GRAVITY))
     if is_axis(physical.get(tilt)) and physical.get(friction) is not None:

@@ -68,6 +68,7 @@ from damperlab.studies.variables import (
     BEFORE,
     DIMENSION_LONG_NAMES,
     DIMENSIONS,
+    MADE_BY,
     STANDARD,
     VARIABLES,
     Variable,
@@ -217,7 +218,7 @@ class Study(Choice):
         given = self.physical.values() if self.physical is not None else {}
         made = {d.ratio: d for d in derivations(given, self.particle)}
         names = tuple(AMPLITUDE_DIMENSIONS) if self.over_amplitudes else DIMENSIONS
-        if self.particle:
+        if self.particle and not self.over_amplitudes:
             names = (*(name for name in BEFORE if name in made or getattr(self, name) is not None), *names)
         values: dict[str, NDArray[np.float64]] = {}
         for name in names:
@@ -302,9 +303,9 @@ class Study(Choice):
             settings["before"] = before  # points of other dimensions are other points
         if self.over_amplitudes and self.physical is not None:
             # what force, clearance and base amplitude become as ratios
-            structure = {
-                name: self.physical.values().get(name) for name in ("mass_kg", "natural_frequency_hz")
-            }
+            given = self.physical.values()
+            structure = {name: given.get(name) for name in ("mass_kg", "natural_frequency_hz")}
+            structure |= {name: given[name] for name in MADE_BY.values() if name in given}
             settings |= {name: None if found is None else found.tolist() for name, found in structure.items()}
             if self.physical.constant is not None:
                 settings["constant"] = self.physical.constant

@@ -148,15 +148,17 @@ class Physical(Choice):
         -------
         dict of ndarray
             `clearance_ratio` and `friction_ratio`, with the bits that a study of the point alone has; 0 where the damper
-            has no particle or no friction.
+            has no particle or no friction. Those of `BEFORE` too, where the block gives what makes them.
         """
         given = {**self.values(), **points}
         given[AMPLITUDE] = base_amplitudes(given[AMPLITUDE], points.get(_FREQUENCY), self.constant)
         kept = kept_by_damper(dict(self), particle)
-        return {
+        ratios = {
             ratio: DERIVATIONS[ratio].law(given) + 0.0 if name in kept else 0.0 * given[AMPLITUDE]
             for name, ratio in RATIOS_OF.items()
         }
+        beside = [ratio for ratio, name in MADE_BY.items() if particle and name in given]
+        return ratios | {ratio: DERIVATIONS[ratio].law(given) + 0.0 for ratio in beside}
 
 
 @dataclass(frozen=True)
@@ -285,7 +287,7 @@ def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
             faults.append(Fault(here, found, "an axis of one ratio", advice, told))
     for derivation in made:
         several = [name for name in axes if name == derivation.source or name in derivation.partners]
-        if crossed and derivation.source in RATIOS_OF:
+        if crossed and derivation.source in (*RATIOS_OF, *MADE_BY.values()):
             faults.extend(
                 Fault(f"physical.{name}", describe(raw[name]), "a single number where the base amplitude is an axis",
                       "give one number, or submit one study for each value")
@@ -334,7 +336,7 @@ def derived_faults(physical: Physical, particle: bool, band: NDArray[np.float64]
     crossed = physical.over_amplitudes(particle)
     for derivation in derivations(given, particle):
         quantity = QUANTITY_OF[derivation.ratio]
-        spans = crossed and derivation.source in RATIOS_OF
+        spans = crossed and derivation.source in (*RATIOS_OF, *MADE_BY.values())
         values = derivation.values(_corners(physical, derivation.source, band) if spans else given)
         field = f"physical.{derivation.source}"
         wrong = [float(value) for value in (values[0], values[-1]) if not quantity.admits(float(value))]

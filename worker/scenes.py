@@ -1,5 +1,6 @@
 """What kernels are compiled for: what acts in a scene, and what is asked of it."""
 
+from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from damperlab.studies.choices import Contact, Rk4Solver
 from damperlab.studies.definition import Study
 from damperlab.studies.ground.suite import Suite
 from damperlab.studies.kind import AnyStudy
-from damperlab.studies.variables import BEFORE
+from damperlab.studies.variables import BEFORE, MADE_BY
 from damperlab.studies.vocabulary import CONTACT_MODELS
 from damperlab.worker.kernel_arguments import wants_acceleration, wants_energies
 from damperlab.worker.solver.particle import FALLING, RUBBING, Particle
@@ -141,7 +142,7 @@ def scenes(study: AnyStudy) -> list[Scene]:
     purpose: Purpose = "steady" if wants_energies(study) else "peaks"
     if wants_acceleration(study):
         purpose = "acceleration"
-    drags, falls = (_signs(study.coordinates.get(name, np.zeros(1))) for name in BEFORE)
+    drags, falls = _beside(study)
     contacts = {FALLING if f else RUBBING if d else study.contact.model for d in drags for f in falls}
     return sorted(
         Scene(purpose, f, contact, study.forced)
@@ -150,6 +151,14 @@ def scenes(study: AnyStudy) -> list[Scene]:
         for contact in (contacts if p else ("",))
         if f or p
     )
+
+
+def _beside(study: Study) -> Iterator[set[bool]]:
+    """Whether a particle rubs, and whether it falls: at some points, at all or at none."""
+    if study.over_amplitudes and study.physical is not None:
+        given = study.physical.values()
+        return (_signs(given.get(name, np.zeros(1))) for name in MADE_BY.values())
+    return (_signs(study.coordinates.get(name, np.zeros(1))) for name in BEFORE)
 
 
 def _signs(values: np.ndarray) -> set[bool]:

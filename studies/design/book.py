@@ -13,6 +13,7 @@ from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
 from damperlab.studies.answers.design_question import DESIGN
 from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.follow_up import cover
+from damperlab.studies.cavity import cavity_of
 from damperlab.studies.definition import Study, parse_harmonic
 from damperlab.studies.design.build import FORCE, NOTHING_INSIDE, Build, Inside, Law, Place, Spot
 from damperlab.studies.design.curve import Curve
@@ -23,7 +24,7 @@ from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.measure import LIMITS, MEASURES
 from damperlab.studies.specification.records import ONCE, Case, Under
 from damperlab.studies.specification.specification import STARTS, Specification
-from damperlab.studies.variables import BEFORE, Status
+from damperlab.studies.variables import BEFORE, MADE_BY, Status
 
 VARIABLES = (
     "amplitude_ratio",
@@ -205,7 +206,6 @@ class Book:
         contact_time, *beside = kind.inside
         if contact_time:
             document["contact"] = {"model": "dwell", "contact_time": contact_time}
-        document |= {name: value for name, value in zip(BEFORE, beside, strict=True) if value}
         if kind.law == FORCE:
             document["excitation"] = "force"
         elif len(kind.law) == 4:
@@ -218,7 +218,9 @@ class Book:
                 "constant": constant,
             }
             physical |= {"clearance_m": clearance} if particle else {}
+            physical |= {name: value for name, value in zip(MADE_BY.values(), beside, strict=True) if value}
             return parse_harmonic(document | {"axes": axes, "physical": physical} | more)
+        document |= {name: value for name, value in zip(BEFORE, beside, strict=True) if value}
         axes |= {"friction_ratio": friction} | ({"clearance_ratio": clearance} if particle else {})
         return parse_harmonic(document | {"axes": axes} | self._physical(kind.amplitude_m) | more)
 
@@ -260,7 +262,7 @@ class Book:
                 self.spent += cube["status"].size
                 continue
             law = _law_of(cube)
-            inside: Inside = contact_time_of(cube), *(_fixed(cube, name) for name in BEFORE)
+            inside: Inside = contact_time_of(cube), *_beside(cube)
             names = [BESIDE.get(name, name) if AMPLITUDE in cube.sizes else name for name in DESIGN]
             axes = [cube[name].values.tolist() for name in names]
             frequencies = cube["frequency_ratio"].values.tolist()
@@ -315,9 +317,12 @@ class Book:
         return self._curves[build, amplitude]
 
 
-def _fixed(cube: xr.Dataset, name: str) -> float:
-    """Give the one value of a dimension that a study need not have; 0 without it."""
-    return float(cube[name].values[0]) if name in cube.sizes else 0.0
+def _beside(cube: xr.Dataset) -> Iterator[float]:
+    """Give the ratios of `BEFORE`, 0 of what a study has not; over base amplitudes the numbers of the cavity."""
+    if AMPLITUDE in cube.sizes:
+        yield from cavity_of(json.loads(cube.attrs["study"])["physical"]).numbers.values()
+    else:
+        yield from (float(cube[name].values[0]) if name in cube.sizes else 0.0 for name in BEFORE)
 
 
 def _law_of(cube: xr.Dataset) -> Law:

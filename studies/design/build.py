@@ -27,7 +27,7 @@ frequency. Under a ground-motion record its id, its scale, and the same two of t
 FORCE = ("force",)
 Inside = tuple[float, ...]
 """What acts on a particle: the contact time over 1/ω_n, 0 where contacts take no time, and the ratios of `BEFORE`; under a
-record the numbers of its `Cavity` in their place."""
+record, and where a velocity or an acceleration of the base is constant, the numbers of its `Cavity` in their place."""
 NOTHING_INSIDE: Inside = (0.0,) * (1 + len(BEFORE))
 Spot = tuple[Law, Place, Inside]
 """A damper under an amplitude, at every frequency: in ratios under a displacement or a force, else with d [m] and F_f [N] in
@@ -77,14 +77,14 @@ class Build:
             return self._under_record(structure, amplitude)
         ratios = self.place(structure, self._reference_m(amplitude))
         constant = amplitude.excitation.motion.constant
-        inside = self._inside(structure, self._reference_m(amplitude))
         if constant is None:
+            inside = self._inside(structure, self._reference_m(amplitude))
             return FORCE if amplitude.excitation.motion.force else (), ratios, inside
         mass = structure.mass_kg * (1.0 + self.mass_off)
         frequency = structure.natural_frequency_hz * (1.0 + self.frequency_off)
         law = (constant, amplitude.base_m(self.nominal(1.0)), mass, frequency)
         clearance = self.clearance_m if self.particle_mass_kg else 0.0
-        return law, (*ratios[:3], clearance, self.friction_force_n), inside
+        return law, (*ratios[:3], clearance, self.friction_force_n), self._numbers_inside(structure)
 
     def _reference_m(self, amplitude: Amplitude) -> float:
         """Give the base amplitude at the nominal natural frequency, or the static displacement of this structure."""
@@ -110,6 +110,12 @@ class Build:
         frequency_hz = structure.natural_frequency_hz * (1.0 + self.frequency_off)
         return (self._contact_time(structure), *self.cavity.ratios(frequency_hz, amplitude_m))
 
+    def _numbers_inside(self, structure: Structure) -> Inside:
+        """Give what acts on the particle, by the numbers of its cavity."""
+        if self.particle_mass_kg == 0.0:
+            return NOTHING_INSIDE
+        return (self._contact_time(structure), *self.cavity.numbers.values())
+
     def _contact_time(self, structure: Structure) -> float:
         return self.contact_time_s * structure.angular_frequency * (1.0 + self.frequency_off)
 
@@ -121,8 +127,7 @@ class Build:
         if self.particle_mass_kg == 0.0:
             return law, (damping, 0.0, 0.0, 0.0, self.friction_force_n), NOTHING_INSIDE
         damper = (self.restitution, self.particle_mass_kg, self.clearance_m, self.friction_force_n)
-        inside = self._contact_time(structure), *self.cavity.numbers.values()
-        return law, (damping, *damper), inside
+        return law, (damping, *damper), self._numbers_inside(structure)
 
     def limited(self, about: DamperLimit) -> float:
         """Give what a limit on the damper is about; 0 of a particle that is not there."""

@@ -142,7 +142,7 @@ def _moved(search: Search, build: Build) -> list[str]:
 
 def _may_rub(asked: Specification) -> bool:
     """Whether a particle that rubs can be computed with all that is asked, where none was stated to."""
-    beside = beside_rubbing(asked.in_units, asked.excitations, asked.choices)
+    beside = beside_rubbing(asked.in_units, asked.choices)
     return not asked.cavity.acts and not any(beside.values())
 
 

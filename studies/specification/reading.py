@@ -203,7 +203,7 @@ class _Reader(LimitFields):
         if not cavity.acts:
             return LEVEL
         field = next(name for name, value in cavity.numbers.items() if value)
-        beside = beside_rubbing(self._in_units, excitations, choices)
+        beside = beside_rubbing(self._in_units, choices)
         self.faults.extend(rubbing_faults(field, describe(self.document[field]), beside))
         return cavity
 

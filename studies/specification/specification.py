@@ -3,7 +3,7 @@
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -177,13 +177,10 @@ class Choice:
         return round(share * (len(self.values) - 1))
 
 
-def beside_rubbing(
-    in_units: bool, excitations: Iterable[Excitation], choices: Mapping[str, Choice]
-) -> dict[str, bool]:
+def beside_rubbing(in_units: bool, choices: Mapping[str, Choice]) -> dict[str, bool]:
     """Say which of `consistency.NOT_WITH_RUBBING` a specification has: what friction or gravity is not computed with."""
     return {
         "ratios": not in_units,
-        "constant": any(each.motion.constant for each in excitations),
         "contact": any(choices["restitution"].contact_times_s),
     }
 

@@ -5,7 +5,8 @@ is found by trying every combination and taking the one that contradicts itself 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 from math import cos, inf, pi, sin
 
@@ -42,6 +43,10 @@ class RubbingParticle:
     mass: float
     rubs: float
     gravity: float = 0.0
+
+    LONGEST = 0.05
+    FIRST = 2e-4
+    """Steps of the integrator: a flight that is over within the first is not seen."""
 
     def start(self) -> tuple[Floats, float]:
         """Give u, u', p, p' at rest, and the wall that the particle lies on."""
@@ -174,7 +179,67 @@ class RubbingParticle:
             rtol=3e-14,
             atol=1e-14,
             events=functions,
-            max_step=0.05,
+            max_step=self.LONGEST,
+            first_step=min(self.FIRST, (end - t) / 2),
         )
         hit = [name for name, times in zip(named, found.t_events, strict=True) if len(times)]
         return float(found.t[-1]), found.y[:, -1].copy(), hit[0] if hit else ""
+
+
+@dataclass(frozen=True)
+class UnderRecord(RubbingParticle):
+    """The same under a base acceleration that is linear between samples; an impact that rebounds slowly is not resolved.
+
+    Parameters
+    ----------
+    acceleration : ndarray, shape (samples,)
+        s'' at the samples, the first 0.
+    step : float
+        Time between them.
+    """
+
+    acceleration: Floats = field(default_factory=lambda: np.zeros(2))
+    step: float = 1.0
+
+    SLOWEST = 2e-3
+    """Rebound below which a chatter begins, which this does not follow."""
+
+    @cached_property
+    def sampled(self) -> tuple[Floats, Floats]:
+        """Displacement and velocity of the base at the samples."""
+        a, h = self.acceleration, self.step
+        rate = np.concatenate(([0.0], np.cumsum(h * (a[:-1] + a[1:]) / 2)))
+        return np.concatenate(([0.0], np.cumsum(h * (rate[:-1] + h * (2 * a[:-1] + a[1:]) / 6)))), rate
+
+    def base(self, t: float) -> tuple[float, float, float]:
+        """Give displacement, velocity and acceleration of the base."""
+        k = min(int(t / self.step + 1e-9), self.acceleration.size - 2)
+        h, a, (place, rate) = t - k * self.step, self.acceleration[k], self.sampled
+        jerk = (self.acceleration[k + 1] - a) / self.step
+        moved = place[k] + h * (rate[k] + h * (a / 2 + jerk * h / 6))
+        return moved, rate[k] + h * (a + jerk * h / 2), a + jerk * h
+
+    def run(self) -> tuple[Floats, int]:
+        """March from rest to the last sample, in pieces over which the acceleration is linear."""
+        y, wall = self.start()
+        t, impacts, at_rest, together = 0.0, 0, True, True
+        for end in self.step * np.arange(1, self.acceleration.size):
+            while t < end - 1e-12:
+                ahead = 1e-9 if at_rest or together else 0.0
+                mode = self.mode(t + ahead, y, at_rest, together, wall)
+                t, y, event = self._step(t, end, y, mode)
+                at_rest, together = self.friction > 0.0 and mode.slip == 0.0, mode.slide == 0.0
+                if event == "turn":
+                    at_rest, y[1] = True, self.base(t)[1]
+                elif event == "rest":
+                    together, y[3], wall = True, y[1], 0.0
+                elif event in ("behind", "ahead"):
+                    assert self.restitution * abs(y[1] - y[3]) > self.SLOWEST, "the particle chatters"
+                    wall, impacts = 1.0 if event == "behind" else -1.0, impacts + 1
+                    at_rest, y = False, self._struck(y, wall)
+                elif event in ("onset", "torn"):
+                    after = self.mode(t + TIE, self._on(t, TIE, y, mode), at_rest, together, wall)
+                    y, t = self._on(t, STEP, y, after), t + STEP
+                    at_rest, together = self.friction > 0.0 and after.slip == 0.0, after.slide == 0.0
+                    wall = wall if together else 0.0
+        return y, impacts

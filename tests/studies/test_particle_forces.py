@@ -81,7 +81,8 @@ def test_a_coefficient_and_a_tilt_make_the_ratios() -> None:
         ({"gravity_ratio": 1, "physical": {"tilt_deg": 10}}, "physical.tilt_deg"),
         ({"physical": {"tilt_deg": 91}}, "physical.tilt_deg"),
         ({"physical": {"tilt_deg": [0, 30], "particle_friction_coefficient": 0.1}}, "physical.tilt_deg"),
-        ({"physical": {"base_amplitude_m": [0.001, 0.002], "tilt_deg": 10}}, "physical.tilt_deg"),
+        ({"physical": {"base_amplitude_m": [0.001, 0.002], "tilt_deg": [10, 20]}}, "physical.tilt_deg"),
+        ({"physical": {"base_amplitude_m": [0.001, 0.002]}, "gravity_ratio": 1}, "gravity_ratio"),
     ],
 )  # fmt: skip
 def test_what_does_not_go_together_is_refused_by_its_field(given: dict[str, Any], field: str) -> None:

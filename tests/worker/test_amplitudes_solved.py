@@ -38,10 +38,21 @@ def ray() -> Study:
     )
 
 
-@pytest.mark.parametrize(("word", "order"), [(None, 0), ("velocity", 1), ("acceleration", 2)])
-def test_each_point_has_the_bits_of_the_point_alone(word: str | None, order: int) -> None:
+@pytest.mark.parametrize(
+    ("word", "order", "cavity"),
+    [
+        (None, 0, {}),
+        ("velocity", 1, {}),
+        ("acceleration", 2, {}),
+        ("acceleration", 2, {"particle_friction_coefficient": 0.02, "tilt_deg": 5}),
+    ],
+)
+def test_each_point_has_the_bits_of_the_point_alone(
+    word: str | None, order: int, cavity: dict[str, float]
+) -> None:
     """Under the displacement that the base has at its frequency."""
     given = {"clearance_m": CLEARANCES, "friction_force_n": FORCES[:1], "excitation_frequency_hz": HERTZ}
+    given |= cavity
     constant = {} if word is None else {"constant": word}
     held = study_of(given | constant | {"base_amplitude_m": AMPLITUDES[1:]})
     found = solve(held)
@@ -51,6 +62,7 @@ def test_each_point_has_the_bits_of_the_point_alone(word: str | None, order: int
             "clearance_m": CLEARANCES[c],
             "friction_force_n": FORCES[0],
             "excitation_frequency_hz": HERTZ[r],
+            **cavity,
         }
         ratio = HERTZ[r] / STRUCTURE["natural_frequency_hz"]
         alone = solve(study_of(at | {"base_amplitude_m": AMPLITUDES[1:][a] / ratio**order}))

@@ -34,8 +34,8 @@ def test_a_document_that_names_records_is_a_suite() -> None:
     suite = suite_of()
     assert suite.shape == (2, 1, 1, 2, 1, 1, 4, 1)
     assert suite.coordinates["record"].tolist() == ["el-centro-180", "northridge-090"]
-    assert suite.metrics == tuple(v.name for v in VARIABLES.values() if not v.start)
-    assert suite_of(starts=3).metrics == tuple(VARIABLES)
+    assert suite.metrics == tuple(v.name for v in VARIABLES.values() if not (v.start or v.rubbing))
+    assert suite_of(starts=3, particle_friction_coefficient=0.1).metrics == tuple(VARIABLES)
     assert isinstance(parse_study({"axes": {"clearance_ratio": 5, "frequency_ratio": 1}}), Study)
 
 
@@ -52,6 +52,8 @@ def test_a_document_that_names_records_is_a_suite() -> None:
         ({"axes": 5}, "axes"),
         ({"clearance_m": 1}, "clearance_m"),
         ({"mass_kg": 0}, "mass_kg"),
+        ({"axes": {"tilt_deg": [0, 90]}}, "axes.tilt_deg"),
+        ({"tilt_deg": 5, "contact": {"model": "dwell", "contact_time": 0.1}}, "tilt_deg"),
         ({"axes": {"clearance_m": MILLION, "friction_force_n": MILLION}}, "axes"),
         ({"axes": {"natural_frequency_hz": 1000}}, "axes.natural_frequency_hz"),
         ({"contact": {"model": "compliant"}}, "contact.contact_time"),

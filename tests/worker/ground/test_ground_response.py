@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from tests.oracles.rubbing_particle import UnderRecord
 from tests.oracles.shaken_ground import Shaken, linear_end
 
+from damperlab.studies.cavity import Cavity
 from damperlab.studies.choices import CompliantContact, InstantContact
 from damperlab.studies.ground.builtin import builtin_record
 from damperlab.studies.ground.motion import GroundMotion
@@ -14,6 +16,15 @@ from damperlab.worker.ground.response import HISTORY_COLUMNS, ground_history, gr
 
 PAPER = Structure()
 MASS = 0.1605
+RUBBING_UNDER_RECORDS = [
+    (0, 0.04, 0.0, 1.5, 0.8, 0.015),
+    (1, 0.012, 0.0, 0.0, 0.78, 0.015),
+    (2, 0.16, 0.0, 0.0, 0.73, 0.013),
+    (30, 0.04, 8.0, 1.5, 0.86, 0.017),
+    (7, 0.05, 3.0, 0.0, 0.8, 0.012),
+    (12, 0.1, 0.0, 0.5, 0.64, 0.01),
+]
+"""Seed of a record, friction and tilt, damper: none of them chatters."""
 
 
 def part(record_id: str, start_s: float, length_s: float) -> GroundMotion:
@@ -234,3 +245,62 @@ def test_the_history_lies_on_the_response(
     assert again == response
     for name, values in history.items():
         assert values.tobytes() == whole[name].tobytes(), name
+
+
+@pytest.mark.parametrize(
+    ("seed", "coefficient", "tilt_deg", "force_n", "restitution", "clearance_m"),
+    RUBBING_UNDER_RECORDS,
+)
+def test_a_particle_that_rubs_or_falls_moves_as_another_integrator_says(
+    seed: int, coefficient: float, tilt_deg: float, force_n: float, restitution: float, clearance_m: float
+) -> None:
+    structure = Structure(2.0, 1.5, 0.02)
+    noise = np.convolve(np.random.default_rng(seed).normal(size=150), np.ones(5) / 5, "same")
+    noise[0] = 0.0
+    motion = GroundMotion("noise", 0.02, 3.0 * noise / np.abs(noise).max())
+    damper = Damper(force_n, 0.3, clearance_m, restitution, cavity=Cavity(coefficient, tilt_deg))
+    found = ground_response(structure, damper, motion)
+    length, omega = motion.peak_m_s2 / structure.omega**2, structure.omega
+    rubs, falls = damper.cavity.ratios(1.5, length)
+    gamma = force_n / (structure.stiffness_n_per_m * length)
+    truth = UnderRecord(
+        0.02, 1.0, gamma, clearance_m / length, restitution, 0.15, rubs, falls,
+        motion.acceleration_m_s2 / motion.peak_m_s2, motion.step_s * omega,
+    )  # fmt: skip
+    (u, u_rate, p, _), impacts = truth.run()
+    s, s_rate, _ = truth.base(149 * truth.step)
+    assert found.impacts == impacts
+    assert found.end_relative_displacement_m / length == pytest.approx(u - s, abs=1e-11)
+    assert found.end_relative_velocity_m_s / (length * omega) == pytest.approx(u_rate - s_rate, abs=1e-11)
+    assert found.energy_residual < 1e-13
+    assert found.loss_particle_j > 0.0
+    if force_n and tilt_deg:
+        same, history = ground_history(structure, damper, motion)
+        assert same == found
+        assert history["particle_displacement_m"][-1] / length == pytest.approx(p, abs=1e-11)
+
+
+def test_a_carried_particle_is_dead_mass() -> None:
+    motion = part("el-centro-180", 0.0, 8.0)
+    stuck = Damper(0.4, MASS, 0.005, 0.5, cavity=Cavity(100.0))
+    heavy = Structure(PAPER.mass_kg + MASS, 2.5 * np.sqrt(1.605 / 1.7655), 0.0038 * np.sqrt(1.605 / 1.7655))
+    found = ground_response(PAPER, stuck, motion)
+    dead = ground_response(heavy, Damper(0.4), motion)
+    assert found.loss_particle_j == 0.0
+    for name in ("peak_relative_displacement_m", "rms_absolute_acceleration_m_s2", "loss_friction_j"):
+        assert getattr(found, name) == pytest.approx(getattr(dead, name), rel=1e-9)
+
+
+def test_the_pull_of_a_sliding_particle_is_in_the_acceleration_that_is_shown() -> None:
+    motion = part("el-centro-180", 0.0, 8.0)
+    cavity = Cavity(0.1, 20.0)
+    found, history = ground_history(PAPER, Damper(0.1, MASS, 0.02, 0.5, cavity=cavity), motion)
+    time, rate = history["time_s"], history["relative_velocity_m_s"]
+    fine = np.flatnonzero((np.diff(time) > 1e-4) & (rate[1:] * rate[:-1] > 0.0))
+    base = history["base_acceleration_m_s2"]
+    slope = np.diff(rate)[fine] / np.diff(time)[fine] + (base[fine] + base[fine + 1]) / 2
+    shown = (
+        history["absolute_acceleration_m_s2"][fine] + history["absolute_acceleration_m_s2"][fine + 1]
+    ) / 2
+    # impacts jump: most steps have none
+    assert np.quantile(np.abs(slope - shown), 0.8) < 0.05 * found.rms_absolute_acceleration_m_s2
