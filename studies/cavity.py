@@ -59,5 +59,5 @@ LEVEL = Cavity()
 
 
 def cavity_of(values: Mapping[str, float | None]) -> Cavity:
-    """Give the cavity of a document's numbers; what they leave out is that of a level one."""
-    return Cavity(*(values.get(name) or 0.0 for name in MADE_BY.values()))
+    """Give the cavity of a document's numbers; what they leave out is that of a level one, and none tilts by more than 90°."""
+    return Cavity(*(min(values.get(each.name) or 0.0, each.highest) for each in OF_CAVITY))

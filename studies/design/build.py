@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from damperlab.studies.cavity import LEVEL, Cavity
+from damperlab.studies.cavity import LEVEL, Cavity, cavity_of
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.measure import DAMPER_LIMITS, DamperLimit
 from damperlab.studies.specification.records import Case, Under
@@ -157,8 +157,12 @@ class Build:
         """Give this build with quantities off by shares of their tolerances, from −1 to 1."""
         changed: dict[str, float] = {}
         structure: dict[str, float] = {}
+        cavity = self.cavity.numbers
         for name, share in shares.items():
             tolerance = asked.tolerances[name]
+            if name in cavity:
+                cavity[name] = max(cavity[name] + share * tolerance.of(cavity[name]), 0.0)
+                continue
             if name not in CHOSEN:
                 structure[name] = share * tolerance.size
                 continue
@@ -172,7 +176,7 @@ class Build:
             mass, *others = (structure.get(name, 0.0) for name in OF_STRUCTURE)
             frequency, damping = asked.structure.built_off(mass, *others)
             changed |= {"mass_off": mass, "frequency_off": float(frequency), "damping_off": float(damping)}
-        return self.with_values(changed)
+        return replace(self.with_values(changed), cavity=cavity_of(cavity))
 
     def with_values(self, values: Mapping[str, float]) -> "Build":
         """Give this build with other values of its quantities."""

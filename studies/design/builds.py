@@ -13,7 +13,7 @@ from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step, within
 from damperlab.studies.specification.records import ONCE, Case
-from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, Specification
+from damperlab.studies.specification.specification import Specification
 
 FOR_BUILDS = 0.5
 """Share of what is left of the budget that builds may take."""
@@ -62,7 +62,7 @@ def clopper_pearson(passed: int, drawn: int, confidence: float) -> tuple[float, 
 def drawn(search: Search, build: Build) -> Step[list[Build]]:
     """Draw builds within the tolerances, and know them at every frequency at which the drawn damper is known."""
     asked, book = search.asked, search.book
-    names = [name for name in (*CHOSEN, *OF_STRUCTURE) if name in asked.tolerances]
+    names = asked.toleranced
     shares = np.random.default_rng(SEED).uniform(-1.0, 1.0, (asked.builds, len(names)))
     every = [build.moved(asked, dict(zip(names, row, strict=True))) for row in shares.tolist()]
     wanted = [list(_beside(search, build, each)) for each in every]

@@ -3,7 +3,7 @@
 from itertools import product
 
 from damperlab.studies.specification.records import Under
-from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, Specification
+from damperlab.studies.specification.specification import Specification
 
 FACTORIAL = 3
 """Tolerances up to which every corner is looked at; of more, a fraction in which no two share a column."""
@@ -28,8 +28,7 @@ def amplitudes_of(asked: Specification, count: int) -> tuple[Under, ...]:
 
 def corners_of(asked: Specification) -> list[dict[str, float]]:
     """Give the corners of the tolerances: every one of a few, else a balanced fraction of them."""
-    names = [name for name in (*CHOSEN, *OF_STRUCTURE) if name in asked.tolerances]
-    return corners(names) if names else []
+    return corners(asked.toleranced) if asked.tolerances else []
 
 
 def corners(names: list[str]) -> list[dict[str, float]]:

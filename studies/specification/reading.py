@@ -13,7 +13,6 @@ from damperlab.studies.guard import guard, refuse_the_other
 from damperlab.studies.named import named_specifications, named_texts
 from damperlab.studies.quantity import Quantity
 from damperlab.studies.specification.damper import CONTACT_TIME
-from damperlab.studies.specification.excitation import Excitation
 from damperlab.studies.specification.limit_fields import IN_RATIOS, LimitFields
 from damperlab.studies.specification.measure import (
     DAMPER_LIMITS,
@@ -170,7 +169,7 @@ class _Reader(LimitFields):
         tolerances = self._tolerances(choices, largest_m, structure)
         limits = self._limits(largest_m, structure)
         bounds = self._within_limits(choices, limits, tolerances, self._limit_units(largest_m, structure))
-        cavity = self._cavity(excitations, choices)
+        cavity = self._cavity(choices)
         if judge == "worst" and (limits.keys() & LIMITS.keys()) - {"displacement_m"}:
             self._not_the_worst()
         if self.faults or measure is None or confidence is None or minutes is None:
@@ -196,16 +195,18 @@ class _Reader(LimitFields):
             cavity=cavity,
         )
 
-    def _cavity(self, excitations: tuple[Excitation, ...], choices: Mapping[str, Choice]) -> Cavity:
+    def _cavity(self, choices: Mapping[str, Choice]) -> Cavity:
         """Read how the cavity lies and rubs, where its particle can be computed so."""
         read = [self._number(quantity.name, quantity, 0.0) for quantity in OF_CAVITY]
         cavity = Cavity(*(value or 0.0 for value in read))
-        if not cavity.acts:
-            return LEVEL
-        field = next(name for name, value in cavity.numbers.items() if value)
-        beside = beside_rubbing(self._in_units, choices)
-        self.faults.extend(rubbing_faults(field, describe(self.document[field]), beside))
-        return cavity
+        toleranced = self.document.get("tolerances")
+        toleranced = toleranced if isinstance(toleranced, dict) else {}
+        for field, value in cavity.numbers.items():
+            if value or field in toleranced:
+                beside = beside_rubbing(self._in_units, choices)
+                self.faults.extend(rubbing_faults(field, describe(self.document.get(field)), beside))
+                return cavity
+        return LEVEL
 
     def _without_ratios(self, structure: Structure | None) -> None:
         """Read what is said of the damper where no ratio can be told: faults of what is given in units."""

@@ -37,6 +37,7 @@ from damperlab.studies.specification.scene import (
 )
 from damperlab.studies.specification.specification import JUDGES, OF_STRUCTURE
 from damperlab.studies.specification.tolerance_fields import ANYTHING
+from damperlab.studies.variables import MADE_BY
 
 Schema = dict[str, Any]
 
@@ -95,7 +96,7 @@ def specification_schema() -> Schema:
             **{name: quantity.schema() for name, quantity in QUANTITIES.items()},
             **{each.name: each.schema() for each in (CONTACT_TIME, *OF_CAVITY)},
             "tolerances": _object(
-                {name: _tolerance() for name in (*QUANTITIES, *OF_STRUCTURE)},
+                {name: _tolerance() for name in (*QUANTITIES, *OF_STRUCTURE, *MADE_BY.values())},
                 "How far what is built may be off, to either side: a number in the unit, or a share as 10%.",
             ),
             "limits": _object(

@@ -20,6 +20,7 @@ from damperlab.studies.specification.measure import (
     Measure,
 )
 from damperlab.studies.specification.records import Case, RecordCases, Under
+from damperlab.studies.variables import MADE_BY
 
 CHOSEN = ("clearance_m", "friction_force_n", "particle_mass_kg", "restitution")
 """What makes a damper, in this order everywhere."""
@@ -230,7 +231,7 @@ class Specification:
     bounds : dict of str
         Limits that cut a range short at its end: the limit by the quantity.
     tolerances : dict of Tolerance
-        By the names of `CHOSEN` and `OF_STRUCTURE`; absent where a quantity is exact.
+        By the names of `CHOSEN`, `OF_STRUCTURE` and the numbers of a `Cavity`; absent where a quantity is exact.
     measure : Measure
         What shall be small.
     judge : str
@@ -281,6 +282,11 @@ class Specification:
     def free(self) -> tuple[str, ...]:
         """What is chosen."""
         return tuple(name for name in CHOSEN if self.choices[name].free)
+
+    @property
+    def toleranced(self) -> list[str]:
+        """What has a tolerance, in a fixed order."""
+        return [name for name in (*CHOSEN, *OF_STRUCTURE, *MADE_BY.values()) if name in self.tolerances]
 
     @property
     def cases(self) -> tuple[Case, ...]:

@@ -14,9 +14,12 @@ from damperlab.studies.specification.specification import (
     Structure,
     Tolerance,
 )
+from damperlab.studies.variables import MADE_BY
 
 SHARE = Quantity("share", "share of the value", 0.0, 0.5, "write 10% for a tenth, or a number in the unit")
 ANYTHING = Quantity("size", "tolerance", 0.0, 1e12, "write 10% for a tenth, or a number in the unit")
+MOST = 7
+"""Tolerances of one specification: so many factors has the two-level design of their corners."""
 BESIDE_LARGEST = ("friction_force_n", "restitution")
 """Quantities that may be 0: their tolerance is held against the largest value asked for, others against the smallest."""
 
@@ -27,7 +30,7 @@ class ToleranceFields(DamperFields):
     def _tolerance_values(self) -> dict[str, Tolerance]:
         """Read what `tolerances` says, as far as it can be read alone; each quantity once, as it is spelled."""
         ratios = [ratio for ratio in RATIO_OF.values() if ratio not in CHOSEN]
-        known = (*CHOSEN, *ratios, *OF_STRUCTURE)
+        known = (*CHOSEN, *ratios, *OF_STRUCTURE, *MADE_BY.values())
         raw = self._mapping("tolerances", known, self.document.get("tolerances", {})) or {}
         found: dict[str, Tolerance] = {}
         seen: set[str] = set()
@@ -62,6 +65,9 @@ class ToleranceFields(DamperFields):
         found: dict[str, Tolerance] = {}
         for key, tolerance in self._tolerance_values().items():
             name, field = NAME_OF.get(key, key), f"tolerances.{key}"
+            if key in MADE_BY.values():
+                found |= {key: tolerance} if self._is_given(key, field, tolerance) else {}
+                continue
             if key in OF_STRUCTURE:
                 of_structure = structure and self._of_structure(field, key, tolerance, structure)
                 found |= {name: of_structure} if of_structure else {}
@@ -74,7 +80,19 @@ class ToleranceFields(DamperFields):
             if name in choices:
                 self._check_size(field, name, tolerance, choices[name], scale)
             found[name] = Tolerance(tolerance.size * scale, tolerance.relative)
-        return {name: each for name, each in found.items() if each.size > 0}
+        found = {name: each for name, each in found.items() if each.size > 0}
+        if len(found) > MOST:
+            told = f"{{field}} are {len(found)}; at most {MOST} are computed together."
+            self._fault("tolerances", f"{len(found)}", f"at most {MOST}", "leave out the least of them", told)
+        return found
+
+    def _is_given(self, key: str, field: str, tolerance: Tolerance) -> bool:
+        """Whether there is what a tolerance of a cavity is of: its number, and a share of 0 is 0."""
+        if key not in self.document:
+            told = f"{{field}} needs `{key}`, which it is the tolerance of."
+            found = describe(self.document["tolerances"][key])
+            self._fault(field, found, f"a tolerance of a given `{key}`", f"add `{key}`", told)
+        return bool(self.document.get(key)) or not tolerance.relative
 
     def _of_structure(
         self, field: str, key: str, tolerance: Tolerance, structure: Structure
