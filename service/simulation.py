@@ -23,12 +23,12 @@ from damperlab.studies.faults import (
 )
 from damperlab.studies.field import fields_of
 from damperlab.studies.guard import guard
-from damperlab.studies.quantity import GRAVITY_RATIO, PARTICLE_FRICTION_RATIO, RATIOS, read_count
+from damperlab.studies.quantity import QUANTITY_OF, RATIOS, read_count
 from damperlab.studies.questions import Simulated
-from damperlab.studies.variables import DIMENSIONS, VARIABLES, ResponseClass, Status
+from damperlab.studies.variables import BEFORE, DIMENSIONS, VARIABLES, ResponseClass, Status
 from damperlab.studies.vocabulary import DEFAULTS, EXCITATIONS, OF_PARTICLE, Method
 from damperlab.worker.attractors import Attractors, find_attractors
-from damperlab.worker.kernel_arguments import contact_time_of, wall_of
+from damperlab.worker.kernel_arguments import acting, contact_time_of, wall_of
 from damperlab.worker.point import Design, Simulation
 from damperlab.worker.scenes import Scene
 from damperlab.worker.simulate import scenes_of, simulate
@@ -146,13 +146,12 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         if method == "rk4" and isinstance(contact, DwellContact | CompliantContact):
             allowed = "instant with method rk4"
             faults.append(Fault("contact", contact.model, allowed, "write `method: event`"))
-    drags, falls = (
-        _caught(faults, each.read, document.get(each.name, 0.0), each.name, 0.0)
-        for each in (PARTICLE_FRICTION_RATIO, GRAVITY_RATIO)
-    )
+    before = {
+        name: _caught(faults, QUANTITY_OF[name].read, document.get(name, 0.0), name, 0.0) for name in BEFORE
+    }
     takes_time = isinstance(contact, DwellContact | CompliantContact)
     beside = {"no_particle": not has_particle, "contact": takes_time, "rk4": method == "rk4"}
-    for name, value in ((PARTICLE_FRICTION_RATIO.name, drags), (GRAVITY_RATIO.name, falls)):
+    for name, value in before.items():
         if value > 0.0:
             faults += rubbing_faults(name, describe(value), beside)
     if isinstance(contact, CompliantContact) and has_particle:
@@ -200,8 +199,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
             ratios["mass_ratio"],
             contact_time_of(contact),
             wall_of(contact, ratios["restitution"], ratios["mass_ratio"]),
-            drags if drags > 0.0 or falls > 0.0 else None,
-            falls if falls > 0.0 else None,
+            *acting(*before.values()),
         )
     design = Design(
         ratios["damping_ratio"],

@@ -16,9 +16,7 @@ from damperlab.studies.quantity import (
     DAMPING_RATIO,
     FREQUENCY_RATIO,
     FRICTION_RATIO,
-    GRAVITY_RATIO,
     MASS_RATIO,
-    PARTICLE_FRICTION_RATIO,
     RESTITUTION,
     Quantity,
     read_count,
@@ -310,5 +308,3 @@ MassRatio = Annotated[AxisSpec | None, along(MASS_RATIO, DEFAULTS["mass_ratio"])
 ClearanceRatio = Annotated[AxisSpec | None, along(CLEARANCE_RATIO)]
 FrictionRatio = Annotated[AxisSpec | None, along(FRICTION_RATIO, DEFAULTS["friction_ratio"])]
 FrequencyRatio = Annotated[AxisSpec | None, along(FREQUENCY_RATIO)]
-ParticleFrictionRatio = Annotated[AxisSpec | None, along(PARTICLE_FRICTION_RATIO)]
-GravityRatio = Annotated[AxisSpec | None, along(GRAVITY_RATIO)]

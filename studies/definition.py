@@ -24,10 +24,9 @@ from damperlab.studies.axes import (
     DampingRatio,
     FrequencyRatio,
     FrictionRatio,
-    GravityRatio,
     MassRatio,
-    ParticleFrictionRatio,
     Restitution,
+    along,
     axis_values,
 )
 from damperlab.studies.base_motion import named_after_motion
@@ -57,6 +56,7 @@ from damperlab.studies.html import card
 from damperlab.studies.metrics import read_metrics
 from damperlab.studies.physical import Physical, derivations, derived_faults
 from damperlab.studies.pydantic_faults import faults_of
+from damperlab.studies.quantity import GRAVITY_RATIO, PARTICLE_FRICTION_RATIO
 from damperlab.studies.reads import Reads
 from damperlab.studies.static_displacement import (
     force_faults,
@@ -132,8 +132,8 @@ class Study(Choice):
         ),
     ] = ""
     damping_ratio: DampingRatio = None
-    particle_friction_ratio: ParticleFrictionRatio = None
-    gravity_ratio: GravityRatio = None
+    particle_friction_ratio: Annotated[AxisSpec | None, along(PARTICLE_FRICTION_RATIO)] = None
+    gravity_ratio: Annotated[AxisSpec | None, along(GRAVITY_RATIO)] = None
     axes: Axes = Field(default_factory=Axes)
     particle: Annotated[
         bool,

@@ -75,6 +75,12 @@ def wall_of(contact: Contact | None, restitution: float, mass_ratio: float) -> W
     return Wall(*wall_constants(float(restitution), contact.contact_time, float(mass_ratio)))
 
 
+def acting(friction: float, gravity: float) -> tuple[float | None, float | None]:
+    """Return κ and G as the solver takes them: None where neither acts; a particle that only falls has a friction of 0."""
+    rubs, falls = float(friction), float(gravity)
+    return (rubs if rubs > 0.0 or falls > 0.0 else None), (falls if falls > 0.0 else None)
+
+
 def kernel_arguments(
     study: Study, points: dict[str, NDArray[np.float64]], chosen: NDArray[np.intp]
 ) -> Iterator[tuple[int, float, float | Forced, float | None, Particle | None]]:
@@ -96,8 +102,7 @@ def kernel_arguments(
                 float(points["mass_ratio"][i]),
                 contact_time,
                 wall_of(contact, float(points["restitution"][i]), float(points["mass_ratio"][i])),
-                float(drags[i]) if drags[i] > 0.0 or falls[i] > 0.0 else None,
-                float(falls[i]) if falls[i] > 0.0 else None,
+                *acting(drags[i], falls[i]),
             )
             if rattles[i]
             else None,
