@@ -11,7 +11,7 @@ import { help } from "./help.js";
 import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
 import { pythonLine } from "./python_line.js";
-import { STRUCTURE, unitFactor } from "./quantities.js";
+import { STRUCTURE, cavityOf, unitFactor } from "./quantities.js";
 import { recordPicker } from "./records.js";
 import { line, mm, SAMPLES, spectrumOf } from "./survey_motion.js";
 import { TUNINGS } from "./vocabulary.js";
@@ -35,8 +35,13 @@ const FIELDS = /** @type {[string, string, number][]} */ ([
   ["clearance_m", "Clearance d [mm]", 1000],
   ["restitution", "Restitution e", 1],
   ["friction_force_n", "Friction force [N]", 1],
+  ["particle_friction_coefficient", "Friction coefficient of the particle μ_i", 1],
+  ["tilt_deg", "Tilt of the cavity [°]", 1],
   ["scale", "Factor on the record", 1],
 ]);
+
+/** A cavity of which nothing is said. */
+const LEVEL = Object.fromEntries(Object.values(WORDS.before).map((name) => [name, 0]));
 
 /** @type {import("./study.js").Tab} */
 export function earthquakeTab(session, place) {
@@ -69,6 +74,7 @@ export function earthquakeView(root) {
  */
 function compared(place, stem, own, note, back) {
   const asked = /** @type {Record<string, any>} */ ({
+    ...LEVEL,
     ...own(),
     record: USUAL_RECORD,
     tmd_criterion: "den_hartog",
@@ -169,7 +175,7 @@ function compared(place, stem, own, note, back) {
 
   const again = el(
     "button",
-    { type: "button", onclick: () => (Object.assign(asked, own()), drawFields(), look()) },
+    { type: "button", onclick: () => (Object.assign(asked, LEVEL, own()), drawFields(), look()) },
     back,
   );
   drawFields();
@@ -218,6 +224,7 @@ function sizes({ selection, record }) {
     particle_mass_kg: particle ? of("mass_ratio") : 0,
     clearance_m: particle ? of("clearance_ratio") : STRUCTURE.base_amplitude_m,
     restitution: particle ? selection.value("restitution") : 0,
+    ...(particle ? cavityOf(record, (ratio) => selection.value(ratio), physical) : {}),
   };
 }
 

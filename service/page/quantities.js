@@ -88,6 +88,30 @@ export function unitFactor(ratio, physical) {
 const STANDARD_GRAVITY = 9.80665;
 
 /**
+ * How the cavity of a study's point lies and how its particle rubs there, in the names of a physical block.
+ *
+ * @param {any} record of the study
+ * @param {(ratio: string) => number} value of the point
+ * @param {any} physical the structure in single numbers
+ */
+export function cavityOf({ definition, dimensions }, value, physical) {
+  const given = definition.physical ?? {};
+  const of = (/** @type {string} */ ratio) =>
+    dimensions.includes(ratio) ? value(ratio) / weightOf(physical) : 0;
+  const tilt = given.tilt_deg ?? (Math.asin(Math.min(1, of("gravity_ratio"))) * 180) / Math.PI;
+  const lying = tilt === 90 ? 0 : Math.cos((tilt * Math.PI) / 180);
+  const rubs = dimensions.includes("particle_friction_ratio")
+    ? lying && of("particle_friction_ratio") / lying
+    : (given.particle_friction_coefficient ?? 0);
+  return { particle_friction_coefficient: Number(rubs.toPrecision(12)), tilt_deg: tilt };
+}
+
+/** g over Z·ω_n². @param {any} physical */
+function weightOf({ natural_frequency_hz: frequency, base_amplitude_m: amplitude }) {
+  return STANDARD_GRAVITY / ((2 * Math.PI * frequency) ** 2 * amplitude);
+}
+
+/**
  * The same study with its ratios in units.
  *
  * @param {any} study
@@ -114,9 +138,9 @@ export function inUnits(study) {
 export function inRatios(study) {
   const { physical = {}, ...rest } = study;
   const axes = { ...study.axes };
-  const { natural_frequency_hz: frequency, base_amplitude_m: amplitude, tilt_deg: tilt = 0 } = physical;
+  const { tilt_deg: tilt = 0 } = physical;
   if (typeof tilt !== "number") return study;
-  const weight = STANDARD_GRAVITY / ((2 * Math.PI * frequency) ** 2 * amplitude);
+  const weight = weightOf(physical);
   const angle = (tilt * Math.PI) / 180;
   if (physical.particle_friction_coefficient !== undefined) {
     rest.particle_friction_ratio = scaled(

@@ -22,6 +22,13 @@ export function numberField(label, path, value, onChange) {
   return field(path, label, box);
 }
 
+/** What a quantity that acts on the particle between impacts is called. @param {string} name */
+export function cavityField(name) {
+  const about = WORDS.fitted.find((each) => each.name === name);
+  if (!about) throw new Error(`no words for ${name}`);
+  return { ...about, label: capital(about.label) };
+}
+
 /**
  * What acts on the particle between impacts; 0 leaves it out of the study.
  *
@@ -31,10 +38,9 @@ export function numberField(label, path, value, onChange) {
 export function cavityFields(study, change) {
   return Object.entries(WORDS.before).map(([ratio, quantity]) => {
     const name = study.physical && study[ratio] === undefined ? quantity : ratio;
-    const about = WORDS.fitted.find((each) => each.name === name);
-    if (!about) throw new Error(`no words for ${name}`);
+    const about = cavityField(name);
     const slider = about.unit === "°" ? { high: 90, step: 1 } : { high: 1, step: 0.01 };
-    const looks = { ...about, label: capital(about.label), field: about.path, low: 0, usual: 0, ...slider };
+    const looks = { ...about, field: about.path, low: 0, usual: 0, ...slider };
     const spec = (name === ratio ? study : study.physical)[name] ?? 0;
     return axisField(looks, spec, (value) => change(about.path, value === 0 ? undefined : value));
   });

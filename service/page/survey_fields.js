@@ -7,7 +7,8 @@ import { short } from "./numbers.js";
 import { PHYSICAL, RATIOS } from "./quantities.js";
 import { recordFigures } from "./record_figures.js";
 import { uploadField } from "./records.js";
-import { contactField, numberField } from "./settings_fields.js";
+import { cavityField, contactField, numberField } from "./settings_fields.js";
+import { WORDS } from "./words.js";
 
 /** Records that a new survey begins with. */
 const FIRST = ["el-centro-180", "loma-prieta-000", "northridge-090", "san-fernando-164"];
@@ -80,7 +81,16 @@ export function surveyFields(study, change, redraw, records) {
     el(
       "details",
       { class: "more" },
-      el("summary", {}, "Contact and perturbed starts"),
+      el("summary", {}, "Cavity, contact and perturbed starts"),
+      el(
+        "div",
+        { class: "row" },
+        Object.values(WORDS.before).map((name) =>
+          numberField(cavityField(name).label, name, study[name] ?? 0, (value) =>
+            change(name, value || undefined),
+          ),
+        ),
+      ),
       contactField(study, change, redraw),
       el(
         "div",

@@ -10,6 +10,7 @@ import { drawn, short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
 import { pythonLine } from "./python_line.js";
 import { RECORD } from "./selection.js";
+import { WORDS } from "./words.js";
 
 export const SAMPLES = 6000;
 const AXES = [
@@ -92,12 +93,14 @@ export function surveyMotion({ selection, record }) {
   /** The case as a request. @returns {any} */
   function question() {
     const { mass_kg, tail_s, contact } = record.definition;
+    const cavity = Object.values(WORDS.before).filter((name) => name in record.definition);
     const point = Object.fromEntries(AXES.map((name) => [name, selection.value(name)]));
     return {
       ...point,
       mass_kg,
       tail_s,
       ...(contact ? { contact } : {}),
+      ...Object.fromEntries(cavity.map((name) => [name, record.definition[name]])),
       record: selection.value(RECORD),
       cases: ["none", "hybrid"],
       starts: 0,

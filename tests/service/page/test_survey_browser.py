@@ -64,7 +64,12 @@ def test_a_survey_from_the_form_to_a_fragility_curve(
     scale = page.get_by_role("group", name="Factor on the records")
     scale.get_by_label("how it is given").select_option("list")
     scale.get_by_label("values, separated").fill(", ".join(map(str, scales)))
+    cavity = {"particle_friction_coefficient": 0.05} if width == 390 else {}
+    if cavity:
+        page.get_by_text("Cavity, contact").click()
+        page.get_by_label("Coefficient μ_i").fill("0.05")
     asked = json.loads(page.locator("textarea").input_value())
+    assert {name: asked[name] for name in cavity} == cavity
     assert asked["axes"]["clearance_m"] == [0.005, 0.02]
     assert sorted(asked["records"]) == ["el-centro-180", "northridge-360"]
     assert "clearance_ratio" not in asked["axes"]
@@ -114,7 +119,8 @@ def test_a_survey_from_the_form_to_a_fragility_curve(
         "/api/v1/earthquake-comparisons",
         json={
             "record": "northridge-360", "scale": 1.5, "cases": ["hybrid"], "starts": 0, "mass_kg": 1.605,
-            "natural_frequency_hz": 2.5, "damping_ratio": 0.0038, "restitution": 0.47, "particle_mass_kg": 0.1605, **at,
+            "natural_frequency_hz": 2.5, "damping_ratio": 0.0038, "restitution": 0.47, "particle_mass_kg": 0.1605,
+            **at, **cavity,
         },
         params={"samples": 6000},
     ).json()  # fmt: skip
