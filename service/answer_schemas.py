@@ -493,7 +493,7 @@ def answer_schemas() -> dict[str, Schema]:
             tmd=_or_null(
                 _object(criterion=_enum(CRITERIA), mass_ratio=NUMBER, tuning=NUMBER, damping_ratio=NUMBER)
             ),
-            cases=_by_name(_object(("spread",), label=TEXT, **case, spread=TABLE), CASES),
+            cases=_by_name(_object(("spread", "loss_particle_j"), label=TEXT, **case, spread=TABLE), CASES),
             brief=_BRIEF,
             paper_table_a1=_by_name(_by_name(NUMBER), CASES),
             units=_by_name(TEXT),

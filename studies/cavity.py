@@ -5,11 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from damperlab.studies.physical import DERIVATIONS, QUANTITIES
+from damperlab.studies.physical import DERIVATIONS
+from damperlab.studies.quantity import OF_CAVITY
 from damperlab.studies.variables import BEFORE, MADE_BY
-
-OF_CAVITY = tuple(each for each in QUANTITIES if each.name in MADE_BY.values())
-"""What may be said of a cavity, in the order of `BEFORE`."""
 
 
 @dataclass(frozen=True)

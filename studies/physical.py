@@ -21,7 +21,7 @@ from damperlab.studies.axes import AxisSpec, along, axis_values
 from damperlab.studies.choices import Choice
 from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.portable import cos, sin
-from damperlab.studies.quantity import QUANTITY_OF, Quantity
+from damperlab.studies.quantity import OF_CAVITY, PARTICLE_FRICTION, QUANTITY_OF, TILT, Quantity
 from damperlab.studies.reads import Reads
 from damperlab.studies.variables import GRAVITY, MADE_BY
 from damperlab.studies.variables import PARTICLE_FRICTION as PARTICLE_FRICTION_RATIO
@@ -44,14 +44,6 @@ FRICTION_FORCE = _si("friction_force_n", "Coulomb friction force F_f [N]", 0.0)
 CLEARANCE = _si("clearance_m", "clearance d on either side of the particle, half the free cavity length [m]")
 PARTICLE_MASS = _si("particle_mass_kg", "mass m of the particle [kg]", 0.0)
 
-PARTICLE_FRICTION = Quantity(
-    "particle_friction_coefficient",
-    "coefficient μ_i of sliding friction between particle and cavity",
-    0.0,
-    1e6,
-    "give 0 for a particle that slides freely; steel on steel has 0.1 to 0.5, a ball that rolls 0.001 to 0.02",
-)
-TILT = Quantity("tilt_deg", "tilt α of the cavity [°]: 0 lies, 90 stands", 0.0, 90.0, "give it in degrees")
 STANDARD_GRAVITY = 9.80665
 """g [m/s²]."""
 RADIAN = math.pi / 180.0
@@ -66,8 +58,7 @@ QUANTITIES = (
     FRICTION_FORCE,
     CLEARANCE,
     PARTICLE_MASS,
-    PARTICLE_FRICTION,
-    TILT,
+    *OF_CAVITY,
 )
 """Every quantity of a physical block."""
 

@@ -119,6 +119,16 @@ FREQUENCY_RATIO = Quantity(
     1e4,
     "give excitation over natural frequency; 1 is resonance",
 )
+PARTICLE_FRICTION = Quantity(
+    "particle_friction_coefficient",
+    "coefficient μ_i of sliding friction between particle and cavity",
+    0.0,
+    1e6,
+    "give 0 for a particle that slides freely; steel on steel has 0.1 to 0.5, a ball that rolls 0.001 to 0.02",
+)
+TILT = Quantity("tilt_deg", "tilt α of the cavity [°]: 0 lies, 90 stands", 0.0, 90.0, "give it in degrees")
+OF_CAVITY = (PARTICLE_FRICTION, TILT)
+"""What may be said of the cavity of a particle: what makes the two ratios below, in their order."""
 PARTICLE_FRICTION_RATIO = Quantity(
     "particle_friction_ratio",
     "friction of the particle κ = μ_i g/(ω_n²·Z)",

@@ -11,7 +11,7 @@ from damperlab.studies.design.corners import corners
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step
-from damperlab.studies.physical import PARTICLE_FRICTION
+from damperlab.studies.quantity import PARTICLE_FRICTION
 from damperlab.studies.specification.specification import CHOSEN, Specification, beside_rubbing
 
 MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)

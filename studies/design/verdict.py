@@ -29,7 +29,8 @@ from damperlab.studies.design.spelling import (
     response,
     rounded_up,
 )
-from damperlab.studies.physical import PARTICLE_FRICTION, STANDARD_GRAVITY
+from damperlab.studies.physical import STANDARD_GRAVITY
+from damperlab.studies.quantity import PARTICLE_FRICTION
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.spelling import spelled, unit_of

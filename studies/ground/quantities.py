@@ -1,8 +1,7 @@
 """What a comparison of dampers under a record is told in physical units, with the paper's prototype as defaults."""
 
-from damperlab.studies.cavity import OF_CAVITY
 from damperlab.studies.presets import NATURAL_FREQUENCY_HZ
-from damperlab.studies.quantity import Quantity
+from damperlab.studies.quantity import OF_CAVITY, Quantity
 from damperlab.studies.vocabulary import DEFAULTS
 
 QUANTITIES: dict[str, tuple[Quantity, float]] = {

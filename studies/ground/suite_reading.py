@@ -18,8 +18,7 @@ from damperlab.studies.ground.suite import AXES, NUMBERS, Suite, windows_of
 from damperlab.studies.ground.variables import available_variables
 from damperlab.studies.guard import guard
 from damperlab.studies.metrics import read_metrics
-from damperlab.studies.physical import PARTICLE_FRICTION
-from damperlab.studies.quantity import read_count
+from damperlab.studies.quantity import PARTICLE_FRICTION, read_count
 from damperlab.studies.questions import MOST_STARTS
 from damperlab.studies.variables import MADE_BY
 

@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from damperlab.studies.cavity import LEVEL, OF_CAVITY, Cavity
+from damperlab.studies.cavity import LEVEL, Cavity
 from damperlab.studies.consistency import rubbing_faults
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import Fault, StudyFaults, describe, listing
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard, refuse_the_other
 from damperlab.studies.named import named_specifications, named_texts
-from damperlab.studies.quantity import Quantity
+from damperlab.studies.quantity import OF_CAVITY, Quantity
 from damperlab.studies.specification.damper import CONTACT_TIME
 from damperlab.studies.specification.limit_fields import IN_RATIOS, LimitFields
 from damperlab.studies.specification.measure import (

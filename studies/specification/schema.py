@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from damperlab.studies.cavity import OF_CAVITY
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.ground.generated import LISTED_SCHEMAS
 from damperlab.studies.physical import (
@@ -11,7 +10,7 @@ from damperlab.studies.physical import (
     MASS,
     NATURAL_FREQUENCY,
 )
-from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, RESTITUTION, Quantity
+from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, OF_CAVITY, RESTITUTION, Quantity
 from damperlab.studies.specification.damper import CONTACT_TIME, MOST_VALUES, QUANTITIES
 from damperlab.studies.specification.limit_fields import (
     IN_RATIOS,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.question import NAMED, Free, drop
-from damperlab.studies.physical import PARTICLE_FRICTION, TILT
+from damperlab.studies.quantity import PARTICLE_FRICTION, TILT
 from damperlab.studies.variables import BEFORE
 
 OVER_BASE = ("base_amplitude_m", "clearance_ratio", "friction_ratio")
