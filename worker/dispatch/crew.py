@@ -9,8 +9,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
 from damperlab.studies.store.files.shelf import ShelfAway
-from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.piece import Attempt
+from damperlab.worker.dispatch.backlog import Attempt, Backlog
 from damperlab.worker.dispatch.roster import AGAIN_SECONDS, Member, Patience, Roster
 from damperlab.worker.outcomes import RETRIES, Crashed, Failure, Leaving, Outage, is_full
 from damperlab.worker.provenance import WrongCode
@@ -39,7 +38,6 @@ class Crew(Roster):
         self._where: dict[str, str] = {}
         # of thousands of workers few have room at a time: those without a block for each thread, without two, …
         self._hungry: tuple[dict[str, None], ...] = tuple({} for _ in range(BLOCKS_PER_THREAD))
-        self._given_up: set[int] = set()
         self._patience = Patience()
 
     @property
@@ -72,7 +70,7 @@ class Crew(Roster):
             # it ends what it runs
             not_begun = list(member.held)[member.threads :]
             for key in not_begun:
-                self._give_back(self._take(key))
+                self._again.append(self._take(key))
             lost += not_begun
         return lost
 
@@ -100,7 +98,7 @@ class Crew(Roster):
             self.leave_out(member.address, reason, now + AGAIN_SECONDS)
             for each in list(member.held):
                 taken = self._take(each)
-                self._give_back(replace(taken.begun(), moved=True) if each == key else taken)
+                self._again.append(replace(taken.begun(), moved=True) if each == key else taken)
                 lost.append(each)
         return lost
 
@@ -118,7 +116,7 @@ class Crew(Roster):
         for place, attempt in enumerate(member.held.values()):
             # it took what waited behind with it, which had no part in it
             began = place < member.threads and not known
-            self._give_back(attempt.begun(apart=True) if began else attempt)
+            self._again.append(attempt.begun(apart=True) if began else attempt)
             if began:
                 self.incidents.append(
                     f"block {attempt.index} was computed by worker {address}, which is gone"
@@ -137,10 +135,9 @@ class Crew(Roster):
         """Give the blocks to send now, each with the worker; tell `sent` of each before the next is asked for."""
         trusted = any(one.usable and not one.against.doubtful for one in self.members.values())
         for depth, hungry in enumerate(self._hungry, 1):
-            if not self.waiting or (depth > 1 and self._backlog.nears_end(self._threads)):
+            if not self.waiting or (depth > 1 and self._nears_end):
                 return
-            # the longest of what waits goes where the least lies
-            for address in sorted(hungry, key=self._held_seconds) if depth > 1 else list(hungry):
+            for address in list(hungry):
                 member = self.members.get(address)
                 if member is None or not member.usable:
                     del hungry[address]
@@ -148,7 +145,7 @@ class Crew(Roster):
                 if trusted and member.against.doubtful:
                     continue
                 while len(member.held) < depth * member.threads:
-                    if not self.waiting or (depth > 1 and self._backlog.nears_end(self._threads)):
+                    if not self.waiting or (depth > 1 and self._nears_end):
                         return
                     attempt = self._next_for(member)
                     if attempt is None:
@@ -167,19 +164,10 @@ class Crew(Roster):
         """Give the worker that holds a task; None where that is no more."""
         return self._where.get(key)
 
-    def ended(self, key: str, kernel_seconds: float = 0.0) -> None:
-        """Hear that a block is computed: who failed at it before is to blame.
-
-        Parameters
-        ----------
-        key : str
-            Of the task.
-        kernel_seconds : float
-            What it took in kernels [s]; 0 where that says nothing about the blocks beside it.
-        """
+    def ended(self, key: str) -> None:
+        """Hear under which key a block was computed: who failed at it before is to blame."""
         member = self.members[self._where[key]]
         attempt = self._take(key)
-        self._backlog.learn(attempt.piece, kernel_seconds)
         if member.standing == "on trial":
             self.trust(member)
         member.against.unreadable = 0
@@ -191,7 +179,7 @@ class Crew(Roster):
 
     def give_back(self, key: str, apart: bool = False) -> None:
         """Hear that a block was not computed, by nobody's fault."""
-        self._give_back(self._take(key).begun(apart))
+        self._again.append(self._take(key).begun(apart))
 
     def failed(self, key: str, error: BaseException, now: float) -> Failure | None:
         """Decide what an exception says: of the worker, of the block, or of the study's data.
@@ -208,7 +196,7 @@ class Crew(Roster):
         Returns
         -------
         Failure or None
-            None where the block is tried again, or was given up before.
+            None where the block is tried again.
 
         Raises
         ------
@@ -217,8 +205,6 @@ class Crew(Roster):
         """
         member = self.members[self._where[key]]
         attempt = self._take(key).begun()
-        if attempt.index in self._given_up:
-            return None
         text = f"{type(error).__name__}: {error}"
         self.incidents.append(f"block {attempt.index} was not computed by worker {member.address}: {text}")
         if isinstance(error, Leaving):
@@ -231,7 +217,7 @@ class Crew(Roster):
             if is_full(error):
                 reason = f"there is no room for the study's data ({text})"
                 if self._is_alone(member):
-                    self._give_back(again)
+                    self._again.append(again)
                     raise Outage(reason) from error
                 # a quota, or a disk of its own: whether it is so everywhere the others tell
                 self.leave_out(member.address, reason, now + AGAIN_SECONDS)
@@ -247,32 +233,24 @@ class Crew(Roster):
             member.against.blamed.add(attempt.index)
             member.against.last_error = text
             again = replace(attempt.elsewhere(member.address), errors=attempt.errors + 1)
-        self._give_back(again)
+        self._again.append(again)
         return None
 
     def _give_up(self, index: int, message: str) -> Failure:
-        """Let a block be; the other parts of one that was cut are wanted no more."""
+        """Let a block be."""
         self.incidents.append(f"block {index} is given up: {message}")
-        self._given_up.add(index)
-        self._backlog.drop(index)
-        self._again = deque(attempt for attempt in self._again if attempt.index != index)
         for each in self.members.values():
             each.against.blamed.discard(index)
         return Failure(index, message)
-
-    def _give_back(self, attempt: Attempt) -> None:
-        if attempt.index not in self._given_up:
-            self._again.append(attempt)
 
     def _is_alone(self, member: Member) -> bool:
         """Whether no other worker could take its blocks."""
         return all(one is member for one in self.usable)
 
-    def _held_seconds(self, address: str) -> float:
-        member = self.members.get(address)
-        return (
-            0.0 if member is None else sum(self._backlog.expected(one.piece) for one in member.held.values())
-        )
+    @property
+    def _nears_end(self) -> bool:
+        """Whether so little waits that a block which is sent behind another may be the last to end."""
+        return self._backlog.left <= self._threads
 
     def _take(self, key: str) -> Attempt:
         address = self._where.pop(key)
@@ -291,5 +269,5 @@ class Crew(Roster):
             ):
                 del self._again[place]
                 return attempt
-        piece = self._backlog.take(self._threads, self._held_seconds(member.address))
-        return None if piece is None else Attempt(piece)
+        index = self._backlog.take()
+        return None if index is None else Attempt(index)

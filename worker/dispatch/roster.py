@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from damperlab.studies.faults import counted
-from damperlab.worker.dispatch.piece import Attempt, Piece
+from damperlab.worker.dispatch.backlog import Attempt
 from damperlab.worker.outcomes import RETRIES
 
 _NEVER = math.inf
@@ -255,7 +255,7 @@ class Patience:
         self._since: dict[str, float] = {}
 
     def overdue(
-        self, members: Iterable[Member], expected: Callable[[Piece], float], now: float
+        self, members: Iterable[Member], expected: Callable[[int], float], now: float
     ) -> Iterator[tuple[Member, str, float]]:
         """Give the tasks that run for too long.
 
@@ -264,7 +264,7 @@ class Patience:
         members : iterable of Member
             The workers; those that leave will be gone soon.
         expected : callable
-            Gives what a piece is expected to take [s].
+            Gives what a block is expected to take [s].
         now : float
             By a clock that nobody sets [s].
 
@@ -277,6 +277,6 @@ class Patience:
         self._since = {key: self._since.get(key, now) for key in running}
         for key, member in running.items():
             seconds = now - self._since[key]
-            likely = expected(member.held[key].piece)
+            likely = expected(member.held[key].index)
             if member.standing != "leaving" and seconds > max(STUCK_SECONDS, STUCK_TIMES * likely):
                 yield member, key, seconds

@@ -15,15 +15,14 @@ from damperlab.worker.dispatch.errands import ANSWER_SECONDS, FETCH_SECONDS, Cal
 from damperlab.worker.dispatch.examiner import Examiner
 from damperlab.worker.outcomes import Failure, Outage
 from damperlab.worker.worker_process.block_process import call_apart
-from damperlab.worker.worker_process.part import PartOutcome
 
 LOOK_SECONDS = 1.0
 """Between two looks at who is there."""
 WAIT_SECONDS = 120.0
 """How long a study waits, unless told otherwise, while no worker can compute."""
 
-Ended = BlockOutcome | PartOutcome | Failure
-"""What becomes of a block, or of a part of one."""
+Ended = BlockOutcome | Failure
+"""What becomes of a block."""
 
 
 class Window:
@@ -37,8 +36,6 @@ class Window:
         Gives the call that computes the block of the given index under the given task key.
     backlog : Backlog
         The blocks.
-    part_task : callable, optional
-        Gives the call that computes a part of a block; without it none may be cut.
     wait_seconds : float
         How long the study waits while no worker can compute [s].
     priority : int
@@ -51,7 +48,6 @@ class Window:
         task: Callable[[int, str], Call],
         backlog: Backlog,
         *,
-        part_task: Callable[[Block], Call] | None = None,
         wait_seconds: float = WAIT_SECONDS,
         priority: int = 0,
     ) -> None:
@@ -59,7 +55,6 @@ class Window:
         self._errands = Errands(client, priority)
         self._examiner = Examiner(self.crew, self._errands)
         self._task = task
-        self._part_task = part_task
         self._wait_seconds = wait_seconds
         self._flying: dict[str, Future] = {}
         self._looked = -inf
@@ -142,9 +137,7 @@ class Window:
         self._look()
         for address, attempt in self.crew.assignments():
             key = self._errands.key("block")
-            part, call = attempt.piece.part, self._task(attempt.index, key)
-            if part is not None and self._part_task is not None:
-                call = self._part_task(part)
+            call = self._task(attempt.index, key)
             self._flying[key] = self._errands.send(
                 key, address, (call_apart, *call) if attempt.apart else call
             )
@@ -161,7 +154,7 @@ class Window:
 
         Yields
         ------
-        BlockOutcome, PartOutcome or Failure
+        BlockOutcome or Failure
             In the order of their end. A block that will be tried again is not among them.
 
         Raises
@@ -189,7 +182,7 @@ class Window:
 
         Yields
         ------
-        BlockOutcome, PartOutcome or Failure
+        BlockOutcome or Failure
             As `collect` does.
         """
         deadline = time.monotonic() + grace_seconds
@@ -226,7 +219,7 @@ class Window:
                 return None
             return self.crew.failed(key, error, time.monotonic())
         try:
-            outcome: BlockOutcome | PartOutcome = future.result(timeout=FETCH_SECONDS)
+            outcome: BlockOutcome = future.result(timeout=FETCH_SECONDS)
         except TimeoutError:
             # its worker may be gone, and would be waited for in vain: look, and ask again where it is not
             self._errands.require_scheduler()
@@ -239,9 +232,7 @@ class Window:
             self._errands.require_scheduler()
             self.crew.give_back(key)
             return None
-        # points that were taken from earlier studies took no time
-        reused = isinstance(outcome, BlockOutcome) and outcome.reused > 0
-        self.crew.ended(key, 0.0 if reused else outcome.kernel_seconds)
+        self.crew.ended(key)
         return outcome
 
     def _drop_lost(self, keys: list[str]) -> None:

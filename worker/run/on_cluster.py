@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.forecast import Forecast
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost, asking_the_cluster
 from damperlab.worker.provenance import code_hash
@@ -39,8 +38,8 @@ class OnCluster:
         Told of everything.
     plan : Plan
         The blocks.
-    forecast : Forecast
-        What they are expected to take.
+    expected : ndarray of float
+        What each of them is expected to take [s].
     stopping : callable
         Whether no more blocks shall begin.
     preview : callable, optional
@@ -55,7 +54,7 @@ class OnCluster:
         lease: Lease,
         account: Account,
         plan: Plan,
-        forecast: Forecast,
+        expected: NDArray[np.float64],
         stopping: Callable[[], bool],
         preview: Callable[[Client], None] | None = None,
         *,
@@ -65,7 +64,7 @@ class OnCluster:
         self._lease = lease
         self._account = account
         self._plan = plan
-        self._forecast = forecast
+        self._expected = expected
         self._stopping = stopping
         self._preview = preview
         self._there_before = there_before
@@ -135,8 +134,7 @@ class OnCluster:
         window = Window(
             client,
             recipe.call,
-            Backlog(pending, self._forecast, recipe.is_known),
-            part_task=recipe.part_call,
+            Backlog(self._plan.order(pending), self._expected),
             wait_seconds=wait_seconds,
             priority=record.priority,
         )
@@ -145,7 +143,7 @@ class OnCluster:
             if self._assemble(window, client, recipe, pending):
                 if self._preview is not None:
                     self._preview(client)
-                self._account.begin_blocks(record, float(self._forecast.seconds[pending].sum()))
+                self._account.begin_blocks(record, float(self._expected[pending].sum()))
                 pump(window)
         finally:
             self._account.close(window.stranded)

@@ -30,7 +30,7 @@ class Progress:
     workers : tuple of (str, int)
         How many workers of the cluster have which standing for this study.
     blocks_in_flight, retries : int
-        Blocks, or parts of them, at workers, and those of this run that were begun again.
+        Blocks at workers, and those of this run that were begun again.
     waits_for : str
         What was lost and is waited for, while the phase is waiting; empty where that is a worker.
     gives_up_in : float

@@ -22,8 +22,7 @@ from damperlab.studies.store.reuse.measured import measured_blocks
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import STATES
 from damperlab.worker.cores import core_count
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.dispatch.forecast import Forecast, known_of
+from damperlab.worker.dispatch.cost_model import family_factor, seconds_per_point
 from damperlab.worker.outcomes import ClusterUnusable, Interrupted, Outage
 from damperlab.worker.provenance import WrongCode, computing, require_solver
 from damperlab.worker.run.account import Account
@@ -242,11 +241,11 @@ class _Run:
         self._take_back_lost()
         pending = self._store.pending(self._study_id)
         earlier = measured_blocks(self._store, self._study_id) if pending.size else []
-        forecast = Forecast(self._plan, known_of(earlier))
-        work_left = float(forecast.seconds[pending].sum())
+        expected = self._plan.block_seconds * (family_factor(earlier) or 1.0)
+        work_left = float(expected[pending].sum())
         # once: what was spent before the store was lost counts too
         self._harvest = self._harvest or Harvest(
-            self._store, self._lease, self._plan, forecast.seconds, self._account
+            self._store, self._lease, self._plan, expected, self._account
         )
         self._account.measure(self._record, work_left)
         self._account.report(at_once=True)
@@ -274,7 +273,7 @@ class _Run:
             self._lease,
             self._account,
             self._plan,
-            forecast,
+            expected,
             lambda: self._stopping,
             first,
             there_before=self._had_cluster,
