@@ -105,7 +105,7 @@ def measure(seconds: float, processes: int, workers: int, threads: int) -> dict[
                 assert crew.stdout.readline() == "ready\n"
             store = Store.open(Path(folder) / "data")
             plan = make_plan(study, seconds_per_point)
-            record = store.submit(study, plan, provenance(), reuse=False)[0]  # no coarse grid first
+            record = store.submit(study, plan, provenance(), reuse=False)[0]
             stop = threading.Event()
             watched = psutil.Process(scheduler.pid)
             before = time.process_time(), sum(watched.cpu_times()[:2])

@@ -42,8 +42,6 @@ class OnCluster:
         What each of them is expected to take [s].
     stopping : callable
         Whether no more blocks shall begin.
-    preview : callable, optional
-        Called with the client before the first block.
     there_before : bool
         Whether a cluster has computed for this run before: one that cannot be reached now may come back.
     """
@@ -56,7 +54,6 @@ class OnCluster:
         plan: Plan,
         expected: NDArray[np.float64],
         stopping: Callable[[], bool],
-        preview: Callable[[Client], None] | None = None,
         *,
         there_before: bool = False,
     ) -> None:
@@ -66,7 +63,6 @@ class OnCluster:
         self._plan = plan
         self._expected = expected
         self._stopping = stopping
-        self._preview = preview
         self._there_before = there_before
 
     def compute(
@@ -141,8 +137,6 @@ class OnCluster:
         self._account.watch(window.crew)
         try:
             if self._assemble(window, client, recipe, pending):
-                if self._preview is not None:
-                    self._preview(client)
                 self._account.begin_blocks(record, float(self._expected[pending].sum()))
                 pump(window)
         finally:

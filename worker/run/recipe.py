@@ -61,7 +61,6 @@ class Recipe:
 
     @cached_property
     def _overlaps(self) -> Overlaps:
-        """Looked up with the first block: the coarse grid of a study is computed just before."""
         return Overlaps(self._store, self._record)
 
     def call(self, index: int, key: str) -> tuple[Any, ...]:

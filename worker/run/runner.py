@@ -30,7 +30,6 @@ from damperlab.worker.run.ending import Ending
 from damperlab.worker.run.harvest import Harvest
 from damperlab.worker.run.in_this_process import InThisProcess
 from damperlab.worker.run.lease import Lease, hold
-from damperlab.worker.run.preview import PREVIEWED_SECONDS, Preview
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.recipe import Recipe
 from damperlab.worker.scenes import Scene, scenes
@@ -263,11 +262,6 @@ class _Run:
         # loaded here alone: what is computed in this process needs no cluster's library
         from damperlab.worker.run.on_cluster import OnCluster
 
-        first = None
-        if not self._record.blocks_done and work_left > PREVIEWED_SECONDS and self._budget == math.inf:
-            first = Preview(
-                self._store, self._record, study, self._account, lambda: self._stopping, run_study
-            ).compute
         away = OnCluster(
             self._store,
             self._lease,
@@ -275,7 +269,6 @@ class _Run:
             self._plan,
             expected,
             lambda: self._stopping,
-            first,
             there_before=self._had_cluster,
         )
         self._had_cluster = True
