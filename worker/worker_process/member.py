@@ -15,7 +15,6 @@ from distributed import Security, Worker
 from distributed.core import Status
 
 from damperlab.worker.cluster.cluster import ONE_THREAD
-from damperlab.worker.worker_process.block_process import stand_by
 from damperlab.worker.worker_process.connecting import REFUSED_AGAIN_SECONDS, joined, own_host, say
 from damperlab.worker.worker_process.self_check import show_alive
 from damperlab.worker.worker_process.termination_notice import ASK_SECONDS, announced
@@ -207,7 +206,6 @@ def serve_worker(
 ) -> None:
     """Be a worker until told to leave, then end the process; see `work`."""
     os.environ.update(ONE_THREAD)
-    stand_by()
     settings = {"distributed.worker.profile.enabled": False, "distributed.comm.timeouts.connect": "10s"}
     with dask.config.set(settings):
         status = asyncio.run(work(scheduler, security, terms, memory_limit, name))

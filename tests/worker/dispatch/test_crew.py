@@ -106,6 +106,7 @@ def test_what_happens_to_a_block_is_told_with_its_number_and_its_worker() -> Non
         fill(crew)
         crew.failed(next(iter(crew.members[first].held)), ValueError("again"), 0.0)
     assert crew.incidents[-1] == "block 0 is given up: ValueError: again"
+    assert crew.retries == 3
 
 
 @pytest.mark.parametrize("workers", [2, 8, 32])
