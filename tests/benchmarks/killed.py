@@ -71,7 +71,7 @@ def _half_killed(client: Client, victims: list[subprocess.Popen[bytes]], blocks:
                 process.send_signal(signal.SIGKILL)
             killed_at = time.monotonic() - began
             # those that are left are half-way through a block each, on average
-            running = [next(iter(window.crew.members[address].held.values())).index for address in left]
+            running = [next(iter(window.workers.states[address].held.values())).index for address in left]
             work = seconds[list(waiting)].sum() - seconds[running].sum() / 2.0
             ideal = killed_at + work / len(left)
         window.fill()

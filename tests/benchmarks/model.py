@@ -5,7 +5,7 @@ measured, beside the best that is possible with the same blocks. And what become
 hour each.
 
 `run_time.npz` holds what each point of a hybrid study took, 48 × 24 × 80 points, as sixteenths of powers of two in seconds;
-each point of another grid takes what the nearest of these took. `python -m tests.benchmarks.model` prints both; crew and
+each point of another grid takes what the nearest of these took. `python -m tests.benchmarks.model` prints both; workers and
 backlog are the product's, nothing of them is modelled.
 """
 
@@ -24,8 +24,8 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Plan, make_plan
 from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.dispatch.crew import Crew
 from damperlab.worker.dispatch.window import LOOK_SECONDS
+from damperlab.worker.dispatch.workers import Workers
 
 MEASURED = Path(__file__).with_name("run_time.npz")
 ENDS = (1.0, 25.0), (0.0, 0.8), (0.8, 1.2)
@@ -64,7 +64,7 @@ class Model:
         replace_seconds: float = 60.0,
         handing_seconds: float = HANDING_SECONDS,
     ) -> None:
-        self.crew = Crew(backlog)
+        self.workers = Workers(backlog)
         self._truth = truth
         self._life, self._replace = life_seconds, replace_seconds
         self._events: list[tuple[float, int, str, str]] = []
@@ -99,7 +99,7 @@ class Model:
                 self._lose(name)
             elif what == "end" and name in self._began:
                 self._end(name)
-            if not self.crew.waiting and not self._began:
+            if not self.workers.waiting and not self._began:
                 return
 
     def _hire(self) -> None:
@@ -117,7 +117,7 @@ class Model:
 
     def _lose(self, name: str) -> None:
         del self._threads[name]
-        for key in self.crew.vanish(name):
+        for key in self.workers.vanish(name):
             if key in self._began:
                 self.lost += max(0.0, self.now - self._began.pop(key))
             self._there.pop(key, None)
@@ -125,34 +125,34 @@ class Model:
         self._send()
 
     def _end(self, key: str) -> None:
-        name = self.crew.at(key)
+        name = self.workers.at(key)
         assert name is not None
         del self._began[key]
-        seconds = self._truth(self.crew.members[name].held[key].index)
+        seconds = self._truth(self.workers.states[name].held[key].index)
         self.done += seconds
-        self.crew.ended(key)
-        waiting = self.crew.members[name].held
+        self.workers.ended(key)
+        waiting = self.workers.states[name].held
         if waiting:
             self._begin(name, next(iter(waiting)))
         self._send()
 
     def _begin(self, name: str, key: str) -> None:
         self._began[key] = max(self.now, self._there.pop(key))
-        self._at(self._began[key] + self._truth(self.crew.members[name].held[key].index), "end", key)
+        self._at(self._began[key] + self._truth(self.workers.states[name].held[key].index), "end", key)
 
     def _see(self) -> None:
-        self.crew.see(self._threads, self._threads)
-        for member in list(self.crew.due(math.inf)):
-            self.crew.admit(member.address)
+        self.workers.see(self._threads, self._threads)
+        for worker in list(self.workers.due(math.inf)):
+            self.workers.admit(worker.address)
 
     def _send(self) -> None:
-        for address, attempt in self.crew.assignments():
+        for address, attempt in self.workers.assignments():
             self.decisions += 1
             key = f"b-{self.decisions}"
-            self.crew.sent(key, address, attempt)
+            self.workers.sent(key, address, attempt)
             self._handed = max(self._handed, self.now) + self._handing
             self._there[key] = self._handed + TRAVEL_SECONDS
-            if len(self.crew.members[address].held) == 1:
+            if len(self.workers.states[address].held) == 1:
                 self._begin(address, key)
 
 

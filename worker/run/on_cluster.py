@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.backlog import Backlog
+from damperlab.worker.dispatch.preparation import compile_at_workers
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost, asking_the_cluster
 from damperlab.worker.provenance import code_hash
@@ -19,7 +20,6 @@ from damperlab.worker.run.account import Account
 from damperlab.worker.run.lease import Lease
 from damperlab.worker.run.recipe import Recipe
 from damperlab.worker.scenes import scenes
-from damperlab.worker.worker_process.preparation import compile_at_workers
 
 AGAIN_SECONDS = 1.0
 """Until a scheduler that was lost is looked for again."""
@@ -134,7 +134,7 @@ class OnCluster:
             wait_seconds=wait_seconds,
             priority=record.priority,
         )
-        self._account.watch(window.crew)
+        self._account.watch(window.workers)
         try:
             if self._assemble(window, client, recipe, pending):
                 self._account.begin_blocks(record, float(self._expected[pending].sum()))
@@ -152,7 +152,7 @@ class OnCluster:
         if facts is None:
             return False
         recipe.agree({"the workers": facts})
-        usable = [member.address for member in window.crew.usable]
+        usable = [worker.address for worker in window.workers.usable]
         with asking_the_cluster(client):
             compile_at_workers(
                 client, scenes(self._plan.study), self._account.compiling, self._stopping, usable
