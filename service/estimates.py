@@ -10,7 +10,7 @@ from damperlab.studies.digest import family_digest
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.cube.cube import bytes_per_point
-from damperlab.studies.store.reuse.measured import measured_family
+from damperlab.studies.store.reuse.family import done_of_family
 from damperlab.studies.store.store import Store
 from damperlab.studies.understood import understood
 from damperlab.worker.dispatch.cost_model import family_factor
@@ -43,7 +43,7 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
     """
     lacking = missing(scenes(study))
     compiling = sum(scene.seconds for scene in lacking)
-    earlier = [] if store is None else measured_family(store, family_digest(study, provenance()))
+    earlier = [] if store is None else done_of_family(store, family_digest(study, provenance()))
     factor = family_factor(earlier)
     seconds = plan.seconds * (factor or 1.0)
     doubt = DOUBT if factor is None else DOUBT_KNOWING

@@ -7,6 +7,7 @@ d/Z 0.2 … 40, γ 0 … 1.2, r 0.5 … 3). Sums over other grids mostly agree w
 factor of ten, above all between periodic and modulated neighbours.
 """
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -19,7 +20,7 @@ from damperlab.studies.ground.suite import Suite, windows_of
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
-from damperlab.studies.store.reuse.measured import Measured
+from damperlab.studies.store.record import Record
 
 LINEAR_SECONDS = 2e-6
 """A point in closed form, storing included: nothing else costs anything there."""
@@ -71,25 +72,26 @@ def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> 
     raise TypeError(f"no cost is known of a {type(study).__name__}")
 
 
-def family_factor(earlier: Iterable[Measured]) -> float | None:
-    """Give what blocks of a family have taken, over what was expected of them; None where none has been computed.
+def family_factor(earlier: Iterable[Record]) -> float | None:
+    """Give what studies of a family have taken, over what was expected of them; None where no point has been computed.
 
     Parameters
     ----------
-    earlier : iterable of Measured
-        Of `damperlab.studies.store.reuse.measured`.
+    earlier : iterable of Record
+        Of `damperlab.studies.store.reuse.family.done_of_family`.
     """
     taken = expected = 0.0
-    for measured in earlier:
+    for record in earlier:
         try:
-            study = parse_stored(measured.record.definition, measured.record.digest)
+            study = parse_stored(record.definition, record.digest)
         except (DefinitionDamaged, ValueError):
             # what is wrong with another study is said where that is asked for
             continue
-        plan = plan_with_chunk(study, measured.record.chunk, seconds_per_point)
-        taken += float(measured.kernel_seconds.sum())
-        expected += float(plan.seconds_of(measured.indices).sum())
-    return taken / expected if taken > 0.0 else None
+        # points that were taken from other studies took no time
+        share = (record.points_done - record.points_reused) / record.points_total
+        taken += record.kernel_seconds
+        expected += share * plan_with_chunk(study, record.chunk, seconds_per_point).seconds
+    return taken / expected if expected > 0.0 and 0.0 < taken < math.inf else None
 
 
 def _suite(study: Suite, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.float64]:

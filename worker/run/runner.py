@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.digest import family_digest
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.care.sweep import sweep
 from damperlab.studies.store.cube.cube import description_of
@@ -18,7 +19,7 @@ from damperlab.studies.store.faults import StoreFault, StudyNotFound, may_pass
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.reuse.measured import measured_blocks
+from damperlab.studies.store.reuse.family import done_of_family
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import STATES
 from damperlab.worker.cores import core_count
@@ -239,7 +240,7 @@ class _Run:
         self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
         self._take_back_lost()
         pending = self._store.pending(self._study_id)
-        earlier = measured_blocks(self._store, self._study_id) if pending.size else []
+        earlier = done_of_family(self._store, family_digest(study, self._record.provenance))
         expected = self._plan.block_seconds * (family_factor(earlier) or 1.0)
         work_left = float(expected[pending].sum())
         # once: what was spent before the store was lost counts too

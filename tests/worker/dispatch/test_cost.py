@@ -1,6 +1,8 @@
 """The cost model against the solver's own cycles: order and bounds, never run times."""
 
 import itertools
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,9 +11,9 @@ from tests.worker.run_here import planned, run_here, submit
 
 from damperlab.service.estimates import estimate_document
 from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.digest import family_digest
 from damperlab.studies.plan import plan_with_chunk
-from damperlab.studies.store.catalogue.tables import done_blocks
-from damperlab.studies.store.reuse.measured import measured_blocks, measured_family
+from damperlab.studies.store.reuse.family import done_of_family
 from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import (
@@ -119,12 +121,10 @@ def test_studies_of_a_family_tell_what_blocks_take_and_others_do_not(store: Stor
     run_here(store, submit(store, friction_study(5, steady={"max_cycles": 50}), ROWS).id)
     finer = friction_study(16)
     plan, record = planned(finer, ROWS), submit(store, finer, ROWS)
-    (measured,) = measured_blocks(store, record.id)
-    assert measured.record.id == coarse.id
-    assert measured.indices.tolist() == list(range(5))
-    assert measured.kernel_seconds.sum() == pytest.approx(coarse.kernel_seconds, rel=1e-12)
+    earlier = done_of_family(store, family_digest(finer, record.provenance))
+    assert [each.id for each in earlier] == [coarse.id]
     factor = coarse.kernel_seconds / planned(friction_study(5), ROWS).seconds
-    assert family_factor([measured]) == pytest.approx(factor, rel=1e-12)
+    assert family_factor(earlier) == pytest.approx(factor, rel=1e-12)
     # known before it is submitted
     blind, told = estimate_document(finer, plan), estimate_document(finer, plan, store)
     assert told["seconds"] - told["compiling_seconds"] == pytest.approx(factor * plan.seconds, rel=1e-12)
@@ -133,12 +133,11 @@ def test_studies_of_a_family_tell_what_blocks_take_and_others_do_not(store: Stor
         assert each["seconds_low"] < each["seconds"] < each["seconds_high"]
     # who knows more is surer
     assert told["seconds_high"] / told["seconds_low"] < blind["seconds_high"] / blind["seconds_low"]
-    assert measured_family(store, "") == []
-    with store.catalogue.writing() as connection:
-        # what cannot be is left out
-        connection.execute(done_blocks.update().values(kernel_seconds=float("inf")))
-    assert measured_blocks(store, record.id) == []
-    assert family_factor(measured_blocks(store, record.id)) is None
+    assert done_of_family(store, "") == []
+    # what cannot be says nothing, and half of the points took twice as long for each
+    assert family_factor([replace(coarse, kernel_seconds=math.inf)]) is None
+    half = replace(coarse, points_reused=coarse.points_done // 2)
+    assert family_factor([half]) == pytest.approx(2 * factor, rel=1e-12)
 
 
 def test_an_earlier_study_tells_what_a_finer_one_takes() -> None:
