@@ -38,8 +38,8 @@ WITHOUT_DEFINITION = ("definition", "provenance")
 _RECORD_WORDS = {
     "id": "First 12 hex digits of the digest; -2 behind them for version 2.",
     "phase": "The state, or what a running study does before its blocks.",
-    "phase_done": "Kernels compiled; while previewing, points of the coarse grid.",
-    "phase_total": "Kernels to compile; while previewing, points of the coarse grid.",
+    "phase_done": "Kernels compiled.",
+    "phase_total": "Kernels to compile.",
     "points_reused": "Points reused from earlier studies.",
     "seconds_left": "Expected wall time to the end, in seconds.",
     "definition": "The study; submit it again to get this record.",

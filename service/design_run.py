@@ -44,8 +44,8 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.niceness import stand_back
 from damperlab.worker.provenance import provenance
-from damperlab.worker.run.handful import AT_ONCE, compute_together
 from damperlab.worker.run.runner import run_study
+from damperlab.worker.run.small_batch import AT_ONCE, compute_together
 from damperlab.worker.scenes import scenes
 from damperlab.worker.warm import missing
 

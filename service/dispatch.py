@@ -13,13 +13,13 @@ from damperlab.studies.store.faults import StoreFault, StudyBusy, StudyNotFound
 from damperlab.studies.store.life_cycle.claims import Waiting
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.roster import STANDINGS
+from damperlab.worker.dispatch.worker_state import STANDINGS
 from damperlab.worker.outcomes import ClusterUnusable
 from damperlab.worker.run.background import Background
 from damperlab.worker.run.lease import owner_is_dead
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.runner import run_study
-from damperlab.worker.run.small_studies import MOST, run_small_studies
+from damperlab.worker.run.small_batch_on_cluster import MOST, run_small_studies
 
 LOOK_SECONDS = 2.0
 """Between two looks for studies that other processes queued, or left behind when they died."""
@@ -243,7 +243,7 @@ class Dispatcher:
         while waiting:
             # of one priority the list is oldest first, and stays so for each who submits
             waiting.sort(key=lambda one: (-one.priority, self._turns.get(one.owner, 0)))
-            # a handful of small ones, where the first is one of them and has company
+            # a batch of small ones, where the first is one of them and has company
             small = [one.id for one in waiting if one.small and one.id not in self._alone][:MOST]
             together = len(small) >= COMPANY and small[0] == waiting[0].id
             ids = small if together else [waiting[0].id]
@@ -259,7 +259,7 @@ class Dispatcher:
     def _begin(self, ids: list[str], owner: str | None, together: bool) -> None:
         """Start a thread for some studies; whether one was cancelled since it looks up itself."""
         stop = threading.Event()
-        work, about = (self._run_handful, ids) if together else (self._run, ids[0])
+        work, about = (self._run_batch, ids) if together else (self._run, ids[0])
         thread = threading.Thread(target=work, args=(about, stop), name=f"study-{ids[0]}", daemon=True)
         thread.start()
         self._runs = {**self._runs, **{study_id: _Run(thread, stop) for study_id in ids}}
@@ -284,7 +284,7 @@ class Dispatcher:
         found = self._store.unclaimed(owner_is_dead, most)
         return [one for one in found if one.id not in here and one.id not in self._not_before]
 
-    def _run_handful(self, ids: list[str], stop: threading.Event) -> None:
+    def _run_batch(self, ids: list[str], stop: threading.Event) -> None:
         left = ids
         try:
             left = run_small_studies(self._runners_store, ids, self.cluster.borrow, stop)

@@ -31,14 +31,10 @@ LASTING: dict[str, Any] = {
 TASK = {
     "sbatch": "SLURM_ARRAY_TASK_ID",
     "qsub": "PBS_ARRAY_INDEX",
-    "bsub": "LSB_JOBINDEX",
-    "qsub -terse": "SGE_TASK_ID",
 }
 ANSWER = {
     "sbatch": "{0};main",
     "qsub": "{0}[].server",
-    "bsub": "Job <{0}> is submitted to default queue <normal>.",
-    "qsub -terse": "{0}.1-{1}:1",
 }
 
 
@@ -46,7 +42,7 @@ def put_commands(folder: Path) -> Path:
     """Make the commands of all systems in a folder; give where jobs are kept."""
     kept = folder / "queue"
     kept.mkdir(parents=True)
-    for name in ("sbatch", "scancel", "qsub", "qdel", "bsub", "bkill"):
+    for name in ("sbatch", "scancel", "qsub", "qdel"):
         command = folder / name
         command.write_text(f'#!/bin/sh\nexec {sys.executable} {__file__} {kept} {name} "$@"\n')
         command.chmod(0o755)
@@ -77,10 +73,10 @@ def wait_until_ended(kept: Path, seconds: float = 3000.0) -> None:
 
 
 def _submit(kept: Path, command: str, text: str) -> None:
-    array = re.search(r"(?:--array=|-J |-t |damperlab\[)1-(\d+)", text)
-    wall = re.search(r"(?:--time=|walltime=|h_rt=|-W )(\d+):(\d+)(?::(\d+))?", text)
+    array = re.search(r"(?:--array=|-J )1-(\d+)", text)
+    wall = re.search(r"(?:--time=|walltime=)(\d+):(\d+):(\d+)", text)
     assert wall is not None
-    seconds = 3600 * int(wall[1]) + 60 * int(wall[2]) + int(wall[3] or 0)
+    seconds = 3600 * int(wall[1]) + 60 * int(wall[2]) + int(wall[3])
     number = len(list(kept.glob("*.sh"))) + 1
     script = kept / f"{number}.sh"
     script.write_text(text)
@@ -114,7 +110,7 @@ def _cancel(kept: Path, job: str) -> None:
 
 if __name__ == "__main__":
     folder, name, *rest = sys.argv[1:]
-    if name in ("scancel", "qdel", "bkill"):
+    if name in ("scancel", "qdel"):
         _cancel(Path(folder), rest[0])
     else:
         _submit(Path(folder), " ".join([name, *rest]).removesuffix(" --parsable"), sys.stdin.read())

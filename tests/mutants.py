@@ -158,16 +158,16 @@ MUTANTS = (
         "tests/studies/answers/test_fragility.py",
     ),
     Mutant(
-        "worker/dispatch/crew.py",
+        "worker/dispatch/workers.py",
         "self.retries += attempt.tries > 0",
         "self.retries += attempt.tries",
-        "tests/worker/dispatch/test_crew.py",
+        "tests/worker/dispatch/test_workers.py",
     ),
     Mutant(
-        "worker/dispatch/roster.py",
-        'member.standing != "leaving" and ',
+        "worker/dispatch/worker_state.py",
+        'worker.standing != "leaving" and ',
         "",
-        "tests/worker/dispatch/test_crew.py",
+        "tests/worker/dispatch/test_workers.py",
     ),
     Mutant(
         "studies/design/corners.py",

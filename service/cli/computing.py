@@ -27,7 +27,7 @@ from damperlab.service.cli.output import duration, note
 from damperlab.service.cli.progress import Shown, StudyProgress, preparation
 from damperlab.service.cli.store import settings_of
 from damperlab.studies.faults import sentence
-from damperlab.studies.vocabulary import BatchSystem
+from damperlab.worker.cluster import BatchSystem
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -224,7 +224,7 @@ class Computer(ExitStack):
     def compute_together(self, records: "Sequence[Record]") -> None:
         """Compute those of some studies that are small on every core of this machine; the others are left as they are."""
         from damperlab.studies.store.cube.definition import parse_stored
-        from damperlab.worker.run.handful import compute_together
+        from damperlab.worker.run.small_batch import compute_together
         from damperlab.worker.scenes import scenes
         from damperlab.worker.warm import missing
 

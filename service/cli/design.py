@@ -116,7 +116,7 @@ class _Evaluation:
         Exit
             If one of them did not get done.
         """
-        from damperlab.worker.run.handful import AT_ONCE
+        from damperlab.worker.run.small_batch import AT_ONCE
 
         store = self._computer.store
         records = self._entered(ask.studies)

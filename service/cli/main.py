@@ -17,7 +17,6 @@ from damperlab.service.cli.failures import BAD_USAGE, DONE, FAILED, report
 from damperlab.service.cli.fit import fit
 from damperlab.service.cli.keep import backup, gc, rebuild, restore
 from damperlab.service.cli.keys import keys
-from damperlab.service.cli.members import certificates, worker
 from damperlab.service.cli.output import note, say
 from damperlab.service.cli.queries import command_of
 from damperlab.service.cli.report import report as write_report
@@ -31,6 +30,7 @@ from damperlab.service.cli.studies import cancel, delete, show, studies
 from damperlab.service.cli.verify import verify
 from damperlab.service.cli.versions import recompute
 from damperlab.service.cli.warm import warm
+from damperlab.service.cli.worker import certificates, worker
 from damperlab.service.questions.every import EVERY
 
 INTERRUPTED = 130

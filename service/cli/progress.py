@@ -26,8 +26,6 @@ def preparation(phase: str, done: int | None, total: int | None) -> str | None:
         return "starting workers"
     if phase == "compiling":
         return f"compiling kernels, {done} of {total} done"
-    if phase == "previewing":
-        return f"computing a coarse grid first, {done} of {total} points done"
     if phase == "waiting":
         return "waiting for workers"
     return None

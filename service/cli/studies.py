@@ -10,7 +10,6 @@ from damperlab.service.cli.options import AsJson, DataDir, StudyId, check_alone,
 from damperlab.service.cli.output import duration, note, print_json, print_table, say, working
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.store import label, open_store
-from damperlab.studies.store.provenance import COARSE_OF
 from damperlab.studies.vocabulary import EXCITATIONS, STATES
 
 if TYPE_CHECKING:
@@ -40,9 +39,6 @@ def studies(
             help="Only studies whose values of this dimension reach into the range, as in clearance_ratio=2,5.",
         ),
     ] = None,
-    coarse: Annotated[
-        bool, typer.Option("--coarse", help="List the coarse grids too that large studies computed first.")
-    ] = False,
     designs: Annotated[
         bool, typer.Option("--designs", help="List the studies too that designs and refinements asked for.")
     ] = False,
@@ -60,9 +56,7 @@ def studies(
     check_name("--state", state, STATES)
     if named:
         given = {"--state": state, "--name": name, "--tag": tag, "--within": within, "--cursor": cursor}
-        check_alone(
-            given | {"--coarse": coarse, "--designs": designs}, "stored studies, of which --named lists none"
-        )
+        check_alone(given | {"--designs": designs}, "stored studies, of which --named lists none")
         _list_named(as_json)
         return
     from damperlab.studies.store.life_cycle.wanted import Wanted
@@ -73,7 +67,6 @@ def studies(
             name,
             tag,
             *_read_range(within),
-            coarse=coarse,
             designs=designs,
         )
         page = open_store(data_dir).page(limit, cursor, wanted)
@@ -248,8 +241,6 @@ def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
     ]
     if record.priority:
         lines.insert(2, ("priority", str(record.priority)))
-    if COARSE_OF in record.provenance:
-        lines.append(("coarse grid", f"of {record.provenance[COARSE_OF]}"))
     if record.tags:
         lines.append(("tags", " ".join(record.tags)))
     if record.note:

@@ -196,7 +196,6 @@ class Client:
         name: str | None = None,
         tag: str | None = None,
         within: "tuple[str, float | None, float | None] | None" = None,
-        coarse: bool = False,
         designs: bool = False,
     ) -> list[Study]:
         """List the studies that the service keeps, newest first.
@@ -211,8 +210,6 @@ class Client:
             Only those with this tag; see `Study.remark`.
         within : (str, float or None, float or None), optional
             Only those whose values of a dimension reach into a range, as in ``("clearance_ratio", 2, 5)``; None for no end.
-        coarse : bool
-            List the coarse grids too that large studies computed first.
         designs : bool
             List the studies too that designs and refinements asked for; a name, a tag or a state other than done finds them
             anyway.
@@ -224,8 +221,6 @@ class Client:
         """
         axis, low, high = within or (None, None, None)
         asked = {"state": state, "name": name, "tag": tag, "axis": axis, "from": low, "to": high}
-        if coarse:
-            asked["coarse"] = True
         if designs:
             asked["designs"] = True
         return list(self._pages(asked))

@@ -84,8 +84,6 @@ def preparation(record: Mapping[str, Any]) -> str | None:
         return "starting workers"
     if record.get("phase") == "compiling":
         return f"compiling kernels, {record['phase_done']} of {record['phase_total']} done"
-    if record.get("phase") == "previewing":
-        return f"computing a coarse grid first, {record['phase_done']} of {record['phase_total']} points done"
     if record.get("phase") == "waiting":
         return "waiting for workers"
     return None

@@ -75,12 +75,10 @@ export type MapAnswer = {
   meanings: Record<string, Record<string, string>>;
   response_class?: number[][];
   status?: number[][];
-  preview?: Coarse | null;
   /** Of a map less another one. */
   other: (number | null)[][];
   difference: (number | null)[][];
 };
-export type Coarse = { x: number[]; y: number[]; values: (number | null)[][] };
 
 /** The worst case of a damper. */
 export type Worst = {

@@ -20,8 +20,6 @@ const WHERE = { max: " where it is largest", min: " where it is smallest" };
 const FAILED_FROM = 2;
 /** Values of an axis that are each written beside it. */
 const FEW = 8;
-/** Opacity of what the coarse grid shows. */
-const PALER = 0.55;
 /** Along either axis; lines between fewer points would be inventions. */
 const CONTOUR_POINTS = 6;
 const CONTOUR_LINES = 12;
@@ -48,7 +46,7 @@ const ROUNDING = 1e-9;
  */
 export function mapTraces(map, overlays, marks, words, beside) {
   const coded = words.variables.find((/** @type {any} */ v) => v.name === map.metric)?.coded;
-  const { coloured, bar } = coded ? codes(map, words) : scale(map, beside ?? map.preview?.values);
+  const { coloured, bar } = coded ? codes(map, words) : scale(map, beside);
   const z = coloured(map.values);
   const common = { x: map.x, y: map.y, z, zsmooth: false, colorscale: "Cividis" };
   /** @type {Record<string, any>[]} what plotly draws; each kind has keys of its own */
@@ -63,8 +61,6 @@ export function mapTraces(map, overlays, marks, words, beside) {
       name: "",
     },
   ];
-  if (map.preview)
-    traces.unshift(beneath(map.preview, map.long_name, coloured(map.preview.values), traces[0]));
   const fine = map.x.length >= CONTOUR_POINTS && map.y.length >= CONTOUR_POINTS;
   const levels = overlays.contours && fine && !coded && contourLevels(z);
   if (levels) {
@@ -128,29 +124,6 @@ function contourLevels(z) {
  */
 function codesOf(map, name) {
   return map.metric === name ? /** @type {number[][]} */ (map.values) : map[name];
-}
-
-/**
- * The coarse map, paler, beneath what is computed of the map itself.
- *
- * @param {import("./answers.js").Coarse} preview
- * @param {string} long_name
- * @param {(number | null)[][]} z
- * @param {any} above
- */
-function beneath(preview, long_name, z, above) {
-  const hovertemplate = `coarse grid: %{customdata:.3~g}<extra></extra>`;
-  return {
-    ...above,
-    x: preview.x,
-    y: preview.y,
-    z,
-    customdata: preview.values,
-    opacity: PALER,
-    showscale: false,
-    hovertemplate,
-    name: `coarse grid, ${long_name}`,
-  };
 }
 
 /**

@@ -113,10 +113,7 @@ export function mapTab(session, place) {
       if (mine !== asked) return;
       map = shown.map(answer);
       fill(trouble);
-      const its =
-        answer.preview &&
-        el("a", { href: `#/studies/${answer.preview.study}` }, "Designs and responses of the coarse grid");
-      fill(note, prose(said(answer, shown)), its && [" ", its, "."]);
+      fill(note, prose(said(answer, shown)));
       await draw();
     } catch (error) {
       if (mine === asked) fill(trouble, refusalBox(error));
@@ -278,12 +275,7 @@ function usualAxes(varied) {
 
 /** @param {any} answer @param {import("./shown.js").Shown} shown */
 function said(answer, shown) {
-  const preview = answer.preview
-    ? `The paler rest is a preview: a coarse grid of ${answer.preview.x.length} × ` +
-      `${answer.preview.y.length} places, computed first. `
-    : "";
-  const share =
-    answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ${preview}` : "";
+  const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ` : "";
   const failed = answer.points_failed ? `${answer.points_failed} points failed. ` : "";
   return share + failed + shown.words(answer).note;
 }

@@ -45,8 +45,6 @@ export function badge(state) {
 function preparation(record) {
   if (record.phase === "starting") return "Starting workers …";
   if (record.phase === "waiting") return "Waiting for workers …";
-  if (record.phase === "previewing")
-    return `A coarse grid first: ${count(record.phase_done)} of ${counted(record.phase_total, "point")} …`;
   return record.phase === "compiling" ? compiling(record) : "";
 }
 

@@ -192,15 +192,11 @@ export class Shown {
       values.map((value) => (value === null ? null : value * factor));
     const { metric, x_dimension: x, y_dimension: y } = answer;
     const by = this.factor(metric);
-    const plane = (/** @type {any} */ { x: across, y: up, values }) => ({
-      x: scaled(across, this.factor(x)),
-      y: scaled(up, this.factor(y)),
-      values: by === 1 ? values : values.map((/** @type {any[]} */ row) => scaled(row, by)),
-    });
     return {
       ...answer,
-      ...plane(answer),
-      ...(answer.preview ? { preview: { ...answer.preview, ...plane(answer.preview) } } : {}),
+      x: scaled(answer.x, this.factor(x)),
+      y: scaled(answer.y, this.factor(y)),
+      values: by === 1 ? answer.values : answer.values.map((/** @type {any[]} */ row) => scaled(row, by)),
       long_name: this.variable(metric, answer.long_name),
       x_title: this.axis(x),
       y_title: this.axis(y),

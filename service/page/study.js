@@ -139,11 +139,7 @@ export async function studyView(root, { parts, query }) {
   /** @param {any} changed */
   function update(changed) {
     const before = session.record;
-    // a coarse grid that has just been computed is a map, too
-    const grown =
-      changed.blocks_done !== before.blocks_done ||
-      changed.state !== before.state ||
-      (before.phase === "previewing" && changed.phase !== before.phase);
+    const grown = changed.blocks_done !== before.blocks_done || changed.state !== before.state;
     session.record = { ...session.record, ...changed };
     drawHead();
     if (grown) session.changes.dispatchEvent(new Event("grown"));

@@ -115,9 +115,6 @@ class Question(Generic[A]):
         Whether a newcomer asks it: the help of the command line lists it before others.
     details : bool
         Whether the command has a short answer and details.
-    meanwhile : callable, optional
-        Called as `answer`, of an answer that is not complete: what is told beside it from studies that nobody named, None
-        where there are none. Such an answer is not kept.
     operation : str
         Its name in the OpenAPI document; ``ask_`` and the command, unless it had another before.
     """
@@ -136,7 +133,6 @@ class Question(Generic[A]):
     check: Callable[..., None] | None = None
     first: bool = False
     details: bool = True
-    meanwhile: Callable[..., dict[str, Any] | None] | None = None
     operation: str = ""
 
     @property

@@ -1,12 +1,10 @@
 """The question for a map: one metric of a study over two of its dimensions, or of two studies and their difference."""
 
-from typing import TYPE_CHECKING, Annotated, Any, NotRequired
-
-from typing_extensions import TypedDict
+from typing import TYPE_CHECKING, Annotated, NotRequired
 
 from damperlab.service.questions.forms import MAP, metric_of
 from damperlab.service.questions.question import Question, Subject, Words
-from damperlab.service.questions.shapes import Notes, Number, Numbers, OfMetric, Plane, Says
+from damperlab.service.questions.shapes import Notes, Numbers, OfMetric, Plane, Says
 from damperlab.studies.answers.shown import shown_axes
 from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.field import given
@@ -23,21 +21,6 @@ if TYPE_CHECKING:
 
 MOST_POINTS = 4_000_000
 """Of a map that a request gets; a screen has as many, and a larger answer would be built in memory."""
-
-
-class Preview(TypedDict):
-    """What the coarse grid of a study shows."""
-
-    study: str
-    x: Numbers
-    y: Numbers
-    values: Plane
-    at: dict[str, Number]
-    complete: Number
-    note: str
-
-
-PREVIEWED = tuple(name for name in Preview.__annotations__ if name != "study")
 
 
 class ResonanceMap(OfMetric):
@@ -57,11 +40,6 @@ class ResonanceMap(OfMetric):
     difference: NotRequired[Plane]
     studies: NotRequired[list[str]]
     notes: NotRequired[Notes]
-    preview: NotRequired[
-        Annotated[
-            Preview, Says(description="The same map of the study's coarse grid, until this one is complete.")
-        ]
-    ]
 
 
 def answer(
@@ -70,8 +48,7 @@ def answer(
     """Slice the cube: `values[y][x]`. Others are fixed by `<dimension>=value`, or reduced with `over`.
 
     Without a word on the frequency the map shows the largest value over the study's band. With `minus` the answer has
-    `other`, the values of the second study, and `difference`, those of the first less those of the second. A large study has
-    a coarse grid, computed first; until the map is complete `preview` is the same map of that.
+    `other`, the values of the second study, and `difference`, those of the first less those of the second.
     """
     from damperlab.studies.answers.map_difference import map_difference
     from damperlab.studies.answers.resonance_map import resonance_map
@@ -110,34 +87,6 @@ def _check(study: Subject, axes: Axes, x: str, y: str) -> None:
         allowed = f"at most {MOST_POINTS} points"
         told = f"The map would have {points:,} points; at most {MOST_POINTS:,} are allowed."
         raise StudyFaults([Fault("x, y", f"{describe(points)} points", allowed, advice, told)])
-
-
-def meanwhile(
-    study: Subject, axes: Axes, selection: Selection, second: Subtracted, shown: Window
-) -> dict[str, Any] | None:
-    """Show the same map of the coarse grid that a large study computes first; other dimensions are taken at the nearest value
-    that it has."""
-    from damperlab.studies.answers.query_fault import QueryFault
-    from damperlab.studies.answers.resonance_map import resonance_map
-    from damperlab.studies.coarse import coarse
-    from damperlab.studies.store.cube.definition import parse_stored
-    from damperlab.studies.store.faults import StudyNotFound
-
-    first = (
-        coarse(parse_stored(study.record.definition, study.record.digest)) if second.minus is None else None
-    )
-    if first is None:
-        return None
-    found = study.store.newest(first.digest)
-    if found is None or not found.blocks_done:
-        return {}
-    x, y = _axes(study, axes, selection)
-    try:
-        answer = resonance_map(study.store.cube(found.id), x, y, selection, axes.over, axes.reduce)
-    except (QueryFault, StudyNotFound):
-        return {}  # as where values are to be interpolated between points that it does not have
-    document = MAP.write(answer)
-    return {"preview": {"study": found.id, **{name: document[name] for name in PREVIEWED}}}
 
 
 def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
@@ -185,5 +134,4 @@ RESONANCE_MAP: "Question[answers.ResonanceMap]" = Question(
     form=MAP,
     draw=_draw,
     tell=_tell,
-    meanwhile=meanwhile,
 )

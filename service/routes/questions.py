@@ -76,14 +76,7 @@ def _answer(store: Store, study: Record, route: str, asked: tuple[Any, ...]) -> 
     question = BY_ROUTE[route]
     subject = Subject(study, store, question.route, http=True)
     document = question.form.write(question.of(subject, *asked))
-    more = None
-    if question.meanwhile is not None and document["complete"] < 1:
-        more = question.meanwhile(subject, *asked)
-    answer = answered(study, document | (more or {}))
-    if more is not None:
-        # the other study changes, or is deleted, while this one stays as it is
-        answer.headers["Cache-Control"] = "no-store"
-    return answer
+    return answered(study, document)
 
 
 def _write(store: Store, study: Record, place: Path, route: str, asked: tuple[Any, ...]) -> dict[str, str]:

@@ -85,10 +85,6 @@ class ListQuery(BaseModel):
     high: float | None = Field(
         None, alias="to", description="Only studies whose values of `axis` begin at this or less."
     )
-    coarse: bool = Field(
-        False,
-        description="List the coarse grids too that large studies computed first; their ids find them anyway.",
-    )
     designs: bool = Field(
         False,
         description="List the studies too that designs and refinements asked for; a name, a tag or a state other than done "
@@ -224,7 +220,6 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
             query.axis,
             query.low,
             query.high,
-            query.coarse,
             query.designs,
             query.trash,
         )

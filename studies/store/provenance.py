@@ -13,14 +13,12 @@ from typing import TypeVar
 
 SUBMITTED_BY = "submitted_by"
 """Where a study's provenance says whose it is."""
-COARSE_OF = "coarse_of"
-"""In the provenance of a study's coarse grid: the id of the study."""
 REFINES = "refines"
-"""In that of a follow-up study: the id of the study whose best design is searched for."""
+"""In the provenance of a follow-up study: the id of the study whose best design is searched for."""
 DESIGNS = "designs"
 """In that of a study that a design asks for: the digest of the specification."""
-ASKED_BY_PROGRAMS = (COARSE_OF, REFINES, DESIGNS)
-"""Where one of them is, nobody waits for the study's own map."""
+ASKED_BY_PROGRAMS = (REFINES, DESIGNS)
+"""What says so where a program asked for the study."""
 
 PRIVATE = ("host", "user", SUBMITTED_BY)
 """What a file that may be handed on leaves out of a study's provenance."""

@@ -8,9 +8,8 @@ from damperlab.studies.html import card
 from damperlab.studies.kinds import dimensions_of_definition
 from damperlab.studies.store.provenance import SUBMITTED_BY
 
-PREPARATIONS: tuple[str, ...] = ("starting", "compiling", "previewing", "waiting")
-"""Phases of a running study that computes no block: its workers start, kernels that they lack are compiled, a coarse grid is
-computed, no worker is left."""
+PREPARATIONS: tuple[str, ...] = ("starting", "compiling", "waiting")
+"""Phases of a running study that computes no block: its workers start, kernels that they lack are compiled, none is left."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +77,7 @@ class Record:
     phase : str
         One of `PREPARATIONS` while a running study computes no block, else its state.
     phase_done, phase_total : int, optional
-        Kernels compiled, of how many, while the phase is compiling; points of the coarse grid while it is previewing; None in
-        every other.
+        Kernels compiled, of how many, while the phase is compiling; None in every other.
     points_total, points_done, points_failed, blocks_total, blocks_done : int
         Progress; failed points count as done.
     created, started, finished : datetime

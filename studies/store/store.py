@@ -13,7 +13,7 @@ from damperlab.studies.store.cubes import Cubes
 from damperlab.studies.store.faults import cannot_use
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.life_cycle.remarking import Remarking
-from damperlab.studies.store.life_cycle.small_studies import Handfuls
+from damperlab.studies.store.life_cycle.small_studies import SmallBatches
 from damperlab.studies.store.life_cycle.submissions import Submissions
 
 _COPIES = 10
@@ -21,7 +21,7 @@ _COPIES = 10
 _LOG_HEADER_BYTES = 32
 
 
-class Store(Submissions, Remarking, Handfuls, Cubes):
+class Store(Submissions, Remarking, SmallBatches, Cubes):
     """Studies and their cubes under one data directory.
 
     Safe to use from several threads and, through one `Store` each, from several processes. Do not carry one

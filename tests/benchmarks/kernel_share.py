@@ -70,7 +70,6 @@ def run(workers: int = 2) -> dict[str, Any]:
 
 def _timed(store: Store, client: Client, document: dict[str, Any]) -> tuple[Record, float]:
     study = parse_study(document)
-    # no coarse grid first, which would be timed too
     record, _ = store.submit(study, make_plan(study, seconds_per_point), provenance(), reuse=False)
     first = last = 0.0
 

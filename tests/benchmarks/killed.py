@@ -2,8 +2,8 @@
 
 24 processes of `damperlab admin worker`, blocks that sleep for two to four seconds, the runner's own window; at a third
 of the work twelve of them get SIGKILL. Ideal is that the blocks which ran there are lost at that moment, that all
-others go on without a pause, and that the workers which are left end together. Blocks that sleep are not cut towards
-the end as those of a study are: the last ones alone cost up to half a block on average.
+others go on without a pause, and that the workers which are left end together. The last blocks
+alone cost up to half a block on average.
 """
 
 import json
@@ -71,7 +71,7 @@ def _half_killed(client: Client, victims: list[subprocess.Popen[bytes]], blocks:
                 process.send_signal(signal.SIGKILL)
             killed_at = time.monotonic() - began
             # those that are left are half-way through a block each, on average
-            running = [next(iter(window.crew.members[address].held.values())).index for address in left]
+            running = [next(iter(window.workers.states[address].held.values())).index for address in left]
             work = seconds[list(waiting)].sum() - seconds[running].sum() / 2.0
             ideal = killed_at + work / len(left)
         window.fill()

@@ -1,13 +1,12 @@
 """A discrete model of a cluster: the runner's own policy, which block goes to whom, over workers that only keep time.
 
 Two questions. How busy are 2, 8, 32, 128 workers with the blocks of a study whose points take what they took when they were
-measured: with a first study of its kind, whose costs are learnt while it runs, and after a coarser one of its family; beside
-the best that is possible with the same blocks, and with any cut of them. And what becomes of 10⁸ points on 10,000 workers that
-live one hour each.
+measured, beside the best that is possible with the same blocks. And what becomes of 10⁸ points on 10,000 workers that live one
+hour each.
 
 `run_time.npz` holds what each point of a hybrid study took, 48 × 24 × 80 points, as sixteenths of powers of two in seconds;
-each point of another grid takes what the nearest of these took. `python -m tests.benchmarks.model` prints both; crew, backlog
-and forecast are the product's, nothing of them is modelled.
+each point of another grid takes what the nearest of these took. `python -m tests.benchmarks.model` prints both; workers and
+backlog are the product's, nothing of them is modelled.
 """
 
 import heapq
@@ -23,16 +22,16 @@ from numpy.typing import NDArray
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Plan, make_plan
-from damperlab.worker.dispatch.backlog import HANDING_SECONDS, Backlog
+from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.dispatch.crew import Crew
-from damperlab.worker.dispatch.forecast import Forecast, Known
-from damperlab.worker.dispatch.piece import Piece
 from damperlab.worker.dispatch.window import LOOK_SECONDS
+from damperlab.worker.dispatch.workers import Workers
 
 MEASURED = Path(__file__).with_name("run_time.npz")
 ENDS = (1.0, 25.0), (0.0, 0.8), (0.8, 1.2)
 """Of the measured clearance ratios, friction ratios and frequency ratios."""
+HANDING_SECONDS = 3.4e-3
+"""The scheduler takes so long for each block, one after the other (`tests/benchmarks/scale.py`)."""
 TRAVEL_SECONDS = 0.01
 """From the end of a block until its worker has the next one, where none waits there and the scheduler is idle."""
 
@@ -45,7 +44,7 @@ class Model:
     backlog : Backlog
         The blocks.
     truth : callable
-        What a piece takes [s].
+        What a block takes [s].
     workers : int
         How many, always: one that is gone is replaced.
     life_seconds : float
@@ -53,19 +52,19 @@ class Model:
     replace_seconds : float
         After how long another comes.
     handing_seconds : float
-        The scheduler takes for each piece, one after the other.
+        The scheduler takes for each block, one after the other.
     """
 
     def __init__(
         self,
         backlog: Backlog,
-        truth: Callable[[Piece], float],
+        truth: Callable[[int], float],
         workers: int,
         life_seconds: float = math.inf,
         replace_seconds: float = 60.0,
         handing_seconds: float = HANDING_SECONDS,
     ) -> None:
-        self.crew = Crew(backlog)
+        self.workers = Workers(backlog)
         self._truth = truth
         self._life, self._replace = life_seconds, replace_seconds
         self._events: list[tuple[float, int, str, str]] = []
@@ -100,7 +99,7 @@ class Model:
                 self._lose(name)
             elif what == "end" and name in self._began:
                 self._end(name)
-            if not self.crew.waiting and not self._began:
+            if not self.workers.waiting and not self._began:
                 return
 
     def _hire(self) -> None:
@@ -118,7 +117,7 @@ class Model:
 
     def _lose(self, name: str) -> None:
         del self._threads[name]
-        for key in self.crew.vanish(name):
+        for key in self.workers.vanish(name):
             if key in self._began:
                 self.lost += max(0.0, self.now - self._began.pop(key))
             self._there.pop(key, None)
@@ -126,34 +125,34 @@ class Model:
         self._send()
 
     def _end(self, key: str) -> None:
-        name = self.crew.at(key)
+        name = self.workers.at(key)
         assert name is not None
         del self._began[key]
-        seconds = self._truth(self.crew.members[name].held[key].piece)
+        seconds = self._truth(self.workers.states[name].held[key].index)
         self.done += seconds
-        self.crew.ended(key, seconds)
-        waiting = self.crew.members[name].held
+        self.workers.ended(key)
+        waiting = self.workers.states[name].held
         if waiting:
             self._begin(name, next(iter(waiting)))
         self._send()
 
     def _begin(self, name: str, key: str) -> None:
         self._began[key] = max(self.now, self._there.pop(key))
-        self._at(self._began[key] + self._truth(self.crew.members[name].held[key].piece), "end", key)
+        self._at(self._began[key] + self._truth(self.workers.states[name].held[key].index), "end", key)
 
     def _see(self) -> None:
-        self.crew.see(self._threads, self._threads)
-        for member in list(self.crew.due(math.inf)):
-            self.crew.admit(member.address)
+        self.workers.see(self._threads, self._threads)
+        for worker in list(self.workers.due(math.inf)):
+            self.workers.admit(worker.address)
 
     def _send(self) -> None:
-        for address, attempt in self.crew.assignments():
+        for address, attempt in self.workers.assignments():
             self.decisions += 1
             key = f"b-{self.decisions}"
-            self.crew.sent(key, address, attempt)
+            self.workers.sent(key, address, attempt)
             self._handed = max(self._handed, self.now) + self._handing
             self._there[key] = self._handed + TRAVEL_SECONDS
-            if len(self.crew.members[address].held) == 1:
+            if len(self.workers.states[address].held) == 1:
                 self._begin(address, key)
 
 
@@ -161,23 +160,16 @@ def _begin_at(workers: int) -> NDArray[np.float64]:
     return HANDING_SECONDS * np.arange(1, workers + 1) + TRAVEL_SECONDS
 
 
-def best_whole(truth: NDArray[np.float64], workers: int) -> float:
-    """Busy share where all that blocks take is known beforehand, none is cut, and the longest begin first; nearly the best."""
+def best(truth: NDArray[np.float64], workers: int) -> float:
+    """Busy share where all that blocks take is known beforehand, and the longest begin first; nearly the best."""
     free = list(_begin_at(workers))
     for seconds in -np.sort(-truth):
         heapq.heappush(free, heapq.heappop(free) + float(seconds))
     return float(truth.sum() / (workers * max(free)))
 
 
-def best_cut(total: float, workers: int) -> float:
-    """Busy share that nothing can exceed: workers begin as soon as the scheduler has served them, and end together."""
-    used = np.arange(1, workers + 1)
-    end = (total + np.cumsum(_begin_at(workers))) / used
-    return float(total / (workers * end.min()))
-
-
 class Replay:
-    """Seconds of every piece of a plan over the measured points.
+    """Seconds of every block of a plan over the measured points.
 
     Parameters
     ----------
@@ -195,20 +187,14 @@ class Replay:
         self._plan = plan
         self._taken = points[np.ix_(*nearest)]
 
-    def __call__(self, piece: Piece) -> float:
-        """Give what a piece takes [s]."""
-        box = piece.part or self._plan.block(piece.index)
-        return float(self._taken[box.slices[-3:]].sum())
+    def __call__(self, index: int) -> float:
+        """Give what a block takes [s]."""
+        return float(self._taken[self._plan.block(index).slices[-3:]].sum())
 
     @property
     def blocks(self) -> NDArray[np.float64]:
         """What each block takes [s], (count,)."""
-        return np.array([self(Piece(index)) for index in range(self._plan.count)])
-
-
-def proportional(blocks: NDArray[np.float64]) -> Callable[[Piece], float]:
-    """Give what pieces take where all points of a block take as long [s]."""
-    return lambda piece: piece.share * float(blocks[piece.index])
+        return np.array([self(index) for index in range(self._plan.count)])
 
 
 def study_of(*points: int) -> Plan:
@@ -222,38 +208,29 @@ def study_of(*points: int) -> Plan:
     return make_plan(parse_study({"damping_ratio": 0.0038, "axes": axes | fixed}), seconds_per_point)
 
 
-def family() -> Known:
-    """What is known after a study of 23 × 11 × 39 points."""
-    plan = study_of(23, 11, 39)
-    return plan.centres(np.arange(plan.count)), Replay(plan).blocks / plan.block_seconds
-
-
 def busy(refined: int, workers: int) -> dict[str, Any]:
     """Busy share of a study of 24 × 12 × 40 points, each axis so many times finer, on so many workers; and at best."""
     plan = study_of(24 * refined, 12 * refined, 40 * refined)
     replay = Replay(plan)
     truth = replay.blocks
-    shares = {}
-    for name, forecast in (("first", Forecast(plan)), ("family", Forecast(plan, family()))):
-        model = Model(Backlog(range(plan.count), forecast), replay, workers)
-        model.run()
-        shares[name] = truth.sum() / (workers * model.now)
-        shares[f"{name}_pieces"] = model.decisions
+    model = Model(Backlog(plan.order(), plan.block_seconds), replay, workers)
+    model.run()
     return {
         "blocks": plan.count,
         "workers": workers,
         "block_seconds": [float(truth.min()), float(np.median(truth)), float(truth.max())],
-        **shares,
-        "best_whole": best_whole(truth, workers),
-        "best_cut": best_cut(float(truth.sum()), workers),
+        "seconds": model.now,
+        "busy": truth.sum() / (workers * model.now),
+        "best": best(truth, workers),
     }
 
 
 def estimates(refined: int) -> dict[str, float]:
     """Core seconds of the same study, as they are expected and as they were."""
     plan = study_of(24 * refined, 12 * refined, 40 * refined)
-    expected = float(Forecast(plan, family()).seconds.sum())
-    return {"first": plan.seconds, "family": expected, "true": float(Replay(plan).blocks.sum())}
+    earlier = study_of(23, 11, 39)
+    factor = float(Replay(earlier).blocks.sum()) / earlier.seconds
+    return {"first": plan.seconds, "family": factor * plan.seconds, "true": float(Replay(plan).blocks.sum())}
 
 
 def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
@@ -266,7 +243,8 @@ def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
     plan = make_plan(parse_study({"damping_ratio": 0.0038, "axes": axes}), seconds_per_point)
     truth = plan.block_seconds * np.random.default_rng(2).lognormal(0.0, 0.5, plan.count)
     began = time.process_time()
-    model = Model(Backlog(range(plan.count), Forecast(plan)), proportional(truth), workers, life_seconds)
+    backlog = Backlog(plan.order(), plan.block_seconds)
+    model = Model(backlog, lambda index: float(truth[index]), workers, life_seconds)
     model.run()
     cpu = time.process_time() - began
     return {
@@ -285,7 +263,9 @@ def vast(workers: int = 10_000, life_seconds: float = 3600.0) -> dict[str, Any]:
 def killed(workers: int = 24, blocks: int = 240, seconds: float = 2.0) -> dict[str, Any]:
     """Half of the workers are gone at a third of the run, and none comes back; beside the ideal time."""
     truth = np.full(blocks, seconds) * np.random.default_rng(3).lognormal(0.0, 0.3, blocks)
-    model = Model(Backlog(range(blocks)), proportional(truth), workers, replace_seconds=math.inf)
+    model = Model(
+        Backlog(range(blocks)), lambda index: float(truth[index]), workers, replace_seconds=math.inf
+    )
     at = truth.sum() / workers / 3
     for name in list(model._threads)[: workers // 2]:
         model._at(at, "gone", name)

@@ -84,14 +84,14 @@ def measure(seconds: float, processes: int, workers: int, threads: int) -> dict[
             stdout=subprocess.DEVNULL,
             **quiet,
         )
-        crews: list[subprocess.Popen[str]] = []
+        hosts: list[subprocess.Popen[str]] = []
         try:
             while not file.exists() or not file.read_text().endswith("}"):
                 time.sleep(0.1)
             address = json.loads(file.read_text())["address"]
             code = "import asyncio, sys; from tests.benchmarks.scale import _work; "
             code += "asyncio.run(_work(sys.argv[1], int(sys.argv[2]), int(sys.argv[3])))"
-            crews += [
+            hosts += [
                 subprocess.Popen(
                     [sys.executable, "-c", code, address, str(workers), str(threads)],
                     stdout=subprocess.PIPE,
@@ -100,12 +100,12 @@ def measure(seconds: float, processes: int, workers: int, threads: int) -> dict[
                 )
                 for _ in range(processes)
             ]
-            for crew in crews:
-                assert crew.stdout is not None
-                assert crew.stdout.readline() == "ready\n"
+            for host in hosts:
+                assert host.stdout is not None
+                assert host.stdout.readline() == "ready\n"
             store = Store.open(Path(folder) / "data")
             plan = make_plan(study, seconds_per_point)
-            record = store.submit(study, plan, provenance(), reuse=False)[0]  # no coarse grid first
+            record = store.submit(study, plan, provenance(), reuse=False)[0]
             stop = threading.Event()
             watched = psutil.Process(scheduler.pid)
             before = time.process_time(), sum(watched.cpu_times()[:2])
@@ -134,12 +134,12 @@ def measure(seconds: float, processes: int, workers: int, threads: int) -> dict[
                 "scheduler_mib": watched.memory_info().rss / 2**20,
             }
         finally:
-            for process in (*crews, scheduler):
+            for process in (*hosts, scheduler):
                 process.kill()
                 process.wait()
-            for crew in crews:
-                assert crew.stdout is not None
-                crew.stdout.close()
+            for host in hosts:
+                assert host.stdout is not None
+                host.stdout.close()
 
 
 def run() -> dict[str, Any]:

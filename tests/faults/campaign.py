@@ -20,7 +20,15 @@ from tests.faults.attempts import FOLDER, read_attempts
 from tests.faults.care import Care
 from tests.faults.compare import run_again
 from tests.faults.deeds import Deeds
-from tests.faults.processes import Database, Member, ObjectServer, Process, Victim, dask, end_on_sigterm
+from tests.faults.processes import (
+    Database,
+    ObjectServer,
+    Process,
+    Victim,
+    WorkerProcess,
+    dask,
+    end_on_sigterm,
+)
 from tests.faults.report import Report, traces
 from tests.faults.watching import Watching, study_of
 from tests.ports import free_port
@@ -53,7 +61,7 @@ class Campaign(Watching):
         self._victims: dict[str, list[Victim]] = {
             "scheduler": [dask(folder / "scheduler.log", "scheduler", "--port", str(scheduler))],
             "worker": [
-                Member(
+                WorkerProcess(
                     folder / f"worker-{number}.log",
                     *(sys.executable, "-m", "damperlab", "admin", "worker", address),
                     **{FOLDER: str(folder), "DASK_DISTRIBUTED__WORKER__PRELOAD": "['tests.faults.attempts']"},

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from tests.faults.hosts import Host, NoHosts, hosts
 from tests.faults.machines import Machine, PostgreSQL
-from tests.faults.processes import Member, ObjectServer, Process, end_on_sigterm
+from tests.faults.processes import ObjectServer, Process, WorkerProcess, end_on_sigterm
 from tests.faults.report import Report, traces
 from tests.faults.watching import LOOK_SECONDS, Watching
 from tests.worker.dispatch.test_workers_judged import altered
@@ -77,7 +77,7 @@ class Campaign(Watching):
 
         def part(host: Host, name: str, *command: str, **environment: str) -> Machine:
             log = folder / f"{host.name.partition('-')[2]}.log"
-            kind = Member if name == "worker" else Process
+            kind = WorkerProcess if name == "worker" else Process
             return Machine(host, {name: kind(log, *host.inside(*command), **environment)})
 
         self._storage = Machine(storage, {"database": database, "objects": objects})

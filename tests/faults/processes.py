@@ -61,7 +61,7 @@ class Process:
             self._process.wait()
 
 
-class Member(Process):
+class WorkerProcess(Process):
     """A worker, which outlives its scheduler: it is started again where it was killed or told to leave, and not else."""
 
     def keep_up(self) -> None:

@@ -177,7 +177,7 @@ def test_request_id_of_the_client_is_kept_if_it_is_harmless(client: httpx.Client
         ("limit=0", "0", "at least 1"),
         ("limit=201", "201", "at most 200"),
         ("limit=many", 'the text "many"', "a whole number"),
-        ("coarse=perhaps", 'the text "perhaps"', "true or false"),
+        ("designs=perhaps", 'the text "perhaps"', "true or false"),
     ],
 )
 def test_a_parameter_is_refused_with_what_was_found_and_what_is_allowed(

@@ -55,7 +55,9 @@ def scheduler_process(*options: str) -> Iterator[tuple[str, subprocess.Popen[str
 
 
 @contextmanager
-def member(address: str, *options: str, stderr: int | None = None) -> Iterator[subprocess.Popen[bytes]]:
+def worker_process(
+    address: str, *options: str, stderr: int | None = None
+) -> Iterator[subprocess.Popen[bytes]]:
     """`damperlab admin worker`."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     process = subprocess.Popen(

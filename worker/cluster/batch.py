@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from damperlab.studies.faults import Fault
-from damperlab.studies.vocabulary import BatchSystem
+from damperlab.worker.cluster import BatchSystem
 from damperlab.worker.outcomes import ClusterUnusable
 
 COMMAND_SECONDS = 120.0
@@ -99,35 +99,6 @@ _DIALECTS: dict[BatchSystem, _Dialect] = {
         "PBS_ARRAY_INDEX",
         r"(\d+(?:\[\])?\S*)",
     ),
-    "lsf": _Dialect(
-        ("bsub",),
-        "bkill",
-        "#BSUB",
-        (
-            "-n 1 -M {megabytes}MB",
-            '-R "rusage[mem={megabytes}MB]"',
-            "-W {full_hours:02d}:{full_minutes:02d}",
-            "-o {folder}/%J-%I.log",
-        ),
-        '-J "damperlab[1-{count}]"',
-        "LSB_JOBINDEX",
-        r"Job <(\d+)>",
-    ),
-    "sge": _Dialect(
-        ("qsub", "-terse"),
-        "qdel",
-        "#$",
-        (
-            "-N damperlab",
-            "-l mem_free={megabytes}M",
-            "-l h_rt={hours:02d}:{minutes:02d}:{seconds:02d}",
-            "-j y -o {folder}",
-            "-S /bin/sh -V",
-        ),
-        "-t 1-{count}",
-        "SGE_TASK_ID",
-        r"(\d+)",
-    ),
 }
 
 
@@ -178,14 +149,11 @@ def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) ->
     """
     dialect = _DIALECTS[jobs.system]
     whole = math.floor(jobs.wall_seconds)
-    minutes = math.ceil(jobs.wall_seconds / 60)
     numbers = {
         "megabytes": math.ceil(jobs.memory_bytes / (1 << 20)),
         "hours": whole // 3600,
         "minutes": whole // 60 % 60,
         "seconds": whole % 60,
-        "full_hours": minutes // 60,
-        "full_minutes": minutes % 60,
         "folder": place.tls.parent,
         "count": count,
     }

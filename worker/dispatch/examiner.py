@@ -6,9 +6,9 @@ from collections.abc import Callable, Collection, Mapping
 from distributed import CancelledError, Future
 
 from damperlab.studies.plan import Block
-from damperlab.worker.dispatch.crew import Crew
-from damperlab.worker.dispatch.errands import FETCH_SECONDS, Call, Errands
-from damperlab.worker.dispatch.roster import AGAIN_SECONDS
+from damperlab.worker.dispatch.tasks import FETCH_SECONDS, Call, Tasks
+from damperlab.worker.dispatch.worker_state import AGAIN_SECONDS
+from damperlab.worker.dispatch.workers import Workers
 from damperlab.worker.provenance import WrongCode
 from damperlab.worker.worker_process.examination import Answer, examine, majority
 
@@ -18,19 +18,19 @@ that is there may be out of reach."""
 
 
 class Examiner:
-    """Examines the workers of a crew, and says which of them compute.
+    """Examines the workers of a study, and says which of them compute.
 
     Parameters
     ----------
-    crew : Crew
+    workers : Workers
         The workers; without `prepare` everybody is believed.
-    errands : Errands
+    tasks : Tasks
         The way to them.
     """
 
-    def __init__(self, crew: Crew, errands: Errands) -> None:
-        self._crew = crew
-        self._errands = errands
+    def __init__(self, workers: Workers, tasks: Tasks) -> None:
+        self._workers = workers
+        self._tasks = tasks
         self._examination: Call | None = None
         self._truth = ""
         self._identity = ""
@@ -46,18 +46,18 @@ class Examiner:
     def compiles(self) -> bool:
         """Whether a worker is asked for points for the first time: it may have to compile before it answers."""
         asked = {address for _, address in self._asked.values()}
-        new = any(one.address in asked and not one.compiled for one in self._crew.members.values())
+        new = any(one.address in asked and not one.compiled for one in self._workers.states.values())
         return self._asks_for_points and new
 
     def ask(self, now: float) -> None:
         """Ask those who are due, and are not being asked."""
         asked = {address for _, address in self._asked.values()}
-        for member in list(self._crew.due(now)):
+        for worker in list(self._workers.due(now)):
             if self._examination is None:
-                self._crew.admit(member.address)
-            elif member.address not in asked:
-                key = self._errands.key("examination")
-                self._asked[key] = self._errands.send(key, member.address, self._examination), member.address
+                self._workers.admit(worker.address)
+            elif worker.address not in asked:
+                key = self._tasks.key("examination")
+                self._asked[key] = self._tasks.send(key, worker.address, self._examination), worker.address
 
     def gather(self, look: Callable[[], None], look_on: Callable[[], bool]) -> dict[str, Answer] | None:
         """Examine everybody who computes, and judge nobody yet.
@@ -76,16 +76,16 @@ class Examiner:
         dict of Answer or None
             By address, of at least one; None where `look_on` ended the wait.
         """
-        self._crew.examine_again()
+        self._workers.examine_again()
         answers: dict[str, Answer] = {}
         first: float | None = None
         while look_on():
             look()
-            for key in self._errands.ended(0.2):
+            for key in self._tasks.ended(0.2):
                 if heard := self.heard(key):
                     address, answers[address] = heard
-                    self._crew.members[address].again_at = float("inf")
-            answers = {address: one for address, one in answers.items() if address in self._crew.members}
+                    self._workers.states[address].again_at = float("inf")
+            answers = {address: one for address, one in answers.items() if address in self._workers.states}
             first = (first or time.monotonic()) if answers else None
             if first is not None and (not self._asked or time.monotonic() - first > LATE_SECONDS):
                 return answers
@@ -118,8 +118,8 @@ class Examiner:
                 reason = (
                     "the workers disagree on the bits of the same points, and which are right is not known"
                 )
-                self._crew.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
-        return next(one.facts for one in alike.values()) if self._crew.usable else None
+                self._workers.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
+        return next(one.facts for one in alike.values()) if self._workers.usable else None
 
     def heard(self, key: str) -> tuple[str, Answer] | None:
         """Give who has answered and what, of a task that has ended; a worker that could not is left out."""
@@ -129,19 +129,19 @@ class Examiner:
         try:
             answer: Answer = future.result(timeout=FETCH_SECONDS)
         except WrongCode as error:
-            self._crew.leave_out(address, str(error), time.monotonic() + AGAIN_SECONDS)
+            self._workers.leave_out(address, str(error), time.monotonic() + AGAIN_SECONDS)
         # a worker that does not hold this package, cannot reach the data, is lost, …
         except (Exception, CancelledError) as error:
-            self._errands.require_scheduler()
+            self._tasks.require_scheduler()
             now = time.monotonic()
             fetched = isinstance(error, TimeoutError) and future.status == "finished"
             if fetched and now - self._late.setdefault(key, now) < LATE_SECONDS:
                 # it has answered, and nobody reaches it: asked again, while the others are heard
                 self._asked[key] = future, address
-                self._errands.again(key)
+                self._tasks.again(key)
                 return None
             reason = f"it cannot begin ({type(error).__name__}: {error})"
-            self._crew.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
+            self._workers.leave_out(address, reason, time.monotonic() + AGAIN_SECONDS)
         else:
             return address, answer
         return None
@@ -150,31 +150,31 @@ class Examiner:
         """Let a worker compute, or leave it out, by what it has answered."""
         now = time.monotonic()
         if self._identity and answer.facts["identity"] != self._identity:
-            self._crew.leave_out(
+            self._workers.leave_out(
                 address,
                 f"it would not compute the bits of the study's other blocks: it has {_words(answer.facts)}, identity "
                 f"{answer.facts['identity']}, and the study {self._identity}",
                 now + AGAIN_SECONDS,
             )
         elif self._truth and answer.bits and answer.bits != self._truth:
-            self._crew.leave_out(
+            self._workers.leave_out(
                 address,
                 f"points whose values are known have other bits there ({answer.bits} in place of {self._truth})",
             )
         else:
-            self._crew.admit(address)
-            if self._asks_for_points and address in self._crew.members:
-                self._crew.members[address].compiled = True
+            self._workers.admit(address)
+            if self._asks_for_points and address in self._workers.states:
+                self._workers.states[address].compiled = True
 
     def forget(self, there: Collection[str]) -> None:
         """Ask those no more who are not there."""
         gone = [key for key, (_, address) in self._asked.items() if address not in there]
-        self._errands.drop([self._asked.pop(key)[0] for key in gone], "the worker has left")
+        self._tasks.drop([self._asked.pop(key)[0] for key in gone], "the worker has left")
 
     def close(self) -> None:
         """Ask nobody any more."""
         asked, self._asked = self._asked, {}
-        self._errands.drop([future for future, _ in asked.values()], "the study was stopped")
+        self._tasks.drop([future for future, _ in asked.values()], "the study was stopped")
 
     @property
     def _asks_for_points(self) -> bool:

@@ -10,20 +10,19 @@ from distributed import CancelledError, Client, Future, KilledWorker
 from damperlab.studies.plan import Block
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.crew import Crew
-from damperlab.worker.dispatch.errands import ANSWER_SECONDS, FETCH_SECONDS, Call, Errands
 from damperlab.worker.dispatch.examiner import Examiner
+from damperlab.worker.dispatch.tasks import ANSWER_SECONDS, FETCH_SECONDS, Call, Tasks
+from damperlab.worker.dispatch.workers import Workers
 from damperlab.worker.outcomes import Failure, Outage
 from damperlab.worker.worker_process.block_process import call_apart
-from damperlab.worker.worker_process.part import PartOutcome
 
 LOOK_SECONDS = 1.0
 """Between two looks at who is there."""
 WAIT_SECONDS = 120.0
 """How long a study waits, unless told otherwise, while no worker can compute."""
 
-Ended = BlockOutcome | PartOutcome | Failure
-"""What becomes of a block, or of a part of one."""
+Ended = BlockOutcome | Failure
+"""What becomes of a block."""
 
 
 class Window:
@@ -37,8 +36,6 @@ class Window:
         Gives the call that computes the block of the given index under the given task key.
     backlog : Backlog
         The blocks.
-    part_task : callable, optional
-        Gives the call that computes a part of a block; without it none may be cut.
     wait_seconds : float
         How long the study waits while no worker can compute [s].
     priority : int
@@ -51,15 +48,13 @@ class Window:
         task: Callable[[int, str], Call],
         backlog: Backlog,
         *,
-        part_task: Callable[[Block], Call] | None = None,
         wait_seconds: float = WAIT_SECONDS,
         priority: int = 0,
     ) -> None:
-        self.crew = Crew(backlog)
-        self._errands = Errands(client, priority)
-        self._examiner = Examiner(self.crew, self._errands)
+        self.workers = Workers(backlog)
+        self._tasks = Tasks(client, priority)
+        self._examiner = Examiner(self.workers, self._tasks)
         self._task = task
-        self._part_task = part_task
         self._wait_seconds = wait_seconds
         self._flying: dict[str, Future] = {}
         self._looked = -inf
@@ -68,7 +63,7 @@ class Window:
     @property
     def empty(self) -> bool:
         """Whether no block is at the cluster, and none waits."""
-        return not self._flying and not self.crew.waiting
+        return not self._flying and not self.workers.waiting
 
     @property
     def idle(self) -> bool:
@@ -78,7 +73,7 @@ class Window:
     @property
     def stranded(self) -> str | None:
         """Why nothing is computed, where that is for want of workers; None while something is."""
-        return None if self._flying or self.crew.usable else self.crew.words()
+        return None if self._flying or self.workers.usable else self.workers.words()
 
     @property
     def gives_up_at(self) -> float:
@@ -140,15 +135,11 @@ class Window:
             The scheduler does not answer, or no worker has been able to compute for long.
         """
         self._look()
-        for address, attempt in self.crew.assignments():
-            key = self._errands.key("block")
-            part, call = attempt.piece.part, self._task(attempt.index, key)
-            if part is not None and self._part_task is not None:
-                call = self._part_task(part)
-            self._flying[key] = self._errands.send(
-                key, address, (call_apart, *call) if attempt.apart else call
-            )
-            self.crew.sent(key, address, attempt)
+        for address, attempt in self.workers.assignments():
+            key = self._tasks.key("block")
+            call = self._task(attempt.index, key)
+            self._flying[key] = self._tasks.send(key, address, (call_apart, *call) if attempt.apart else call)
+            self.workers.sent(key, address, attempt)
 
     def collect(self, wait_seconds: float) -> Iterator[Ended]:
         """Hand back the blocks that have ended since the last call.
@@ -161,7 +152,7 @@ class Window:
 
         Yields
         ------
-        BlockOutcome, PartOutcome or Failure
+        BlockOutcome or Failure
             In the order of their end. A block that will be tried again is not among them.
 
         Raises
@@ -169,7 +160,7 @@ class Window:
         Outage
             The scheduler is lost, or there is no room for the study's data.
         """
-        for key in self._errands.ended(wait_seconds):
+        for key in self._tasks.ended(wait_seconds):
             if key in self._flying:
                 ended = self._end(key, self._flying.pop(key))
                 if ended is not None:
@@ -189,11 +180,11 @@ class Window:
 
         Yields
         ------
-        BlockOutcome, PartOutcome or Failure
+        BlockOutcome or Failure
             As `collect` does.
         """
         deadline = time.monotonic() + grace_seconds
-        waiting = [key for one in self.crew.members.values() for key in list(one.held)[one.threads :]]
+        waiting = [key for one in self.workers.states.values() for key in list(one.held)[one.threads :]]
         self._drop(waiting)
         while self._flying and (left := deadline - time.monotonic()) > 0.0:
             yield from self.collect(min(left, 1.0))
@@ -211,58 +202,54 @@ class Window:
         for key in keys:
             if key in self._flying:
                 futures.append(self._flying.pop(key))
-                if self.crew.at(key) is not None:
-                    self.crew.give_back(key)
-        self._errands.drop(futures, "the block is not wanted there")
+                if self.workers.at(key) is not None:
+                    self.workers.give_back(key)
+        self._tasks.drop(futures, "the block is not wanted there")
 
     def _end(self, key: str, future: Future) -> Ended | None:
-        address = self.crew.at(key)
+        address = self.workers.at(key)
         if address is None:
             return None
         if future.status == "error":
             error = future.exception(timeout=ANSWER_SECONDS)
             if isinstance(error, KilledWorker):
-                self._drop_lost(self.crew.vanish(address))
+                self._drop_lost(self.workers.vanish(address))
                 return None
-            return self.crew.failed(key, error, time.monotonic())
+            return self.workers.failed(key, error, time.monotonic())
         try:
-            outcome: BlockOutcome | PartOutcome = future.result(timeout=FETCH_SECONDS)
+            outcome: BlockOutcome = future.result(timeout=FETCH_SECONDS)
         except TimeoutError:
             # its worker may be gone, and would be waited for in vain: look, and ask again where it is not
-            self._errands.require_scheduler()
+            self._tasks.require_scheduler()
             self._flying[key] = future
-            self._errands.again(key)
+            self._tasks.again(key)
             self._looked = -inf
             return None
         # lost with its worker before it was fetched, or never begun; whatever the library says of that
         except (Exception, CancelledError):
-            self._errands.require_scheduler()
-            self.crew.give_back(key)
+            self._tasks.require_scheduler()
+            self.workers.give_back(key)
             return None
-        # points that were taken from earlier studies took no time
-        reused = isinstance(outcome, BlockOutcome) and outcome.reused > 0
-        self.crew.ended(key, 0.0 if reused else outcome.kernel_seconds)
+        self.workers.ended(key)
         return outcome
 
     def _drop_lost(self, keys: list[str]) -> None:
-        """Forget tasks that the crew has given to others."""
-        self._errands.drop(
-            [self._flying.pop(key) for key in keys if key in self._flying], "others compute it"
-        )
+        """Forget tasks whose blocks were given to others."""
+        self._tasks.drop([self._flying.pop(key) for key in keys if key in self._flying], "others compute it")
 
     def _look(self, examine: bool = True) -> None:
         now = time.monotonic()
         if now - self._looked < LOOK_SECONDS:
             return
         self._looked = now
-        threads, running = self._errands.workers()
-        self._drop_lost(self.crew.see(threads, running))
-        self._drop_lost(self.crew.take_away(now))
+        threads, running = self._tasks.workers()
+        self._drop_lost(self.workers.see(threads, running))
+        self._drop_lost(self.workers.take_away(now))
         self._examiner.forget(threads)
         if examine:
             self._examiner.ask(now)
         # a worker that compiles before it answers is no want of workers
-        if self.crew.able or self._examiner.compiles:
+        if self.workers.able or self._examiner.compiles:
             self._able = now
         elif now - self._able > self._wait_seconds:
-            raise Outage(f"no worker could compute for {self._wait_seconds:g} s: {self.crew.words()}")
+            raise Outage(f"no worker could compute for {self._wait_seconds:g} s: {self.workers.words()}")

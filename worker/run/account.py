@@ -10,7 +10,7 @@ from dataclasses import replace
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.store import Store
-from damperlab.worker.dispatch.crew import Crew
+from damperlab.worker.dispatch.workers import Workers
 from damperlab.worker.run.lease import Lease
 from damperlab.worker.run.progress import Meter, Progress
 
@@ -42,7 +42,7 @@ class Account:
         self._phase: tuple[str | None, int | None, int | None] = None, None, None
         self._entered: tuple[str | None, int | None, int | None, str | None] = None, None, None, None
         self._meter: Meter | None = None
-        self._crew: Crew | None = None
+        self._workers: Workers | None = None
         self._reported = 0.0
         self._waits_for, self._gives_up_at = "", math.inf
 
@@ -58,9 +58,9 @@ class Account:
         """
         self._meter = Meter(_progress(record), work_left)
 
-    def watch(self, crew: Crew) -> None:
+    def watch(self, workers: Workers) -> None:
         """Tell of these workers from now on."""
-        self._crew = crew
+        self._workers = workers
 
     def enter(
         self, phase: str | None, done: int | None = None, total: int | None = None, message: str | None = None
@@ -108,15 +108,15 @@ class Account:
             Until when workers are waited for, by the monotonic clock [s].
         """
         self._waits_for, self._gives_up_at = "", gives_up_at
-        assert self._crew is not None
+        assert self._workers is not None
         study_id = self._lease.study_id
-        incidents, self._crew.incidents = self._crew.incidents, []
+        incidents, self._workers.incidents = self._workers.incidents, []
         for sentence in incidents:
             _log.warning("study %s: %s", study_id, sentence)
-        for sentence in self._crew.take_news():
+        for sentence in self._workers.take_news():
             _log.warning("study %s: %s", study_id, sentence)
             self._store.note(study_id, sentence)
-        out = self._crew.reasons()
+        out = self._workers.reasons()
         if stranded is not None:
             self.enter("waiting", message=stranded)
         elif self._phase[0] == "waiting" or (out != self.left_out and self._phase[0] is None):
@@ -156,10 +156,13 @@ class Account:
         if phase == "waiting":
             left = max(0.0, self._gives_up_at - now)
             progress = replace(progress, waits_for=self._waits_for, gives_up_in=left)
-        if self._crew is not None:
-            crew = self._crew
+        if self._workers is not None:
+            workers = self._workers
             progress = replace(
-                progress, workers=crew.standings(), blocks_in_flight=crew.in_flight, retries=crew.retries
+                progress,
+                workers=workers.standings(),
+                blocks_in_flight=workers.in_flight,
+                retries=workers.retries,
             )
         self._on_progress(progress)
 

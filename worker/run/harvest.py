@@ -1,4 +1,4 @@
-"""What a run has brought in: blocks that have ended, marked as done, from parts too; those given up, as failed points."""
+"""What a run has brought in: blocks that have ended, marked as done; those given up, as failed points."""
 
 import uuid
 from collections.abc import Iterable
@@ -13,9 +13,7 @@ from damperlab.studies.store.record import BlockOutcome
 from damperlab.studies.store.store import Store
 from damperlab.worker.outcomes import Failure, Interrupted, Outage, is_full
 from damperlab.worker.run.account import Account
-from damperlab.worker.run.gathering import Gathering
 from damperlab.worker.run.lease import Lease
-from damperlab.worker.worker_process.part import PartOutcome
 from damperlab.worker.worker_process.tasks import failed_values
 
 
@@ -40,7 +38,7 @@ class Harvest:
         self, store: Store, lease: Lease, plan: Plan, expected: NDArray[np.float64], account: Account
     ) -> None:
         self.spent_seconds = 0.0
-        """Kernel seconds of the blocks and parts that this run has brought in."""
+        """Kernel seconds of the blocks that this run has brought in."""
         self.marked = 0
         """How many blocks this run has marked as done."""
         self.failures: list[str] = []
@@ -51,34 +49,32 @@ class Harvest:
         self._expected = expected
         self._account = account
         self._cube_path = store.cube_path(lease.study_id)
-        self._gathering = Gathering(plan, self._cube_path)
 
-    def keep(self, ended: Iterable[BlockOutcome | PartOutcome | Failure]) -> None:
+    def keep(self, ended: Iterable[BlockOutcome | Failure]) -> None:
         """Mark blocks as done as they end.
 
         Raises
         ------
         Interrupted
-            A block that was given up, or came in parts, cannot be written.
+            A block that was given up cannot be written.
         """
         outcomes: list[BlockOutcome] = []
         try:
             for end in ended:
                 if self._lease.lost.is_set():
                     return
-                if (outcome := self._outcome(end)) is not None:
-                    outcomes.append(outcome)
+                outcomes.append(self._outcome(end))
         finally:
             # also where the cluster is lost half-way: what is safe on the disk need not be computed again
             self._mark(outcomes)
 
-    def _outcome(self, end: BlockOutcome | PartOutcome | Failure) -> BlockOutcome | None:
-        """Give what is to be marked; None for a part of a block that is not whole yet."""
-        try:
-            if isinstance(end, Failure):
-                return self._give_up(end)
+    def _outcome(self, end: BlockOutcome | Failure) -> BlockOutcome:
+        """Give what is to be marked."""
+        if isinstance(end, BlockOutcome):
             self.spent_seconds += end.kernel_seconds
-            return self._gathering.take(end) if isinstance(end, PartOutcome) else end
+            return end
+        try:
+            return self._give_up(end)
         except OSError as error:
             kind = Outage if isinstance(error, ShelfAway) or is_full(error) else Interrupted
             raise kind(f"the study's data cannot be written ({error})") from error
@@ -97,7 +93,6 @@ class Harvest:
     def _give_up(self, failure: Failure) -> BlockOutcome:
         block = self._plan.block(failure.index)
         values = failed_values(self._plan.study, block)
-        self._gathering.give_up(failure.index)
         told = {"message": failure.message}
         outcome = write_region(self._cube_path, block, values, uuid.uuid4().hex[:12], told)
         self.failures.append(f"block {failure.index}: {failure.message}")

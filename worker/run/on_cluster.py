@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from damperlab.studies.plan import Plan
 from damperlab.studies.store.store import Store
 from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.forecast import Forecast
+from damperlab.worker.dispatch.preparation import compile_at_workers
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost, asking_the_cluster
 from damperlab.worker.provenance import code_hash
@@ -20,7 +20,6 @@ from damperlab.worker.run.account import Account
 from damperlab.worker.run.lease import Lease
 from damperlab.worker.run.recipe import Recipe
 from damperlab.worker.scenes import scenes
-from damperlab.worker.worker_process.preparation import compile_at_workers
 
 AGAIN_SECONDS = 1.0
 """Until a scheduler that was lost is looked for again."""
@@ -39,12 +38,10 @@ class OnCluster:
         Told of everything.
     plan : Plan
         The blocks.
-    forecast : Forecast
-        What they are expected to take.
+    expected : ndarray of float
+        What each of them is expected to take [s].
     stopping : callable
         Whether no more blocks shall begin.
-    preview : callable, optional
-        Called with the client before the first block.
     there_before : bool
         Whether a cluster has computed for this run before: one that cannot be reached now may come back.
     """
@@ -55,9 +52,8 @@ class OnCluster:
         lease: Lease,
         account: Account,
         plan: Plan,
-        forecast: Forecast,
+        expected: NDArray[np.float64],
         stopping: Callable[[], bool],
-        preview: Callable[[Client], None] | None = None,
         *,
         there_before: bool = False,
     ) -> None:
@@ -65,9 +61,8 @@ class OnCluster:
         self._lease = lease
         self._account = account
         self._plan = plan
-        self._forecast = forecast
+        self._expected = expected
         self._stopping = stopping
-        self._preview = preview
         self._there_before = there_before
 
     def compute(
@@ -135,17 +130,14 @@ class OnCluster:
         window = Window(
             client,
             recipe.call,
-            Backlog(pending, self._forecast, recipe.is_known),
-            part_task=recipe.part_call,
+            Backlog(self._plan.order(pending), self._expected),
             wait_seconds=wait_seconds,
             priority=record.priority,
         )
-        self._account.watch(window.crew)
+        self._account.watch(window.workers)
         try:
             if self._assemble(window, client, recipe, pending):
-                if self._preview is not None:
-                    self._preview(client)
-                self._account.begin_blocks(record, float(self._forecast.seconds[pending].sum()))
+                self._account.begin_blocks(record, float(self._expected[pending].sum()))
                 pump(window)
         finally:
             self._account.close(window.stranded)
@@ -160,7 +152,7 @@ class OnCluster:
         if facts is None:
             return False
         recipe.agree({"the workers": facts})
-        usable = [member.address for member in window.crew.usable]
+        usable = [worker.address for worker in window.workers.usable]
         with asking_the_cluster(client):
             compile_at_workers(
                 client, scenes(self._plan.study), self._account.compiling, self._stopping, usable

@@ -24,13 +24,13 @@ class Progress:
     seconds_left : float or None
         Expected, or None before there is a speed to go by; 0 at the end.
     phase : str
-        As in `Record`: starting, compiling or previewing before the blocks.
+        As in `Record`: starting or compiling before the blocks.
     phase_done, phase_total : int, optional
-        Kernels compiled, of how many, while the phase is compiling; points of the coarse grid while it is previewing.
+        Kernels compiled, of how many, while the phase is compiling.
     workers : tuple of (str, int)
         How many workers of the cluster have which standing for this study.
     blocks_in_flight, retries : int
-        Blocks, or parts of them, at workers, and those of this run that were begun again.
+        Blocks at workers, and those of this run that were begun again.
     waits_for : str
         What was lost and is waited for, while the phase is waiting; empty where that is a worker.
     gives_up_in : float

@@ -1,6 +1,5 @@
 """What the blocks of a study are computed with: agreed on once by those who compute, and sent along with every block."""
 
-import math
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cached_property
@@ -18,11 +17,7 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.provenance import code_hash, one_identity, require_begun_alike
 from damperlab.worker.run.lease import Lease
 from damperlab.worker.worker_process.examination import canary_of, stored_bits
-from damperlab.worker.worker_process.part import run_part
 from damperlab.worker.worker_process.tasks import run_block
-
-FEW_KNOWN = 0.15
-"""A block of which no larger share is known may be cut."""
 
 
 class Recipe:
@@ -66,7 +61,6 @@ class Recipe:
 
     @cached_property
     def _overlaps(self) -> Overlaps:
-        """Looked up with the first block: the coarse grid of a study is computed just before."""
         return Overlaps(self._store, self._record)
 
     def call(self, index: int, key: str) -> tuple[Any, ...]:
@@ -76,26 +70,6 @@ class Recipe:
         generation = key.removeprefix("block-")
         solver, known = self._record.provenance["identity"], self._overlaps.of(block)
         return run_block, self._cube_path, self._record.digest, block, code_hash(), generation, known, solver
-
-    def part_call(self, part: Block) -> tuple[Any, ...]:
-        """Give the function that computes a part of a block, and its arguments."""
-        return (
-            run_part,
-            self._cube_path,
-            self._record.digest,
-            part,
-            code_hash(),
-            self._record.provenance["identity"],
-        )
-
-    def is_known(self, index: int) -> bool:
-        """Whether so many points of a block may be taken from earlier studies that it stays whole.
-
-        Parts of a block take none over: the few of a coarse grid are computed once more, with the same bits.
-        """
-        block = self._plan.block(index)
-        known = sum(math.prod(map(len, source.ours)) for source in self._overlaps.of(block))
-        return known > FEW_KNOWN * block.points
 
     def canary(self, pending: NDArray[np.int64]) -> tuple[Block, str]:
         """Choose points that every worker computes first, and give their bits where they are stored."""

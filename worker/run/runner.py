@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.digest import family_digest
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.care.sweep import sweep
 from damperlab.studies.store.cube.cube import description_of
@@ -18,12 +19,11 @@ from damperlab.studies.store.faults import StoreFault, StudyNotFound, may_pass
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.store.record import Record
-from damperlab.studies.store.reuse.measured import measured_blocks
+from damperlab.studies.store.reuse.family import done_of_family
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import STATES
 from damperlab.worker.cores import core_count
-from damperlab.worker.dispatch.cost_model import seconds_per_point
-from damperlab.worker.dispatch.forecast import Forecast, known_of
+from damperlab.worker.dispatch.cost_model import family_factor, seconds_per_point
 from damperlab.worker.outcomes import ClusterUnusable, Interrupted, Outage
 from damperlab.worker.provenance import WrongCode, computing, require_solver
 from damperlab.worker.run.account import Account
@@ -31,7 +31,6 @@ from damperlab.worker.run.ending import Ending
 from damperlab.worker.run.harvest import Harvest
 from damperlab.worker.run.in_this_process import InThisProcess
 from damperlab.worker.run.lease import Lease, hold
-from damperlab.worker.run.preview import PREVIEWED_SECONDS, Preview
 from damperlab.worker.run.progress import Progress
 from damperlab.worker.run.recipe import Recipe
 from damperlab.worker.scenes import Scene, scenes
@@ -241,12 +240,12 @@ class _Run:
         self._plan = plan_with_chunk(study, self._record.chunk, seconds_per_point)
         self._take_back_lost()
         pending = self._store.pending(self._study_id)
-        earlier = measured_blocks(self._store, self._study_id) if pending.size else []
-        forecast = Forecast(self._plan, known_of(earlier))
-        work_left = float(forecast.seconds[pending].sum())
+        earlier = done_of_family(self._store, family_digest(study, self._record.provenance))
+        expected = self._plan.block_seconds * (family_factor(earlier) or 1.0)
+        work_left = float(expected[pending].sum())
         # once: what was spent before the store was lost counts too
         self._harvest = self._harvest or Harvest(
-            self._store, self._lease, self._plan, forecast.seconds, self._account
+            self._store, self._lease, self._plan, expected, self._account
         )
         self._account.measure(self._record, work_left)
         self._account.report(at_once=True)
@@ -264,19 +263,13 @@ class _Run:
         # loaded here alone: what is computed in this process needs no cluster's library
         from damperlab.worker.run.on_cluster import OnCluster
 
-        first = None
-        if not self._record.blocks_done and work_left > PREVIEWED_SECONDS and self._budget == math.inf:
-            first = Preview(
-                self._store, self._record, study, self._account, lambda: self._stopping, run_study
-            ).compute
         away = OnCluster(
             self._store,
             self._lease,
             self._account,
             self._plan,
-            forecast,
+            expected,
             lambda: self._stopping,
-            first,
             there_before=self._had_cluster,
         )
         self._had_cluster = True

@@ -11,32 +11,14 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any
 
 import cloudpickle
 
 from damperlab.worker.outcomes import Crashed, Leaving
-from damperlab.worker.provenance import code_hash, computing
-from damperlab.worker.worker_process.standby import TO_ALL, Standby
 
-_standby: Standby | None = None
-
-
-def stand_by() -> None:
-    """Have processes forked from one that is like this one now; for a worker that has no thread yet.
-
-    Without it each is started anew, and loads every library first.
-    """
-    global _standby
-    # elsewhere libraries that start threads as they load forbid a fork
-    if not sys.platform.startswith("linux"):
-        return
-    # what a block loads and asks for first
-    import_module("damperlab.worker.worker_process.tasks")
-    code_hash()
-    computing()
-    _standby = Standby(_answer)
+_TO_ALL = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+"""What whoever ends a worker sends to all of its processes."""
 
 
 def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
@@ -63,7 +45,13 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
     Exception
         What the function raised.
     """
-    process = (_standby and _standby.fork()) or _started()
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "damperlab.worker.worker_process.block_process"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env=environment,
+    )
     assert process.stdin is not None
     assert process.stdout is not None
     with process, process.stdin, process.stdout:
@@ -77,7 +65,7 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
         answer = process.stdout.read()
         status = process.wait()
     if status != 0 or not answer:
-        if -status in TO_ALL:
+        if -status in _TO_ALL:
             raise Leaving(f"the process of a block was ended by {signal.Signals(-status).name}")
         how = f"by {signal.Signals(-status).name}" if status < 0 else f"with status {status}"
         raise Crashed(f"ended {how}: it crashed, was killed, or ran out of memory")
@@ -85,16 +73,6 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
     if not well:
         raise value
     return value
-
-
-def _started() -> "subprocess.Popen[bytes]":
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    return subprocess.Popen(
-        [sys.executable, "-m", "damperlab.worker.worker_process.block_process"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        env=environment,
-    )
 
 
 def _answer(source: int, sink: int) -> None:

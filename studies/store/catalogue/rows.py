@@ -13,7 +13,7 @@ from damperlab.studies.faults import Fault, describe, nearest, printable
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import done_blocks, events, studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, catalogue_damaged
-from damperlab.studies.store.provenance import COARSE_OF, DESIGNS
+from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.record import Record, utc
 from damperlab.studies.store.solver import is_outdated
 
@@ -79,7 +79,7 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
     order = studies.c.number.desc()
     there = select(studies.c.id, studies.c.name).where(ALIVE).order_by(order).limit(NAMES_COMPARED)
     # studies that programs asked for are named where there are no others
-    own = there.where(not_(asked_for(DESIGNS)), not_(asked_for(COARSE_OF)))
+    own = there.where(not_(asked_for(DESIGNS)))
     newest = connection.execute(own).all() or connection.execute(there).all()
     known = ", ".join(f"{row.id} ({row.name})" for row in newest[:3])
     near = nearest(ref, dict.fromkeys(row.name for row in newest if row.name))

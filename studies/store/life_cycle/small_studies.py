@@ -16,7 +16,7 @@ from damperlab.studies.store.life_cycle.claims import CLAIM_SECONDS, Claims
 from damperlab.studies.store.record import BlockOutcome, Record
 
 
-class Handfuls(Blocks, Claims):
+class SmallBatches(Blocks, Claims):
     """Studies of one block, worked on together by one owner."""
 
     def take(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:

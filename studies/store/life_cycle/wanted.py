@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import ColumnElement, Row, and_, exists, not_
+from sqlalchemy import ColumnElement, Row, not_
 
 from damperlab.studies.faults import Fault, describe, listing, write_nearest
 from damperlab.studies.kinds import EVERY_DIMENSION, dimensions_of_definition
@@ -13,7 +13,7 @@ from damperlab.studies.remarks import faults_of_tag
 from damperlab.studies.store.catalogue.rows import ALIVE, asked_for, in_trash
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.faults import StoreFault
-from damperlab.studies.store.provenance import COARSE_OF, DESIGNS, REFINES
+from damperlab.studies.store.provenance import DESIGNS, REFINES
 from damperlab.studies.unit_names import ALIASES, COORDINATE_NAMES
 from damperlab.studies.vocabulary import STATES
 
@@ -36,9 +36,6 @@ class Wanted:
         A dimension that it has, or a quantity of its physical block that stands for one.
     low, high : float, optional
         The least and the greatest value of `axis` that counts: its values from the first to the last must reach into that.
-    coarse : bool
-        Whether coarse grids count too, which large studies compute first; where not, those do all the same that have the tag
-        asked for, and those whose study is gone.
     designs : bool
         Whether the studies that designs and refinements ask for count too; where not, those do all the same that have the
         tag, the name, or the state other than done asked for.
@@ -57,7 +54,6 @@ class Wanted:
     axis: str | None = None
     low: float | None = None
     high: float | None = None
-    coarse: bool = True
     designs: bool = True
     trash: bool = False
 
@@ -99,8 +95,6 @@ class Wanted:
             found.append(studies.c.name.icontains(text, autoescape=True))
         if self.tag is not None:
             found.append(studies.c.tags.contains(json.dumps(self.tag), autoescape=True))
-        elif not self.coarse:
-            found.append(not_(_is_coarse_grid()))
         if not self.designs and self.tag is None and not self.name and self.state in (None, "done"):
             found += [not_(asked_for(purpose)) for purpose in (DESIGNS, REFINES)]
         return found
@@ -133,13 +127,6 @@ class Wanted:
         values = [given["start"], given["stop"]] if isinstance(given, dict) else given
         values = values if isinstance(values, list) else [values]
         return [float(min(values)), float(max(values))]
-
-
-def _is_coarse_grid() -> ColumnElement[bool]:
-    """Tell of a row whether it is the coarse grid of a study that is there."""
-    whole = studies.alias()
-    there = exists().where(whole.c.deleted.is_(None), whole.c.id == studies.c.purpose_of)
-    return and_(asked_for(COARSE_OF), there.correlate(studies))
 
 
 ALL = Wanted()

@@ -71,12 +71,12 @@ def test_what_is_computed_again_is_computed_in_jobs(store: Store, queue: Path) -
     before = store.cube(record.id).load()
     file = next(Path(store.cube_path(record.id), "blocks").iterdir())
     file.write_bytes(file.read_bytes()[:40])
-    run("store", "verify", record.id, "--repair", *data, "--cluster", "lsf")
+    run("store", "verify", record.id, "--repair", *data, "--cluster", "slurm")
     assert jobs(queue) == 3
     assert store.cube(record.id).load().drop_vars("run_time").equals(before.drop_vars("run_time"))
     other = {"solver": "0" * 16, "identity": "0" * 16}
     older = submitted(store, parse_study({**FRICTION, "name": "older"}), 0, **other)
-    run("recompute", older.id, *data, "--cluster", "sge")
+    run("recompute", older.id, *data, "--cluster", "pbs")
     newest = store.newest(older.digest)
     assert newest is not None
     assert (newest.id, newest.state, jobs(queue)) == (f"{older.id}-2", "done", 4)
@@ -97,7 +97,7 @@ def test_follow_ups_and_the_studies_of_a_design_share_one_cluster_of_jobs(
     specification.write_text(json.dumps(SPECIFICATION))
     answer = run(
         *("design", specification, "--data-dir", tmp_path / "data", "--json"),
-        *("--cluster", "sge", "--workers", "1"),
+        *("--cluster", "pbs", "--workers", "1"),
     )
     assert json.loads(answer.stdout)["worst"]["value"] <= 0.005
     assert jobs(queue) == 2

@@ -79,7 +79,6 @@ def test_the_best_of_a_study_that_is_not_done_is_so_far_the_best(
     page.get_by_label("Search").fill("not done")
     card = page.locator(f'[data-study="{study_id}"]')
     expect(card.locator(".thumbnail")).to_have_text("partly computed, no picture")
-    # its coarse grid, if it has one, is no card of its own
     expect(page.locator("li.card")).to_have_count(1)
 
 

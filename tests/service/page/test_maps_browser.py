@@ -1,4 +1,4 @@
-"""Maps in a real browser: contours within their values, previews of large studies, small pictures in the list."""
+"""Maps in a real browser: contours within their values, small pictures in the list."""
 
 import itertools
 import json
@@ -63,77 +63,6 @@ def test_maps_of_few_and_of_nearly_equal_values_are_drawn(
             count = round((levels["end"] - levels["start"]) / levels["size"]) + 1
             assert 1 <= count <= 12
             assert known.min() < levels["start"] <= levels["end"] < known.max()
-
-
-DRAWN = """() => {
-  const plots = [...document.querySelectorAll('.plot')];
-  const map = plots.find((one) => one.getAttribute('aria-label').startsWith('Resonance map'))?.data ?? [];
-  return map.filter((one) => one.type === 'heatmap').map((one) => ({ opacity: one.opacity ?? 1, values: one.customdata }));
-}"""
-LARGE = {
-    "name": "takes minutes",
-    "damping_ratio": 0.0113,
-    "axes": {
-        "clearance_ratio": {"start": 0.5, "stop": 20, "num": 80},
-        "friction_ratio": {"start": 0.0, "stop": 0.7, "num": 50},
-        "frequency_ratio": {"start": 0.9, "stop": 1.1, "num": 50},
-        "restitution": 0.47,
-        "mass_ratio": 0.1,
-    },
-}
-
-
-def whole(values: list[list[float | None]]) -> bool:
-    """Whether every place of a map has a value."""
-    return all(None not in row for row in values)
-
-
-def test_a_large_study_has_a_map_before_its_first_tenth_is_computed(
-    open_page: Callable[..., Any], client: httpx.Client, helpers: Any
-) -> None:
-    estimate = client.post("/api/v1/studies?dry_run=true", json=LARGE).raise_for_status().json()
-    assert estimate["seconds"] > 60
-    study_id = client.post("/api/v1/studies", json=LARGE).raise_for_status().json()["id"]
-    page = open_page().go(f"#/studies/{study_id}/map")
-    try:
-        # all of the coarse grid is computed before the first block of the study is
-        record = helpers.wait_for(client, study_id, lambda record: record["points_done"] > 0)
-        assert record["points_done"] < 0.1 * record["points_total"]
-        # what was drawn while the coarse grid was computed is drawn again once all of it is there
-        beneath, above = until(page, DRAWN, lambda traces: len(traces) == 2 and whole(traces[0]["values"]))
-        asked = {"x": "clearance_ratio", "y": "friction_ratio"}
-        answer = (
-            client.get(f"/api/v1/studies/{study_id}/resonance-map", params=asked).raise_for_status().json()
-        )
-        preview = answer["preview"]
-        assert preview["complete"] == 1.0
-        its_own = client.get(f"/api/v1/studies/{preview['study']}/resonance-map", params=asked).json()
-        assert "preview" not in its_own
-        assert [preview[key] for key in ("x", "y", "values")] == [
-            its_own[key] for key in ("x", "y", "values")
-        ]
-        assert set(preview["x"]) < set(answer["x"])
-        assert beneath["opacity"] < above["opacity"] == 1
-        assert beneath["values"] == preview["values"]
-        expect(page.locator(".note").first).to_contain_text(
-            re.compile(r"paler rest is a preview: a coarse grid of \d+ × \d+")
-        )
-        assert serious(page, ("light",)) == []
-        # its own record, and no card beside that of its study
-        assert client.get(f"/api/v1/studies/{preview['study']}").raise_for_status().json()["state"] == "done"
-        named = {"name": LARGE["name"]}
-        listed = client.get("/api/v1/studies", params=named).json()["studies"]
-        assert [one["id"] for one in listed] == [study_id]
-        listed = client.get("/api/v1/studies", params=named | {"coarse": True}).json()["studies"]
-        assert {one["id"] for one in listed} == {study_id, preview["study"]}
-        # the coarse grid deleted, the study shows what it has itself
-        client.delete(f"/api/v1/studies/{preview['study']}").raise_for_status()
-        again = client.get(f"/api/v1/studies/{study_id}/resonance-map", params=asked).json()
-        assert again["complete"] < 1
-        assert "preview" not in again
-    finally:
-        client.post(f"/api/v1/studies/{study_id}/cancel").raise_for_status()
-        helpers.wait_for(client, study_id, helpers.ended)
 
 
 PIXELS = """(id) => {

@@ -15,8 +15,8 @@ from tests.batch_system import LASTING, make_queue, wait_until_ended
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
-from damperlab.studies.vocabulary import BatchSystem
 from damperlab.worker.block import solve_block
+from damperlab.worker.cluster import BatchSystem
 from damperlab.worker.cluster.batch import LEAVE_SECONDS, MARGIN_SECONDS, Jobs, Place, script, submit
 from damperlab.worker.cluster.jobs import AGAIN_SECONDS, Hired, hire
 from damperlab.worker.dispatch.cost_model import seconds_per_point
@@ -28,8 +28,6 @@ SYSTEMS: tuple[BatchSystem, ...] = get_args(BatchSystem)
 OPTIONS: dict[BatchSystem, str] = {
     "slurm": "--partition=short",
     "pbs": "-q workq",
-    "lsf": '-q normal -P "my lab"',
-    "sge": "-q all.q",
 }
 PLACE = Place("tls://10.0.0.1:40123", Path("/shared/jobs/one/tls"))
 STUDY = {
@@ -141,7 +139,7 @@ def test_system_that_is_not_there_or_refuses_is_named(
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(ClusterUnusable, match="there is no such command"):
-        submit("lsf", "")
+        submit("pbs", "")
     refusing = tmp_path / "sbatch"
     refusing.write_text("#!/bin/sh\necho 'sbatch: error: invalid partition specified: short' >&2\nexit 1\n")
     refusing.chmod(0o755)

@@ -1,17 +1,26 @@
 """The cost model against the solver's own cycles: order and bounds, never run times."""
 
 import itertools
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.benchmarks import model
+from tests.worker.run_here import planned, run_here, submit
 
+from damperlab.service.estimates import estimate_document
 from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.digest import family_digest
 from damperlab.studies.plan import plan_with_chunk
+from damperlab.studies.store.reuse.family import done_of_family
+from damperlab.studies.store.store import Store
 from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import (
     HYBRID_CYCLE_SECONDS,
     LINEAR_SECONDS,
     MOST_RIDING,
+    family_factor,
     seconds_per_point,
 )
 
@@ -93,3 +102,45 @@ def test_a_tighter_tolerance_is_expected_to_take_what_it_takes() -> None:
     # what nothing meets is paid to the last cycle; without chatter a cycle costs what the model says
     assert cycles(tightest) == 6 * 20_000
     assert expected(tightest) == pytest.approx(HYBRID_CYCLE_SECONDS * cycles(tightest), rel=0.01)
+
+
+ROWS = (1, 1, 1, 1, 1, 8)
+
+
+def friction_study(rows: int, **more: object) -> Study:
+    axes = {
+        "friction_ratio": {"start": 0.1, "stop": 0.7, "num": rows},
+        "frequency_ratio": {"start": 0.7, "stop": 1.3, "num": 8},
+    }
+    return parse_study({"damping_ratio": 0.05, "axes": axes, "particle": False, **more})
+
+
+def test_studies_of_a_family_tell_what_blocks_take_and_others_do_not(store: Store) -> None:
+    coarse = run_here(store, submit(store, friction_study(5), ROWS).id)
+    # other settings: no family
+    run_here(store, submit(store, friction_study(5, steady={"max_cycles": 50}), ROWS).id)
+    finer = friction_study(16)
+    plan, record = planned(finer, ROWS), submit(store, finer, ROWS)
+    earlier = done_of_family(store, family_digest(finer, record.provenance))
+    assert [each.id for each in earlier] == [coarse.id]
+    factor = coarse.kernel_seconds / planned(friction_study(5), ROWS).seconds
+    assert family_factor(earlier) == pytest.approx(factor, rel=1e-12)
+    # known before it is submitted
+    blind, told = estimate_document(finer, plan), estimate_document(finer, plan, store)
+    assert told["seconds"] - told["compiling_seconds"] == pytest.approx(factor * plan.seconds, rel=1e-12)
+    assert blind["seconds"] - blind["compiling_seconds"] == pytest.approx(plan.seconds, rel=1e-12)
+    for each in (blind, told):
+        assert each["seconds_low"] < each["seconds"] < each["seconds_high"]
+    # who knows more is surer
+    assert told["seconds_high"] / told["seconds_low"] < blind["seconds_high"] / blind["seconds_low"]
+    assert done_of_family(store, "") == []
+    # what cannot be says nothing, and half of the points took twice as long for each
+    assert family_factor([replace(coarse, kernel_seconds=math.inf)]) is None
+    half = replace(coarse, points_reused=coarse.points_done // 2)
+    assert family_factor([half]) == pytest.approx(2 * factor, rel=1e-12)
+
+
+def test_an_earlier_study_tells_what_a_finer_one_takes() -> None:
+    """With what real points took: a study of 23 × 11 × 39 points before one of 96 × 48 × 160."""
+    estimate = model.estimates(4)
+    assert estimate["family"] == pytest.approx(estimate["true"], rel=0.1)

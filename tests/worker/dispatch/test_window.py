@@ -15,8 +15,8 @@ from distributed.nanny import WorkerProcess
 from damperlab.studies.store.record import BlockOutcome
 from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.crew import BLOCKS_PER_THREAD
 from damperlab.worker.dispatch.window import WAIT_SECONDS, Window
+from damperlab.worker.dispatch.workers import BLOCKS_PER_THREAD
 from damperlab.worker.outcomes import RETRIES, Failure, Outage
 from damperlab.worker.provenance import require_code
 
@@ -118,8 +118,8 @@ def test_block_that_never_ends_at_a_worker_goes_to_another(
     client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As where a disk of that machine hangs, while the machine answers."""
-    monkeypatch.setattr("damperlab.worker.dispatch.roster.STUCK_SECONDS", 1.0)
-    monkeypatch.setattr("damperlab.worker.dispatch.roster.STUCK_TIMES", 0.0)
+    monkeypatch.setattr("damperlab.worker.dispatch.worker_state.STUCK_SECONDS", 1.0)
+    monkeypatch.setattr("damperlab.worker.dispatch.worker_state.STUCK_TIMES", 0.0)
     client.wait_for_workers(2)
     hangs = min(client.nthreads())
 
@@ -134,7 +134,7 @@ def test_block_that_never_ends_at_a_worker_goes_to_another(
     try:
         ended = pump(window)
         assert in_order(ended) == [_outcome(index) for index in range(6)]
-        (out,) = window.crew.left_out()
+        (out,) = window.workers.left_out()
         assert out.address == hangs
         assert "does not end" in out.reason
     finally:
@@ -174,7 +174,7 @@ def test_worker_at_which_blocks_fail_that_others_compute_is_left_out(
 
     window = window_of(client, task, 30)
     assert in_order(pump(window)) == [_outcome(index) for index in range(30)]
-    (out,) = window.crew.left_out()
+    (out,) = window.workers.left_out()
     assert out.address == broken
     assert reason in out.reason
     assert 1 <= len(list(tmp_path.iterdir())) <= most
@@ -275,7 +275,7 @@ def test_a_client_that_has_closed_with_its_scheduler_is_an_outage_and_no_other_e
         with pytest.raises(Outage, match="scheduler was lost"):
             list(drains.drain(30.0))
         with pytest.raises(Outage, match="scheduler was lost"):
-            sends._errands.send("block-of-the-test", next(iter(sends.crew.members)), (task, 1))
+            sends._tasks.send("block-of-the-test", next(iter(sends.workers.states)), (task, 1))
         looks._looked = float("-inf")
         with pytest.raises(Outage, match="scheduler was lost"):
             looks.fill()

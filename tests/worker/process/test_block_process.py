@@ -1,4 +1,4 @@
-"""Blocks in processes of their own: started anew, and forked from one that waits beside a worker."""
+"""Blocks in processes of their own."""
 
 import json
 import os
@@ -13,14 +13,11 @@ import psutil
 import pytest
 from tests.worker.dask_processes import ROOT
 
-BOTH = pytest.mark.parametrize("forked", [False, True], ids=["anew", "forked"])
 CALLING = """
 import json, os, signal, sys, threading, time
 from pathlib import Path
-from damperlab.worker.worker_process.block_process import call_apart, stand_by
+from damperlab.worker.worker_process.block_process import call_apart
 from damperlab.worker.outcomes import Crashed, Leaving
-if {forked}:
-    stand_by()
 def said(function, *arguments):
     try:
         return ["returned", call_apart(function, *arguments)]
@@ -29,27 +26,25 @@ def said(function, *arguments):
 """
 
 
-def start(forked: bool, code: str) -> "subprocess.Popen[str]":
+def start(code: str) -> "subprocess.Popen[str]":
     """A process that stands in for a worker."""
     environment = {**os.environ, "PYTHONPATH": f"{ROOT / 'src'}"}
-    command = [sys.executable, "-c", CALLING.replace("{forked}", str(forked)) + code]
+    command = [sys.executable, "-c", CALLING + code]
     return subprocess.Popen(command, env=environment, text=True, stdout=subprocess.PIPE)
 
 
-def told(forked: bool, code: str) -> Any:
-    with start(forked, code) as process:
+def told(code: str) -> Any:
+    with start(code) as process:
         out, _ = process.communicate(timeout=900)
     assert process.returncode == 0
     return json.loads(out.splitlines()[-1])
 
 
-@BOTH
-def test_a_call_ends_as_it_would_here_and_how_its_process_ended_is_seen(forked: bool) -> None:
+def test_a_call_ends_as_it_would_here_and_how_its_process_ended_is_seen() -> None:
     def kill(number: int) -> str:
         return f"said(lambda: os.kill(os.getpid(), {number}))"
 
     found = told(
-        forked,
         f"""
 def talk():
     print("no part of the answer", flush=True)
@@ -72,46 +67,16 @@ print(json.dumps([
     assert after == ["returned", 1]
 
 
-def test_a_process_beside_a_worker_has_loaded_what_a_block_needs() -> None:
-    """And where the one that waits is gone, a process is started anew."""
-    found = told(
-        True,
-        """
-def loaded():
-    return "damperlab.worker.worker_process.tasks" in sys.modules, os.getppid()
-first = said(loaded)
-def end_the_one_that_waits():
-    keeper = os.getppid()
-    waiting = int(Path(f"/proc/{keeper}/stat").read_text().rsplit(")")[1].split()[1])
-    os.kill(waiting, signal.SIGKILL)
-    return waiting
-waiting = said(end_the_one_that_waits)[1]
-os.waitpid(waiting, 0)
-print(json.dumps([first, said(loaded)]))""",
-    )
-    ((_, (first, _)), (how, (second, _))) = found
-    assert (first, how, second) == (True, "returned", False)
-
-
-@pytest.mark.parametrize(
-    ("forked", "number"),
-    [
-        (True, signal.SIGKILL),
-        *(
-            pytest.param(forked, number, marks=pytest.mark.night)
-            for forked, number in ((True, signal.SIGTERM), (False, signal.SIGKILL), (False, signal.SIGTERM))
-        ),
-    ],
-)
-def test_no_process_outlives_its_worker(forked: bool, number: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGTERM, marks=pytest.mark.night)])
+def test_no_process_outlives_its_worker(number: int, tmp_path: Path) -> None:
     sign = tmp_path / "begun"
-    with start(forked, f"said(lambda: (Path({str(sign)!r}).touch(), time.sleep(600)))") as process:
+    with start(f"said(lambda: (Path({str(sign)!r}).touch(), time.sleep(600)))") as process:
         deadline = time.monotonic() + 900.0
         while not sign.exists():
             assert time.monotonic() < deadline
             time.sleep(0.02)
         beside = psutil.Process(process.pid).children(recursive=True)
-        assert len(beside) == (3 if forked else 1)
+        assert len(beside) == 1
         process.send_signal(number)
         process.wait()
         _, alive = psutil.wait_procs(beside, timeout=900)

@@ -12,10 +12,9 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.variables import VARIABLES, Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.cluster.cluster import connect
-from damperlab.worker.dispatch.errands import Errands
+from damperlab.worker.dispatch.tasks import Tasks, sealed
 from damperlab.worker.provenance import WrongCode, code_hash, computing
 from damperlab.worker.worker_process.examination import examine
-from damperlab.worker.worker_process.sealed_call import sealed
 from damperlab.worker.worker_process.tasks import failed_values, run_block
 
 CHUNK = 50
@@ -103,13 +102,11 @@ def test_a_sealed_call_can_be_made_by_who_knows_its_function_alone() -> None:
 def test_a_scheduler_loads_neither_solver_nor_store_for_what_workers_do() -> None:
     with connect(workers=1) as client:
         (address,) = client.nthreads()
-        errands = Errands(client, 0)
-        facts = errands.send(errands.key("facts"), address, (computing,)).result()
+        tasks = Tasks(client, 0)
+        facts = tasks.send(tasks.key("facts"), address, (computing,)).result()
         assert facts["identity"] == computing()["identity"]
         # what it raises comes back as well
-        refused = errands.send(
-            errands.key("examination"), address, (examine, "", "", "other", None)
-        ).exception()
+        refused = tasks.send(tasks.key("examination"), address, (examine, "", "", "other", None)).exception()
         assert type(refused).__name__ == "WrongCode"
         loaded = client.run_on_scheduler(eval, "list(__import__('sys').modules)")
     assert "distributed.scheduler" in loaded

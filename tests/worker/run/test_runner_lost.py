@@ -9,7 +9,7 @@ import numpy as np
 import psutil
 import pytest
 from tests.faults.processes import Database
-from tests.worker.dask_processes import member, scheduler_process
+from tests.worker.dask_processes import scheduler_process, worker_process
 from tests.worker.run_here import linear_study, run_here, submit
 
 from damperlab.studies.store.faults import StoreFault
@@ -33,7 +33,7 @@ def test_scheduler_that_comes_back_is_gone_on_with(tmp_path: Path) -> None:
     with ExitStack() as stack:
         address, process = stack.enter_context(scheduler_process())
         # one worker, which comes back by itself
-        stack.enter_context(member(address))
+        stack.enter_context(worker_process(address))
         kept: list[int] = []
         waited: list[str | None] = []
         patience: list[float] = []

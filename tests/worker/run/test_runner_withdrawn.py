@@ -9,7 +9,6 @@ import pytest
 from tests.worker.run_here import linear_study, run_here, submit
 
 from damperlab.studies.store.store import Store
-from damperlab.worker.run.lease import hold
 
 STUDY = linear_study([0.8, 1.0, 1.2])
 RENEW_SECONDS = 0.05
@@ -39,18 +38,6 @@ def test_a_study_whose_runner_waits_for_its_turn_at_writing_is_not_cancelled(lat
     record = run_here(late, study_id)
     assert (record.state, record.blocks_done) == ("done", record.blocks_total)
     assert [what for _, what in late.events(study_id)][1:3] == ["queued to running", "running to done"]
-
-
-def test_a_claim_is_not_withdrawn_before_the_study_runs_and_is_afterwards(late: Late) -> None:
-    late.after_claim = lambda: None
-    study_id = submit(late, STUDY, 1).id
-    with hold(late, study_id) as lease:
-        time.sleep(10 * RENEW_SECONDS)
-        assert not lease.over
-        late.set_state(study_id, "running", owner=lease.owner)
-        lease.begun.set()
-        late.set_state(study_id, "cancelled")
-        assert lease.withdrawn.wait(60)
 
 
 def test_a_study_that_is_cancelled_as_its_runner_begins_stays_cancelled(late: Late) -> None:

@@ -87,8 +87,7 @@ def worker(
 ) -> None:
     """Compute blocks for a scheduler, one at a time. When told to leave, finish or give back the block that is running."""
     from damperlab.worker.cluster.certificates import security
-    from damperlab.worker.worker_process.member import Terms, serve_worker
-    from damperlab.worker.worker_process.termination_notice import faulty
+    from damperlab.worker.worker_process.worker import Terms, faulty, serve_worker
 
     if notice_url is not None and (wrong := faulty(notice_url)):
         raise typer.BadParameter(f"{wrong}. Name an http or https address.", param_hint="--notice-url")

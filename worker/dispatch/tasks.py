@@ -1,16 +1,17 @@
 """Tasks sent to named workers of a cluster, and which of them have ended: the one door to Dask's client."""
 
+import pickle
 import queue
 import time
 import uuid
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 from typing import Any
 
 from distributed import Client, Future
+from distributed.protocol.pickle import dumps
 
 from damperlab.worker.outcomes import Outage, SchedulerLost, asking_the_cluster
-from damperlab.worker.worker_process.sealed_call import sealed
 
 ANSWER_SECONDS = 30.0
 """How long a scheduler that is there may take to answer."""
@@ -21,7 +22,7 @@ Call = tuple[Any, ...]
 """A function and its arguments."""
 
 
-class Errands:
+class Tasks:
     """Tasks at the workers of a cluster.
 
     Parameters
@@ -121,3 +122,30 @@ class Errands:
         """Raise `SchedulerLost` where it is."""
         if self._client.status != "running":
             raise SchedulerLost
+
+
+class _Call:
+    """What is unpickled as the value of a call, which is made then."""
+
+    def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+        self._what = function, arguments
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        return self._what
+
+
+def sealed(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[[bytes], Any], bytes]:
+    """Give what to submit in place of a function and its arguments, which only the worker that makes the call can read.
+
+    A Dask scheduler unpickles what it hands on, and so loads the module of every function and argument: solver and stores,
+    which take as long as all else that it loads. Of a sealed call it sees bytes. Workers need nothing of this module: one of
+    another version says that it is of another version.
+
+    Parameters
+    ----------
+    function : callable
+        It travels by name, where it has one that can be imported, and else as Dask's own calls do.
+    *arguments
+        What it is called with.
+    """
+    return pickle.loads, dumps(_Call(function, arguments))

@@ -1,4 +1,4 @@
-"""A handful of small studies that begin and end together: what each costs beside its points is shared by all of them."""
+"""A batch of small studies that begin and end together: what each costs beside its points is shared by all of them."""
 
 import logging
 import threading
@@ -61,7 +61,7 @@ def hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str,
     """Claim studies for the time of the context; what is not ended in it is queued again."""
     with held_owner() as owner:
         runner = threading.current_thread()
-        renewing = Background("lease-handful", lambda: store.renew_all(owner), RENEW_SECONDS, runner.is_alive)
+        renewing = Background("lease-batch", lambda: store.renew_all(owner), RENEW_SECONDS, runner.is_alive)
         renewing.start(at_once=False)
         try:
             yield owner, store.take(ids, owner, identity)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from damperlab.studies.faults import counted
-from damperlab.worker.dispatch.piece import Attempt, Piece
+from damperlab.worker.dispatch.backlog import Attempt
 from damperlab.worker.outcomes import RETRIES
 
 _NEVER = math.inf
@@ -58,7 +58,7 @@ class Suspicion:
 
 
 @dataclass
-class Member:
+class WorkerState:
     """One worker.
 
     Parameters
@@ -96,50 +96,50 @@ class Member:
         return self.standing in ("usable", "on trial")
 
 
-class Roster:
+class Standings:
     """The workers that are there, by address, and the news of them."""
 
     def __init__(self) -> None:
-        self.members: dict[str, Member] = {}
+        self.states: dict[str, WorkerState] = {}
         self.news: list[str] = []
         self._threads = 0
 
     @property
-    def usable(self) -> list[Member]:
+    def usable(self) -> list[WorkerState]:
         """The workers that compute."""
-        return [member for member in self.members.values() if member.usable]
+        return [worker for worker in self.states.values() if worker.usable]
 
     @property
     def able(self) -> bool:
         """Whether somebody computes; one that was left out and is used again has yet to show that it can."""
         return any(
             one.standing == "usable" or (one.held and one.standing in ("joining", "leaving"))
-            for one in self.members.values()
+            for one in self.states.values()
         )
 
-    def due(self, now: float) -> Iterator[Member]:
+    def due(self, now: float) -> Iterator[WorkerState]:
         """Give the workers that are to be examined."""
-        for member in self.members.values():
-            if member.standing in ("joining", "out") and member.again_at <= now:
-                yield member
+        for worker in self.states.values():
+            if worker.standing in ("joining", "out") and worker.again_at <= now:
+                yield worker
 
     def admit(self, address: str) -> None:
         """Let a worker compute."""
-        member = self.members.get(address)
-        if member is None or member.standing not in ("joining", "out"):
+        worker = self.states.get(address)
+        if worker is None or worker.standing not in ("joining", "out"):
             return
-        if member.standing == "out":
+        if worker.standing == "out":
             self.news.append(f"worker {address} is used again")
-        if member.standing == "out":
-            member.standing = "on trial"  # and keeps its reason, which may still hold
+        if worker.standing == "out":
+            worker.standing = "on trial"  # and keeps its reason, which may still hold
         else:
-            self.trust(member)
-        member.against.unreadable = 0
-        self._threads += member.threads
+            self.trust(worker)
+        worker.against.unreadable = 0
+        self._threads += worker.threads
 
-    def trust(self, member: Member) -> None:
+    def trust(self, worker: WorkerState) -> None:
         """Take a worker for one that computes."""
-        member.standing, member.reason = "usable", ""
+        worker.standing, worker.reason = "usable", ""
 
     def leave_out(self, address: str, reason: str, again_at: float = _NEVER) -> None:
         """Let a worker compute no more; what it holds it may still end.
@@ -153,42 +153,42 @@ class Roster:
         again_at : float
             When to examine it again.
         """
-        member = self.members.get(address)
-        if member is None or member.standing == "leaving":
+        worker = self.states.get(address)
+        if worker is None or worker.standing == "leaving":
             return
-        if (member.standing, member.reason) != ("out", reason):
+        if (worker.standing, worker.reason) != ("out", reason):
             self.news.append(f"worker {address} is left out: {reason}")
-        member.standing, member.reason, member.again_at = "out", reason, again_at
+        worker.standing, worker.reason, worker.again_at = "out", reason, again_at
         self._count()
 
     def examine_again(self) -> None:
         """Let everybody who computes be examined first."""
-        for member in self.usable:
-            member.standing, member.again_at = "joining", 0.0
+        for worker in self.usable:
+            worker.standing, worker.again_at = "joining", 0.0
         self._count()
 
     def words(self) -> str:
         """Say who is there, for somebody who waits."""
-        if not self.members:
+        if not self.states:
             return "the cluster has no worker"
         told = [
-            f"{member.address} is left out: {member.reason}"
-            if member.standing == "out"
-            else f"{member.address} leaves: {member.reason}"
-            if member.standing == "leaving"
-            else f"{member.address} was left out and is tried again: {member.reason}"
-            if member.standing == "on trial"
-            else f"{member.address} has not been examined yet"
-            for member in self.members.values()
-            if member.standing != "usable"
+            f"{worker.address} is left out: {worker.reason}"
+            if worker.standing == "out"
+            else f"{worker.address} leaves: {worker.reason}"
+            if worker.standing == "leaving"
+            else f"{worker.address} was left out and is tried again: {worker.reason}"
+            if worker.standing == "on trial"
+            else f"{worker.address} has not been examined yet"
+            for worker in self.states.values()
+            if worker.standing != "usable"
         ]
-        if all(member.standing == "joining" for member in self.members.values()):
-            return f"{counted(len(self.members), 'worker')} being examined"
-        return f"none of the {len(self.members)} workers can compute: {_some(told)}"
+        if all(worker.standing == "joining" for worker in self.states.values()):
+            return f"{counted(len(self.states), 'worker')} being examined"
+        return f"none of the {len(self.states)} workers can compute: {_some(told)}"
 
     def standings(self) -> tuple[tuple[str, int], ...]:
         """Count the workers by their standing, as others are told of it."""
-        found = [TOLD[member.standing] for member in self.members.values()]
+        found = [TOLD[worker.standing] for worker in self.states.values()]
         return tuple((standing, found.count(standing)) for standing in STANDINGS)
 
     def take_news(self) -> list[str]:
@@ -196,50 +196,50 @@ class Roster:
         news, self.news = self.news, []
         return news
 
-    def left_out(self) -> list[Member]:
+    def left_out(self) -> list[WorkerState]:
         """Give the workers that are left out."""
-        return [member for member in self.members.values() if member.standing == "out"]
+        return [worker for worker in self.states.values() if worker.standing == "out"]
 
     def reasons(self) -> str:
         """Say who is left out and why; empty where nobody is."""
-        return _some([f"{member.address}: {member.reason}" for member in self.left_out()])
+        return _some([f"{worker.address}: {worker.reason}" for worker in self.left_out()])
 
-    def _cannot_read(self, member: Member, text: str, now: float, at_once: bool) -> None:
-        member.against.unreadable += 1
+    def _cannot_read(self, worker: WorkerState, text: str, now: float, at_once: bool) -> None:
+        worker.against.unreadable += 1
         # a store that is away was asked for a while already
-        if at_once or member.against.unreadable > RETRIES:
+        if at_once or worker.against.unreadable > RETRIES:
             reason = f"it cannot read or write the study's data ({text})"
-            self.leave_out(member.address, reason, now + AGAIN_SECONDS)
+            self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
 
-    def _confirm(self, member: Member, index: int) -> None:
+    def _confirm(self, worker: WorkerState, index: int) -> None:
         """Count a block that failed at a worker, and that another has computed since."""
-        against = member.against
+        against = worker.against
         against.blamed.discard(index)
         against.confirmed += 1
         if against.confirmed > RETRIES:
             self.leave_out(
-                member.address,
+                worker.address,
                 f"{against.confirmed} blocks failed there and nowhere else, the last with {against.last_error}",
             )
 
-    def _meet(self, threads: Mapping[str, int], running: Collection[str]) -> list[Member]:
+    def _meet(self, threads: Mapping[str, int], running: Collection[str]) -> list[WorkerState]:
         """Take notice of who is there; give those who take nothing more now."""
-        ending: list[Member] = []
+        ending: list[WorkerState] = []
         for address, count in threads.items():
-            member = self.members.setdefault(address, Member(address, count))
-            member.threads = count
+            worker = self.states.setdefault(address, WorkerState(address, count))
+            worker.threads = count
             if address in running:
-                if member.standing == "leaving":
-                    member.standing, member.reason = "joining", ""
-            elif member.standing != "leaving":
-                member.standing, member.reason = "leaving", "it was told to leave, or is short of memory"
-                self.news.append(f"worker {address} takes no more blocks: {member.reason}")
-                ending.append(member)
+                if worker.standing == "leaving":
+                    worker.standing, worker.reason = "joining", ""
+            elif worker.standing != "leaving":
+                worker.standing, worker.reason = "leaving", "it was told to leave, or is short of memory"
+                self.news.append(f"worker {address} takes no more blocks: {worker.reason}")
+                ending.append(worker)
         self._count()
         return ending
 
     def _count(self) -> None:
-        self._threads = sum(member.threads for member in self.usable)
+        self._threads = sum(worker.threads for worker in self.usable)
 
 
 def _some(told: list[str]) -> str:
@@ -255,28 +255,28 @@ class Patience:
         self._since: dict[str, float] = {}
 
     def overdue(
-        self, members: Iterable[Member], expected: Callable[[Piece], float], now: float
-    ) -> Iterator[tuple[Member, str, float]]:
+        self, states: Iterable[WorkerState], expected: Callable[[int], float], now: float
+    ) -> Iterator[tuple[WorkerState, str, float]]:
         """Give the tasks that run for too long.
 
         Parameters
         ----------
-        members : iterable of Member
+        states : iterable of WorkerState
             The workers; those that leave will be gone soon.
         expected : callable
-            Gives what a piece is expected to take [s].
+            Gives what a block is expected to take [s].
         now : float
             By a clock that nobody sets [s].
 
         Yields
         ------
-        member, key, seconds : Member, str, float
+        worker, key, seconds : WorkerState, str, float
             The worker, the task, and how long it has been seen there [s].
         """
-        running = {key: member for member in members for key in list(member.held)[: member.threads]}
+        running = {key: worker for worker in states for key in list(worker.held)[: worker.threads]}
         self._since = {key: self._since.get(key, now) for key in running}
-        for key, member in running.items():
+        for key, worker in running.items():
             seconds = now - self._since[key]
-            likely = expected(member.held[key].piece)
-            if member.standing != "leaving" and seconds > max(STUCK_SECONDS, STUCK_TIMES * likely):
-                yield member, key, seconds
+            likely = expected(worker.held[key].index)
+            if worker.standing != "leaving" and seconds > max(STUCK_SECONDS, STUCK_TIMES * likely):
+                yield worker, key, seconds

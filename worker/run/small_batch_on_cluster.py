@@ -1,4 +1,4 @@
-"""A handful of small studies run together at a cluster."""
+"""A batch of small studies run together at a cluster."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -10,16 +10,16 @@ from distributed import Client, Future
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.store import Store
+from damperlab.worker.dispatch.preparation import all_ready
+from damperlab.worker.dispatch.tasks import sealed
 from damperlab.worker.outcomes import Outage, asking_the_cluster
 from damperlab.worker.provenance import WrongCode, computing, one_identity
-from damperlab.worker.run.handful import hold, tasks_of
+from damperlab.worker.run.small_batch import hold, tasks_of
 from damperlab.worker.scenes import scenes
-from damperlab.worker.worker_process.preparation import all_ready
-from damperlab.worker.worker_process.sealed_call import sealed
 from damperlab.worker.worker_process.tasks import run_block
 
 MOST = 64
-"""Studies in one handful."""
+"""Studies in one batch."""
 A_TASK = 8
 """Studies in one task."""
 POLL_SECONDS = 0.05

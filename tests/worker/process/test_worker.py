@@ -16,7 +16,7 @@ from typing import ClassVar
 import psutil
 import pytest
 from distributed import Security
-from tests.worker.dask_processes import member, scheduler_process
+from tests.worker.dask_processes import scheduler_process, worker_process
 from tests.worker.dispatch.test_window import pump
 
 from damperlab.studies.store.record import BlockOutcome
@@ -25,7 +25,7 @@ from damperlab.worker.cluster.cluster import _probe, connect
 from damperlab.worker.dispatch.backlog import Backlog
 from damperlab.worker.dispatch.window import Window
 from damperlab.worker.outcomes import ClusterUnusable, Failure
-from damperlab.worker.worker_process.termination_notice import announced, faulty
+from damperlab.worker.worker_process.worker import announced, faulty
 
 GONE_SECONDS = 120.0
 
@@ -48,7 +48,7 @@ def test_worker_that_is_told_to_leave_ends_its_block_and_the_next_one_goes_on(tm
         window = Window(client, lambda index, key: (task, index), Backlog(range(4)))
         ended: list[BlockOutcome | Failure] = []
         for _ in range(2):
-            process = stack.enter_context(member(address))
+            process = stack.enter_context(worker_process(address))
             before = sum(begun(tmp_path).values())
             while sum(begun(tmp_path).values()) == before:
                 window.fill()
@@ -58,7 +58,7 @@ def test_worker_that_is_told_to_leave_ends_its_block_and_the_next_one_goes_on(tm
                 window.fill()
                 ended.extend(window.collect(0.1))
             assert process.returncode == 0
-        stack.enter_context(member(address))
+        stack.enter_context(worker_process(address))
         ended.extend(pump(window))
     assert sorted(each.index for each in ended) == list(range(4))
     assert all(isinstance(each, BlockOutcome) for each in ended)
@@ -76,7 +76,7 @@ def test_worker_without_work_leaves_in_time(scheduler: str, status: int) -> None
             address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         else:
             address, process = stack.enter_context(scheduler_process())
-        worker = stack.enter_context(member(address, "--leave-idle=8"))
+        worker = stack.enter_context(worker_process(address, "--leave-idle=8"))
         if scheduler == "is lost":
             with connect(scheduler=address) as client:
                 client.wait_for_workers(1, timeout=GONE_SECONDS)
@@ -98,15 +98,15 @@ def test_block_that_takes_longer_than_there_is_time_is_given_back(tmp_path: Path
     options = {"notice": (f"--notice={notice}",), "lifetime": ("--lifetime=60",)}[how]
     with scheduler_process() as (address, _), connect(scheduler=address) as client, ExitStack() as stack:
         window = Window(client, lambda index, key: (task, index), Backlog(range(1)))
-        process = stack.enter_context(member(address, "--leave-within=1", *options))
+        process = stack.enter_context(worker_process(address, "--leave-within=1", *options))
         while not begun(tmp_path):
             window.fill()
             assert list(window.collect(0.1)) == []
         notice.touch()
         assert process.wait(GONE_SECONDS) == 0
-        stack.enter_context(member(address))
+        stack.enter_context(worker_process(address))
         assert [each.index for each in pump(window)] == [0]
-        assert window.crew.retries == 1
+        assert window.workers.retries == 1
 
 
 class SpotMarket(BaseHTTPRequestHandler):
@@ -155,7 +155,10 @@ def test_notice_is_an_answer_that_says_so(spot_market: str, monkeypatch: pytest.
 @pytest.mark.night
 def test_worker_leaves_when_its_address_says_so(spot_market: str) -> None:
     SpotMarket.answer, before = (404, b"not here"), SpotMarket.asked
-    with scheduler_process() as (address, _), member(address, f"--notice-url={spot_market}") as process:
+    with (
+        scheduler_process() as (address, _),
+        worker_process(address, f"--notice-url={spot_market}") as process,
+    ):
         while SpotMarket.asked < before + 2:
             assert process.poll() is None
             time.sleep(0.1)
@@ -195,7 +198,7 @@ def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> N
             ("tcp:", (), "it closes the connection, as where it asks for certificates"),
         ):
             asked = address.replace("tls:", scheme)
-            with member(asked, "--lifetime=60", *options, stderr=subprocess.PIPE) as stranger:
+            with worker_process(asked, "--lifetime=60", *options, stderr=subprocess.PIPE) as stranger:
                 assert stranger.stderr is not None
                 with stranger.stderr as told:
                     lines = iter(told.readline, b"")
@@ -205,7 +208,7 @@ def test_worker_that_is_not_let_in_says_why_and_asks_seldom(tmp_path: Path) -> N
                     time.sleep(2.0)
                     stranger.kill()
                     assert told.read() == b""
-        with member(address, stderr=subprocess.PIPE) as nobody:
+        with worker_process(address, stderr=subprocess.PIPE) as nobody:
             _, refused = nobody.communicate(timeout=GONE_SECONDS)
             assert b"There are no certificates to show to tls:" in refused
             assert b"--tls" in refused
@@ -222,7 +225,7 @@ def test_cluster_with_certificates_computes_for_those_who_have_one(
     shown = ("--protocol=tls", f"--tls-ca-file={ours / 'ca.pem'}", f"--tls-cert={ours / 'cert.pem'}")
     with scheduler_process(*shown, f"--tls-key={ours / 'key.pem'}") as (address, _):
         assert address.startswith("tls://")
-        with member(address, f"--tls={ours}"):
+        with worker_process(address, f"--tls={ours}"):
             monkeypatch.setenv("DAMPERLAB_CLUSTER_TLS", str(ours))
             with connect(scheduler=address) as client:
                 window = Window(client, lambda index, key: (_one, index), Backlog(range(3)))
@@ -241,7 +244,7 @@ def test_cluster_with_certificates_computes_for_those_who_have_one(
                 with pytest.raises(ClusterUnusable), connect(scheduler=address.replace("tls:", "tcp:")):
                     pass
                 # a worker of theirs cannot join either
-                with member(address, f"--tls={theirs}") as stranger:
+                with worker_process(address, f"--tls={theirs}") as stranger:
                     assert len(client.nthreads()) == 1
                     assert stranger.poll() is None or stranger.returncode != 0
 

@@ -8,20 +8,25 @@ import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from http.client import HTTPConnection, HTTPException, HTTPSConnection
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import dask
 from distributed import Security, Worker
 from distributed.core import Status
 
 from damperlab.worker.cluster.cluster import ONE_THREAD
-from damperlab.worker.worker_process.block_process import stand_by
 from damperlab.worker.worker_process.connecting import REFUSED_AGAIN_SECONDS, joined, own_host, say
 from damperlab.worker.worker_process.self_check import show_alive
-from damperlab.worker.worker_process.termination_notice import ASK_SECONDS, announced
 
 LOOK_SECONDS = 0.2
 """Between two looks for a notice, and at what is left to do."""
+ASK_SECONDS = 5.0
+"""Between two questions for a notice of an address: notices come 30 to 120 s ahead."""
+ANSWER_SECONDS = 2.0
+"""Longest time that one of them may take."""
+_NOT_YET = (b"false", b"none", b"")
 
 
 @dataclass(frozen=True)
@@ -37,7 +42,7 @@ class Terms:
     notice : Path, optional
         It leaves once this file is there, as a spot market's watcher puts it.
     notice_url : str, optional
-        It leaves once this address says so, see `damperlab.worker.worker_process.termination_notice`; nobody is asked without.
+        It leaves once this address says so, see `announced`; nobody is asked without.
     leave_idle_s : float, optional
         It leaves after this time without a block, or without a scheduler that answers [s].
     alive : Path, optional
@@ -98,7 +103,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
     async with _asking(terms.notice_url, told):
         reason = ""
         while not reason:
-            worker = await _member(scheduler, security, told, _patience(terms, began), memory_limit, name)
+            worker = await _connected(scheduler, security, told, _patience(terms, began), memory_limit, name)
             if worker is None:
                 return 0 if told.done() and not wrong else 1
             async with worker:
@@ -118,7 +123,7 @@ def _patience(terms: Terms, began: float) -> float:
     return max(0.0, min(lifetime, math.inf if terms.leave_idle_s is None else terms.leave_idle_s))
 
 
-async def _member(
+async def _connected(
     scheduler: str,
     security: Security,
     told: "asyncio.Future[str]",
@@ -202,12 +207,50 @@ async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms,
     return ""
 
 
+def faulty(url: str) -> str | None:
+    """Say what is wrong with an address that is to be asked; None where it can be."""
+    try:
+        parts = urlsplit(url)
+        usable = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
+    except ValueError:
+        usable = False
+    return None if usable else f"{url!r} is no address such as http://169.254.169.254/…"
+
+
+def announced(url: str) -> bool:
+    """Ask whether this machine is to go.
+
+    Parameters
+    ----------
+    url : str
+        Answers 200 once it is, and something else before; FALSE, NONE or nothing in a body of 200 is no notice either.
+        Redirects are not followed, and no proxy is used.
+
+    Returns
+    -------
+    bool
+        False too where nobody answers: a notice is a courtesy.
+    """
+    parts = urlsplit(url)
+    kind = HTTPSConnection if parts.scheme == "https" else HTTPConnection
+    connection = kind(str(parts.hostname), parts.port, timeout=ANSWER_SECONDS)
+    path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
+    try:
+        # without it Google's address refuses
+        connection.request("GET", path, headers={"Metadata-Flavor": "Google"})
+        answer = connection.getresponse()
+        return answer.status == 200 and answer.read(64).strip().lower() not in _NOT_YET
+    except (OSError, HTTPException):
+        return False
+    finally:
+        connection.close()
+
+
 def serve_worker(
     scheduler: str, security: Security, terms: Terms, memory_limit: str = "auto", name: str | None = None
 ) -> None:
     """Be a worker until told to leave, then end the process; see `work`."""
     os.environ.update(ONE_THREAD)
-    stand_by()
     settings = {"distributed.worker.profile.enabled": False, "distributed.comm.timeouts.connect": "10s"}
     with dask.config.set(settings):
         status = asyncio.run(work(scheduler, security, terms, memory_limit, name))

@@ -5,11 +5,11 @@ from collections.abc import Callable, Collection, Sequence
 
 from distributed import Client
 
+from damperlab.worker.dispatch.tasks import sealed
 from damperlab.worker.jit import CACHE_FOLDER
 from damperlab.worker.provenance import identity
 from damperlab.worker.scenes import Scene
 from damperlab.worker.warm import missing, warm
-from damperlab.worker.worker_process.sealed_call import sealed
 
 LOOK_SECONDS = 0.2
 """Between two looks at what is compiled: how late a stop is noticed."""

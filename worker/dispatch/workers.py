@@ -9,9 +9,8 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
 from damperlab.studies.store.files.shelf import ShelfAway
-from damperlab.worker.dispatch.backlog import Backlog
-from damperlab.worker.dispatch.piece import Attempt
-from damperlab.worker.dispatch.roster import AGAIN_SECONDS, Member, Patience, Roster
+from damperlab.worker.dispatch.backlog import Attempt, Backlog
+from damperlab.worker.dispatch.worker_state import AGAIN_SECONDS, Patience, Standings, WorkerState
 from damperlab.worker.outcomes import RETRIES, Crashed, Failure, Leaving, Outage, is_full
 from damperlab.worker.provenance import WrongCode
 
@@ -19,7 +18,7 @@ BLOCKS_PER_THREAD = 2
 """Blocks at a worker per thread: one runs, one waits there, so that no thread idles while an answer travels."""
 
 
-class Crew(Roster):
+class Workers(Standings):
     """The workers of one study, and its blocks among them.
 
     Parameters
@@ -39,7 +38,6 @@ class Crew(Roster):
         self._where: dict[str, str] = {}
         # of thousands of workers few have room at a time: those without a block for each thread, without two, …
         self._hungry: tuple[dict[str, None], ...] = tuple({} for _ in range(BLOCKS_PER_THREAD))
-        self._given_up: set[int] = set()
         self._patience = Patience()
 
     @property
@@ -67,12 +65,12 @@ class Crew(Roster):
         list of str
             Keys of tasks that will not be computed where they lie; their blocks are given to others.
         """
-        lost = [key for address in self.members.keys() - threads.keys() for key in self.vanish(address)]
-        for member in self._meet(threads, running):
+        lost = [key for address in self.states.keys() - threads.keys() for key in self.vanish(address)]
+        for worker in self._meet(threads, running):
             # it ends what it runs
-            not_begun = list(member.held)[member.threads :]
+            not_begun = list(worker.held)[worker.threads :]
             for key in not_begun:
-                self._give_back(self._take(key))
+                self._again.append(self._take(key))
             lost += not_begun
         return lost
 
@@ -90,42 +88,40 @@ class Crew(Roster):
             Keys of tasks whose results are wanted no more.
         """
         lost: list[str] = []
-        for member, key, seconds in self._patience.overdue(
-            self.members.values(), self._backlog.expected, now
-        ):
-            attempt = member.held.get(key)
-            if attempt is None or attempt.moved or self._is_alone(member):
+        for worker, key, seconds in self._patience.overdue(self.states.values(), self._backlog.expected, now):
+            attempt = worker.held.get(key)
+            if attempt is None or attempt.moved or self._is_alone(worker):
                 continue
             reason = f"block {attempt.index} has been there for {seconds:.0f} s and does not end"
-            self.leave_out(member.address, reason, now + AGAIN_SECONDS)
-            for each in list(member.held):
+            self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
+            for each in list(worker.held):
                 taken = self._take(each)
-                self._give_back(replace(taken.begun(), moved=True) if each == key else taken)
+                self._again.append(replace(taken.begun(), moved=True) if each == key else taken)
                 lost.append(each)
         return lost
 
     def vanish(self, address: str) -> list[str]:
         """Forget a worker that is gone; give the keys of its tasks."""
-        member = self.members.pop(address, None)
-        if member is None:
+        worker = self.states.pop(address, None)
+        if worker is None:
             return []
-        self._threads -= member.threads if member.usable else 0
-        known = member.standing == "leaving"
-        if member.held and not known:
+        self._threads -= worker.threads if worker.usable else 0
+        known = worker.standing == "leaving"
+        if worker.held and not known:
             self.news.append(
-                f"worker {address} is gone; its {len(member.held)} blocks are computed by others"
+                f"worker {address} is gone; its {len(worker.held)} blocks are computed by others"
             )
-        for place, attempt in enumerate(member.held.values()):
+        for place, attempt in enumerate(worker.held.values()):
             # it took what waited behind with it, which had no part in it
-            began = place < member.threads and not known
-            self._give_back(attempt.begun(apart=True) if began else attempt)
+            began = place < worker.threads and not known
+            self._again.append(attempt.begun(apart=True) if began else attempt)
             if began:
                 self.incidents.append(
                     f"block {attempt.index} was computed by worker {address}, which is gone"
                 )
-        for key in member.held:
+        for key in worker.held:
             del self._where[key]
-        return list(member.held)
+        return list(worker.held)
 
     def admit(self, address: str) -> None:
         """Let a worker compute."""
@@ -135,22 +131,21 @@ class Crew(Roster):
 
     def assignments(self) -> Iterator[tuple[str, Attempt]]:
         """Give the blocks to send now, each with the worker; tell `sent` of each before the next is asked for."""
-        trusted = any(one.usable and not one.against.doubtful for one in self.members.values())
+        trusted = any(one.usable and not one.against.doubtful for one in self.states.values())
         for depth, hungry in enumerate(self._hungry, 1):
-            if not self.waiting or (depth > 1 and self._backlog.nears_end(self._threads)):
+            if not self.waiting or (depth > 1 and self._nears_end):
                 return
-            # the longest of what waits goes where the least lies
-            for address in sorted(hungry, key=self._held_seconds) if depth > 1 else list(hungry):
-                member = self.members.get(address)
-                if member is None or not member.usable:
+            for address in list(hungry):
+                worker = self.states.get(address)
+                if worker is None or not worker.usable:
                     del hungry[address]
                     continue
-                if trusted and member.against.doubtful:
+                if trusted and worker.against.doubtful:
                     continue
-                while len(member.held) < depth * member.threads:
-                    if not self.waiting or (depth > 1 and self._backlog.nears_end(self._threads)):
+                while len(worker.held) < depth * worker.threads:
+                    if not self.waiting or (depth > 1 and self._nears_end):
                         return
-                    attempt = self._next_for(member)
+                    attempt = self._next_for(worker)
                     if attempt is None:
                         break
                     yield address, attempt
@@ -160,38 +155,29 @@ class Crew(Roster):
     def sent(self, key: str, address: str, attempt: Attempt) -> None:
         """Hear under which key a block went to a worker."""
         self.retries += attempt.tries > 0
-        self.members[address].held[key] = attempt
+        self.states[address].held[key] = attempt
         self._where[key] = address
 
     def at(self, key: str) -> str | None:
         """Give the worker that holds a task; None where that is no more."""
         return self._where.get(key)
 
-    def ended(self, key: str, kernel_seconds: float = 0.0) -> None:
-        """Hear that a block is computed: who failed at it before is to blame.
-
-        Parameters
-        ----------
-        key : str
-            Of the task.
-        kernel_seconds : float
-            What it took in kernels [s]; 0 where that says nothing about the blocks beside it.
-        """
-        member = self.members[self._where[key]]
+    def ended(self, key: str) -> None:
+        """Hear under which key a block was computed: who failed at it before is to blame."""
+        worker = self.states[self._where[key]]
         attempt = self._take(key)
-        self._backlog.learn(attempt.piece, kernel_seconds)
-        if member.standing == "on trial":
-            self.trust(member)
-        member.against.unreadable = 0
-        member.against.blamed.clear()
-        for address in attempt.avoid - {member.address}:
-            other = self.members.get(address)
+        if worker.standing == "on trial":
+            self.trust(worker)
+        worker.against.unreadable = 0
+        worker.against.blamed.clear()
+        for address in attempt.avoid - {worker.address}:
+            other = self.states.get(address)
             if other is not None and attempt.index in other.against.blamed:
                 self._confirm(other, attempt.index)
 
     def give_back(self, key: str, apart: bool = False) -> None:
         """Hear that a block was not computed, by nobody's fault."""
-        self._give_back(self._take(key).begun(apart))
+        self._again.append(self._take(key).begun(apart))
 
     def failed(self, key: str, error: BaseException, now: float) -> Failure | None:
         """Decide what an exception says: of the worker, of the block, or of the study's data.
@@ -208,88 +194,78 @@ class Crew(Roster):
         Returns
         -------
         Failure or None
-            None where the block is tried again, or was given up before.
+            None where the block is tried again.
 
         Raises
         ------
         Outage
             There is no room for the study's data, at any worker.
         """
-        member = self.members[self._where[key]]
+        worker = self.states[self._where[key]]
         attempt = self._take(key).begun()
-        if attempt.index in self._given_up:
-            return None
         text = f"{type(error).__name__}: {error}"
-        self.incidents.append(f"block {attempt.index} was not computed by worker {member.address}: {text}")
+        self.incidents.append(f"block {attempt.index} was not computed by worker {worker.address}: {text}")
         if isinstance(error, Leaving):
             again = attempt
         elif isinstance(error, WrongCode):
-            self.leave_out(member.address, str(error))
+            self.leave_out(worker.address, str(error))
             again = attempt
         elif isinstance(error, OSError):
-            again = attempt.elsewhere(member.address)
+            again = attempt.elsewhere(worker.address)
             if is_full(error):
                 reason = f"there is no room for the study's data ({text})"
-                if self._is_alone(member):
-                    self._give_back(again)
+                if self._is_alone(worker):
+                    self._again.append(again)
                     raise Outage(reason) from error
                 # a quota, or a disk of its own: whether it is so everywhere the others tell
-                self.leave_out(member.address, reason, now + AGAIN_SECONDS)
+                self.leave_out(worker.address, reason, now + AGAIN_SECONDS)
             else:
-                self._cannot_read(member, text, now, at_once=isinstance(error, ShelfAway))
+                self._cannot_read(worker, text, now, at_once=isinstance(error, ShelfAway))
         elif isinstance(error, Crashed):
             if attempt.crashes == RETRIES:
                 return self._give_up(attempt.index, f"its process died {attempt.crashes + 1} times ({error})")
-            again = replace(attempt.elsewhere(member.address), crashes=attempt.crashes + 1)
+            again = replace(attempt.elsewhere(worker.address), crashes=attempt.crashes + 1)
         else:
             if attempt.errors == RETRIES:
                 return self._give_up(attempt.index, text)
-            member.against.blamed.add(attempt.index)
-            member.against.last_error = text
-            again = replace(attempt.elsewhere(member.address), errors=attempt.errors + 1)
-        self._give_back(again)
+            worker.against.blamed.add(attempt.index)
+            worker.against.last_error = text
+            again = replace(attempt.elsewhere(worker.address), errors=attempt.errors + 1)
+        self._again.append(again)
         return None
 
     def _give_up(self, index: int, message: str) -> Failure:
-        """Let a block be; the other parts of one that was cut are wanted no more."""
+        """Let a block be."""
         self.incidents.append(f"block {index} is given up: {message}")
-        self._given_up.add(index)
-        self._backlog.drop(index)
-        self._again = deque(attempt for attempt in self._again if attempt.index != index)
-        for each in self.members.values():
+        for each in self.states.values():
             each.against.blamed.discard(index)
         return Failure(index, message)
 
-    def _give_back(self, attempt: Attempt) -> None:
-        if attempt.index not in self._given_up:
-            self._again.append(attempt)
-
-    def _is_alone(self, member: Member) -> bool:
+    def _is_alone(self, worker: WorkerState) -> bool:
         """Whether no other worker could take its blocks."""
-        return all(one is member for one in self.usable)
+        return all(one is worker for one in self.usable)
 
-    def _held_seconds(self, address: str) -> float:
-        member = self.members.get(address)
-        return (
-            0.0 if member is None else sum(self._backlog.expected(one.piece) for one in member.held.values())
-        )
+    @property
+    def _nears_end(self) -> bool:
+        """Whether so little waits that a block which is sent behind another may be the last to end."""
+        return self._backlog.left <= self._threads
 
     def _take(self, key: str) -> Attempt:
         address = self._where.pop(key)
-        member = self.members[address]
-        attempt = member.held.pop(key)
+        worker = self.states[address]
+        attempt = worker.held.pop(key)
         for depth, hungry in enumerate(self._hungry, 1):
-            if len(member.held) < depth * member.threads:
+            if len(worker.held) < depth * worker.threads:
                 hungry[address] = None
         return attempt
 
-    def _next_for(self, member: Member) -> Attempt | None:
+    def _next_for(self, worker: WorkerState) -> Attempt | None:
         """Choose for a worker: first what was given back, but nothing that failed there while another may compute it."""
         for place, attempt in enumerate(self._again):
-            if member.address not in attempt.avoid or attempt.avoid.issuperset(
+            if worker.address not in attempt.avoid or attempt.avoid.issuperset(
                 one.address for one in self.usable
             ):
                 del self._again[place]
                 return attempt
-        piece = self._backlog.take(self._threads, self._held_seconds(member.address))
-        return None if piece is None else Attempt(piece)
+        index = self._backlog.take()
+        return None if index is None else Attempt(index)

@@ -1,0 +1,116 @@
+"""Which block goes to whom, and what becomes of it where workers leave, are lost or cannot compute it."""
+
+import pytest
+from tests.benchmarks import model
+
+from damperlab.worker.dispatch.backlog import Backlog
+from damperlab.worker.dispatch.worker_state import STUCK_SECONDS
+from damperlab.worker.dispatch.workers import Workers
+
+
+def workers_of(count: int, backlog: Backlog) -> Workers:
+    workers = Workers(backlog)
+    names = {f"w{number}": 1 for number in range(count)}
+    workers.see(names, names)
+    for name in names:
+        workers.admit(name)
+    return workers
+
+
+def held_by(workers: Workers) -> dict[str, list[int]]:
+    return {name: [one.index for one in worker.held.values()] for name, worker in workers.states.items()}
+
+
+def fill(workers: Workers) -> dict[str, list[int]]:
+    for number, (address, attempt) in enumerate(workers.assignments(), len(workers._where)):
+        workers.sent(f"{address}-{attempt.index}-{attempt.tries}-{number}", address, attempt)
+    return held_by(workers)
+
+
+def test_blocks_that_run_for_too_long_go_to_others_but_from_a_worker_that_leaves() -> None:
+    workers = workers_of(3, Backlog(range(20)))
+    held = fill(workers)
+    workers.see(dict.fromkeys(held, 1), ("w0", "w1"))  # w2 was told to leave; it still finishes what it runs
+    assert workers.take_away(0.0) == []
+    workers.ended(next(iter(workers.states["w1"].held)))
+    assert workers.take_away(STUCK_SECONDS) == []
+    lost = workers.take_away(STUCK_SECONDS + 1.0)
+    assert [key.partition("-")[0] for key in lost] == ["w0", "w0"]
+    assert len(workers.states["w2"].held) == 1
+
+
+def test_what_a_lost_worker_ran_is_suspect_and_what_waited_there_is_not() -> None:
+    workers = workers_of(3, Backlog(range(20)))
+    held = fill(workers)
+    assert [len(blocks) for blocks in held.values()] == [2, 2, 2]
+    ran, waited = held["w0"]
+    workers.see({"w1": 1, "w2": 1}, ("w1", "w2"))
+    for key in [next(iter(worker.held)) for worker in workers.states.values()]:
+        workers.ended(key)
+    fill(workers)
+    again = {
+        one.index: one
+        for worker in workers.states.values()
+        for one in worker.held.values()
+        if one.index in (ran, waited)
+    }
+    assert (again[ran].apart, again[waited].apart) == (True, False)
+    # at two workers, side by side
+    assert sum(bool(again.keys() & blocks) for blocks in map(set, held_by(workers).values())) == 2
+
+
+def test_worker_that_is_tried_again_is_told_with_the_reason_for_which_it_was_left_out() -> None:
+    workers = workers_of(1, Backlog(range(4)))
+    workers.leave_out("w0", "its store says 503")
+    assert "w0 is left out: its store says 503" in workers.words()
+    workers.admit("w0")
+    assert not workers.able
+    assert "w0 was left out and is tried again: its store says 503" in workers.words()
+    fill(workers)
+    workers.ended(next(iter(workers.states["w0"].held)))
+    assert workers.able
+    assert workers.states["w0"].reason == ""
+
+
+def test_worker_that_is_told_to_leave_ends_what_it_runs_and_gets_nothing_more() -> None:
+    workers = workers_of(2, Backlog(range(20)))
+    ran, waited = fill(workers)["w0"]
+    names = {"w0": 1, "w1": 1}
+    assert len(workers.see(names, ("w1",))) == 1
+    assert [one.index for one in workers.states["w0"].held.values()] == [ran]
+    fill(workers)
+    assert len(workers.states["w0"].held) == 1
+    workers.see({"w1": 1}, ("w1",))
+    for key in list(workers.states["w1"].held):
+        workers.ended(key)
+    fill(workers)
+    again = {one.index: one for one in workers.states["w1"].held.values()}
+    assert again.keys() == {ran, waited}
+    assert not any(one.apart for one in again.values())
+
+
+def test_what_happens_to_a_block_is_told_with_its_number_and_its_worker() -> None:
+    workers = workers_of(2, Backlog(range(1)))
+    fill(workers)
+    (first,) = (name for name, blocks in held_by(workers).items() if blocks)
+    workers.failed(next(iter(workers.states[first].held)), ValueError("no"), 0.0)
+    fill(workers)
+    (second,) = (name for name, blocks in held_by(workers).items() if blocks)
+    assert first != second
+    workers.vanish(second)
+    assert workers.incidents == [
+        f"block 0 was not computed by worker {first}: ValueError: no",
+        f"block 0 was computed by worker {second}, which is gone",
+    ]
+    for _ in range(2):
+        fill(workers)
+        workers.failed(next(iter(workers.states[first].held)), ValueError("again"), 0.0)
+    assert workers.incidents[-1] == "block 0 is given up: ValueError: again"
+    assert workers.retries == 3
+
+
+@pytest.mark.parametrize("workers", [2, 8, 32])
+def test_workers_are_nearly_as_busy_as_they_can_be(workers: int) -> None:
+    """With what real points took, 18 blocks and more a worker: within four points of the best."""
+    share = model.busy(4, workers)
+    assert share["best"] - 0.04 <= share["busy"] <= 1.0
