@@ -29,13 +29,14 @@ from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, 
 from damperlab.studies.store.cube.chunks import BlockDamaged, damaged
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
-from damperlab.studies.store.cube.packed import BLOCKS, block_key, require_whole
+from damperlab.studies.store.cube.packed import BLOCKS, block_key, whole_block
 from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, StudyNotFound, cannot_use
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.manifest import keep_marks
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
+from damperlab.studies.vocabulary import ENDED
 
 RECORDS = "records"
 """The folder of the uploaded ground-motion records, in the data directory."""
@@ -132,7 +133,7 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
             forget(connection, BACKUP_OF)
     try:
         for row, _, _ in copies:
-            if row.state in ("done", "cancelled", "failed"):
+            if row.state in ENDED:
                 keep_marks(target, row.id, {})
         # what the source has deleted since
         names = {cube_name(row.id, row.number) for row, _, _ in copies}
@@ -285,10 +286,11 @@ def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, b
         described = describe_cube(metadata)
         if described.digest != record.digest:
             raise ValueError(f"it is that of study {described.digest[:12]}")
-        found = {DESCRIPTION: metadata} | {key: shelf.get(key) for key in described.pieces[1:]}
+        found = {DESCRIPTION: metadata}
         for one in described.coordinates.values():
-            if one.key in found:
+            if one.value is None:
                 what = f"the coordinates along {one.name}"
+                found[one.key] = shelf.get(one.key)
                 one.decode(found[one.key])
         for key, sha256 in parse_stored(record.definition, record.digest).attached.items():
             what, found[key] = key, shelf.get(key)
@@ -307,7 +309,7 @@ def _piece(shelf: Shelf, described: Description, key: str, mark: Row[Any]) -> by
     """Read one file of a block, and make sure that it is as it was written."""
     try:
         content = shelf.get(key)
-        require_whole(content, described.arrays, described.digest, mark.block, mark.generation)
+        whole_block(content, described.arrays, described.digest, mark.block, mark.generation)
     except FileNotFoundError as error:
         raise damaged(shelf, mark.block, key, "its file is lost") from error
     except OSError as error:

@@ -14,6 +14,8 @@ import google_crc32c
 import numpy as np
 from numcodecs import blosc  # type: ignore[import-untyped]
 
+from damperlab.studies.store.files.shelf import Shelf
+
 CHECKSUM_BYTES = 4
 _SHUFFLES = {"noshuffle": 0, "shuffle": 1, "bitshuffle": 2}
 
@@ -122,6 +124,10 @@ class StoredCoordinate:
         if len(values) != self.size:
             raise ValueError(f"{len(values)} values in place of {self.size}")
         return values
+
+    def read(self, shelf: Shelf) -> np.ndarray:
+        """Give the values, from the cube's shelf where they are more than one."""
+        return self.decode(shelf.get(self.key)) if self.value is None else np.array([self.value])
 
 
 def encode_coordinate(values: np.ndarray) -> bytes:

@@ -112,14 +112,12 @@ def read_header(shelf: Shelf, key: str) -> tuple[Header, bytes]:
     ValueError
         If it is not as it was written.
     """
-    content = shelf.read(key, 0, shelf.first_bytes)
-    header = parse_header(content)
-    if header is None:
-        content = shelf.read(key, 0, LONGEST_HEADER)
+    for length in (shelf.first_bytes, LONGEST_HEADER):
+        content = shelf.read(key, 0, length)
         header = parse_header(content)
-    if header is None:
-        raise ValueError("the file is cut short")
-    return header, content
+        if header is not None:
+            return header, content
+    raise ValueError("the file is cut short")
 
 
 def read_part(shelf: Shelf, key: str, variable: str, digest: str) -> bytes:
@@ -146,10 +144,10 @@ def read_part(shelf: Shelf, key: str, variable: str, digest: str) -> bytes:
     return part
 
 
-def require_whole(
+def whole_block(
     content: bytes, arrays: Mapping[str, StoredArray], digest: str, index: int, generation: str
-) -> None:
-    """Raise `ValueError` unless a file is the block's, with every byte as it was written."""
+) -> Header:
+    """Read the header of a block's file; raise `ValueError` unless it is the block's, with every byte as it was written."""
     header = parse_header(content)
     if header is None:
         raise ValueError("the file is cut short")
@@ -159,3 +157,4 @@ def require_whole(
     for name, (start, size) in header.parts.items():
         if not arrays[name].intact(content[start : start + size]):
             raise ValueError(f"{name} is not as it was written")
+    return header
