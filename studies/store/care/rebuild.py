@@ -229,8 +229,8 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
     kept, marks = read_marks(shelf) or ({}, [])
     known = {int(mark["block"]) for mark in marks}
     provenance = json.loads(str(described.attributes["provenance"]))
-    solver = provenance.get("identity", "")
-    marks += [mark for mark in _headers(shelf, described, solver, found) if mark["block"] not in known]
+    identity = provenance.get("identity", "")
+    marks += [mark for mark in _headers(shelf, described, identity, found) if mark["block"] not in known]
     total = math.prod(described.grid)
     with catalogue.writing() as connection:
         row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
@@ -315,7 +315,7 @@ def _drop_damaged(catalogue: Catalogue) -> None:
                     connection.execute(delete(table).where(own == row._mapping[own.name]))
 
 
-def _headers(shelf: Shelf, described: Description, solver: str, found: Rebuilt) -> Iterator[dict[str, Any]]:
+def _headers(shelf: Shelf, described: Description, identity: str, found: Rebuilt) -> Iterator[dict[str, Any]]:
     """Give the marks that whole blocks carry themselves; of several files of one block the first by name.
 
     An attempt of another solver than the cube's is none of them: the catalogue refused it its mark.
@@ -332,7 +332,7 @@ def _headers(shelf: Shelf, described: Description, solver: str, found: Rebuilt) 
         except (ValueError, FileNotFoundError) as error:
             found.trouble.append(f"{shelf.name}/{key}: {error}")
             continue
-        if header.mark.get("message") is None and header.mark.get("identity", "") in ("", solver):
+        if header.mark.get("message") is None and header.mark.get("identity", "") in ("", identity):
             seen.add(parsed[0])
             yield dict(header.mark)
 
