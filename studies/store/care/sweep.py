@@ -2,18 +2,16 @@
 
 Nothing goes that cannot be proved to be this catalogue's own and superseded. A file of a block goes when the block's
 mark names another one. A cube goes when its study was deleted, or when a submission that was cut short left it: the
-catalogue gave its number to another study, and it holds no result. It is moved to the trash first, and removed when it
-has been there for long. Whatever else lies about is told, and left alone.
+catalogue has no study for it, and it holds no result. Such a cube stays for long, lest the catalogue has lost its study.
+Whatever else lies about is told, and left alone.
 """
 
 import math
-import re
 import socket
 import time
 import uuid
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 
 from sqlalchemy import func, select, update
@@ -33,18 +31,13 @@ from damperlab.studies.store.store import Store
 LEFT_ALONE_SECONDS = 3600.0
 """A file younger than this may belong to an attempt or an export that is under way."""
 
-TRASH = "trash"
-"""The shelf, among the cubes, of those that are about to be removed."""
-
-TRASH_SECONDS = 7 * 86_400.0
-"""How long a cube stays in the trash."""
-
-_TRASH_TIME = "%Y%m%dT%H%M%SZ"
+ORPHAN_SECONDS = 7 * 86_400.0
+"""How long a cube stays that was made for no study: until then `rebuild` adds it, should the catalogue have lost its study."""
 
 
 @dataclass(frozen=True)
 class Swept:
-    """What was removed or moved to the trash, or would be.
+    """What was removed, or would be.
 
     Parameters
     ----------
@@ -53,7 +46,7 @@ class Swept:
     bytes : int
         Their size.
     what : tuple of str
-        Each of them, with what becomes of it and why.
+        Each of them, and why it goes.
     unknown : tuple of str
         What was left alone, because the catalogue does not know whose it is.
     """
@@ -117,13 +110,13 @@ def collect_garbage(
     store: Store,
     older_than: float = LEFT_ALONE_SECONDS,
     *,
-    trash_seconds: float = TRASH_SECONDS,
+    orphan_seconds: float = ORPHAN_SECONDS,
     dry_run: bool = False,
 ) -> Swept:
     """Remove what is under a data directory and certainly needed by nobody.
 
     That are superseded files of studies that nobody works on, cubes whose studies were deleted, exports that were cut
-    short, and what has been in the trash for long. A study that is not deleted loses nothing.
+    short, and cubes without results that have long been no study's. A study that is not deleted loses nothing.
 
     Parameters
     ----------
@@ -131,8 +124,8 @@ def collect_garbage(
         The store.
     older_than : float
         What changed later than this many seconds ago stays.
-    trash_seconds : float
-        How long a cube stays in the trash before it is removed [s].
+    orphan_seconds : float
+        What changed later than this many seconds ago in a cube that is no study's stays.
     dry_run : bool
         Say what would be done, and do nothing.
 
@@ -143,8 +136,8 @@ def collect_garbage(
     """
     limit = _limit(older_than)
     try:
-        swept = _unowned_cubes(store, limit, dry_run) + _exports(store.data_dir, limit, dry_run)
-        swept += _empty_trash(store.shelf.at(TRASH), _limit(trash_seconds), dry_run)
+        swept = _unowned_cubes(store, limit, _limit(orphan_seconds), dry_run)
+        swept += _exports(store.data_dir, limit, dry_run)
     except OSError as error:
         raise cannot_use(store.shelf.address, error) from error
     if not dry_run:
@@ -180,9 +173,9 @@ def _limit(older_than: float) -> float:
     return time.time() - older_than if older_than > 0.0 else math.inf
 
 
-def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
+def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: bool) -> Swept:
     # a number is reserved before its cube is made: listed first, and then the catalogue asked
-    names = sorted(name for name in store.shelf.shelves() if name != TRASH)
+    names = sorted(store.shelf.shelves())
     with store.catalogue.reading() as connection:
         columns = studies.c.id, studies.c.number, studies.c.deleted, NEVER_ENTERED.label("reserved")
         rows = connection.execute(select(*columns)).all()
@@ -200,7 +193,8 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
         deleted = row.id == parsed[0]
-        if (deleted or row.reserved) and (row.deleted is None or row.deleted >= limit):
+        before = limit if deleted else orphan_limit
+        if (deleted or row.reserved) and (row.deleted is None or row.deleted >= before):
             continue
         if not _row_is_sound(store, row.number):
             why = "its row in the catalogue is damaged; `damperlab store rebuild` makes it anew"
@@ -219,13 +213,12 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
             why = "the catalogue has lost its study; `damperlab store rebuild` adds it"
             swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
             continue
-        if max((shelf.made(), *(entry.changed for entry in entries))) >= limit:
+        if max((shelf.made(), *(entry.changed for entry in entries))) >= before:
             continue
         if row.reserved and not dry_run and not _take_back(store, row.number):
             continue  # entered meanwhile
         if not dry_run:
-            now = datetime.now(UTC).strftime(_TRASH_TIME)
-            store.shelf.move(name, f"{TRASH}/{now}-{uuid.uuid4().hex[:8]}-{name}")
+            shelf.clear()
         why = (
             "its study was deleted"
             if deleted
@@ -233,7 +226,7 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
             if row.reserved
             else f"its number is study {row.id}'s, and it holds no result"
         )
-        swept += Swept(1, sum(entry.size for entry in entries), (f"move {name} to the trash: {why}",))
+        swept += Swept(1, sum(entry.size for entry in entries), (f"remove {name}: {why}",))
     return swept
 
 
@@ -256,21 +249,6 @@ def _row_is_sound(store: Store, number: int) -> bool:
     with store.catalogue.reading() as connection:
         row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
     return row is not None and is_sound(studies, row)
-
-
-def _empty_trash(trash: Shelf, limit: float, dry_run: bool) -> Swept:
-    swept = Swept()
-    for name in sorted(trash.shelves()):
-        found = re.match(r"([0-9]{8}T[0-9]{6}Z)-[0-9a-f]{8}-", name)
-        # told by the name: a folder keeps its time when it is moved, and objects get a new one
-        if not found or datetime.strptime(found[1], _TRASH_TIME).replace(tzinfo=UTC).timestamp() >= limit:
-            continue
-        shelf = trash.at(name)
-        size = sum(entry.size for entry in shelf.entries())
-        if not dry_run:
-            shelf.clear()
-        swept += Swept(1, size, (f"remove {name} from the trash",))
-    return swept
 
 
 def remove_exports(data_dir: Path) -> None:

@@ -88,12 +88,10 @@ def test_a_deleted_study_leaves_no_object_and_gc_takes_cubes_that_nobody_owns(op
     record = filled(store)
     orphan = store.shelf.at("0123456789ab-1.zarr")
     orphan.put("zarr.json", b"of a submission that was killed")
-    assert collect_garbage(store).paths == 0  # too young: it may be in use
-    assert collect_garbage(store, 0.0, dry_run=True).paths == 1
-    assert collect_garbage(store, 0.0).paths == 1
+    assert collect_garbage(store, 0.0).paths == 0  # too young: the catalogue may have lost its study
+    assert collect_garbage(store, orphan_seconds=0.0, dry_run=True).paths == 1
+    assert collect_garbage(store, orphan_seconds=0.0).paths == 1
     assert list(orphan.entries()) == []
-    assert [key.rpartition("/")[2] for key in _objects(store) if key.startswith("trash/")] == ["zarr.json"]
-    assert collect_garbage(store, 0.0, trash_seconds=0.0).paths == 1
     assert list(verify(store, record)) == []
     store.delete(record.id)
     store.bury()

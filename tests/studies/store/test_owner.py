@@ -113,7 +113,7 @@ def test_an_older_copy_costs_no_block_that_was_computed_since(tmp_path, before):
     kept = files(data / "cubes")
     shutil.copy(tmp_path / "older", data / "catalogue.sqlite")
     store = Store.open(data)
-    assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 0
+    assert collect_garbage(store, -1.0, orphan_seconds=-1.0).paths == 0
     assert files(data / "cubes") == kept
     store.close()
 
@@ -126,7 +126,7 @@ def test_results_that_lie_under_the_number_of_another_study_are_told_and_brought
     cube = other.cube(other.page().records[0].id).load()
     shutil.copytree(brought, data / "cubes" / brought.name)
     before = files(data / "cubes")
-    swept = collect_garbage(store, -1.0, trash_seconds=-1.0)
+    swept = collect_garbage(store, -1.0, orphan_seconds=-1.0)
     assert (swept.paths, files(data / "cubes")) == (0, before)
     assert "holds results" in swept.unknown[0]
     (trouble,) = rebuild(data).trouble
