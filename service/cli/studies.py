@@ -46,6 +46,9 @@ def studies(
     designs: Annotated[
         bool, typer.Option("--designs", help="List the studies too that designs and refinements asked for.")
     ] = False,
+    trash: Annotated[
+        bool, typer.Option("--trash", help="List those instead that were deleted and can be restored.")
+    ] = False,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Largest number of studies to list.")] = 50,
     cursor: Annotated[
         str | None, typer.Option(help="Continue a list that was cut off: the cursor that it printed.")
@@ -61,7 +64,8 @@ def studies(
     if named:
         given = {"--state": state, "--name": name, "--tag": tag, "--within": within, "--cursor": cursor}
         check_alone(
-            given | {"--coarse": coarse, "--designs": designs}, "stored studies, of which --named lists none"
+            given | {"--coarse": coarse, "--designs": designs, "--trash": trash},
+            "stored studies, of which --named lists none",
         )
         _list_named(as_json)
         return
@@ -75,6 +79,7 @@ def studies(
             *_read_range(within),
             coarse=coarse,
             designs=designs,
+            trash=trash,
         )
         page = open_store(data_dir).page(limit, cursor, wanted)
     if as_json:

@@ -49,11 +49,8 @@ class Cubes(StoreBase):
         from damperlab.studies.store.cube.opened import open_cube
 
         row, shelf, marks = self._snapshot(study_id)
-        try:
-            # a study may have got another name since
-            return open_cube(shelf, marks).assign_attrs(title=row.name)
-        except OSError as error:
-            raise cannot_use(shelf.address, error) from error
+        # a study may have got another name since
+        return open_cube(shelf, marks).assign_attrs(title=row.name)
 
     def snapshot(self, study_id: str, revision: int | None = None) -> tuple[Shelf, Marks]:
         """Give a cube's shelf, and the generation of every block that is done.

@@ -26,7 +26,7 @@ from damperlab.studies.store.catalogue.home import (
 )
 from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, pieces, record_of
 from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
-from damperlab.studies.store.cube.chunks import BlockDamaged, damaged
+from damperlab.studies.store.cube.chunks import BlockDamaged, telling
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.packed import BLOCKS, block_key, whole_block
@@ -280,40 +280,28 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
 
 def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, bytes]]:
     """Read the files that are no block's, and make sure that they are as they were written."""
-    what = "the cube's description"
-    try:
+    with telling(shelf, None, "the cube's description"):
         metadata = shelf.get(DESCRIPTION)
         described = describe_cube(metadata)
         if described.digest != record.digest:
             raise ValueError(f"it is that of study {described.digest[:12]}")
-        found = {DESCRIPTION: metadata}
-        for one in described.coordinates.values():
-            if one.value is None:
-                what = f"the coordinates along {one.name}"
+    found = {DESCRIPTION: metadata}
+    for one in described.coordinates.values():
+        if one.value is None:
+            with telling(shelf, None, f"the coordinates along {one.name}"):
                 found[one.key] = shelf.get(one.key)
                 one.decode(found[one.key])
-        for key, sha256 in parse_stored(record.definition, record.digest).attached.items():
-            what, found[key] = key, shelf.get(key)
+    for key, sha256 in parse_stored(record.definition, record.digest).attached.items():
+        with telling(shelf, None, key):
+            found[key] = shelf.get(key)
             if hashlib.sha256(found[key]).hexdigest() != sha256:
                 raise ValueError("it is not as it was written")
-    except FileNotFoundError as error:
-        raise damaged(shelf, None, what, "a file of it is lost") from error
-    except OSError as error:
-        raise cannot_use(shelf.address, error) from error
-    except ValueError as error:
-        raise damaged(shelf, None, what, str(error)) from error
     return described, found
 
 
 def _piece(shelf: Shelf, described: Description, key: str, mark: Row[Any]) -> bytes:
     """Read one file of a block, and make sure that it is as it was written."""
-    try:
+    with telling(shelf, mark.block, key):
         content = shelf.get(key)
         whole_block(content, described.arrays, described.digest, mark.block, mark.generation)
-    except FileNotFoundError as error:
-        raise damaged(shelf, mark.block, key, "its file is lost") from error
-    except OSError as error:
-        raise cannot_use(shelf.address, error) from error
-    except ValueError as error:
-        raise damaged(shelf, mark.block, key, str(error)) from error
     return content

@@ -5,12 +5,13 @@ block's done-mark names one generation, and by that one transaction all readers 
 overwritten, so a reader never meets half of one attempt and half of another.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 import numpy as np
 
 from damperlab.studies.faults import Fault, sentence
-from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.faults import StoreFault, cannot_use
 from damperlab.studies.store.files.shelf import Shelf
 
 Marks = Mapping[int, str]
@@ -35,6 +36,27 @@ def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDama
             sentence(f"{where} cannot be read: {what}: {found}"),
         )
     )
+
+
+@contextmanager
+def telling(shelf: Shelf, index: int | None, what: str, lost: str = "its file is lost") -> Iterator[None]:
+    """Put what reading raises into a user's words.
+
+    Raises
+    ------
+    BlockDamaged
+        Of the block, or of what is no part of one: the file is not there, or is not what was written.
+    StoreFault
+        If it cannot be read, which says nothing of what is stored.
+    """
+    try:
+        yield
+    except FileNotFoundError as error:
+        raise damaged(shelf, index, what, lost) from error
+    except OSError as error:
+        raise cannot_use(shelf.address, error) from error
+    except (ValueError, RuntimeError) as error:
+        raise damaged(shelf, index, what, str(error)) from error
 
 
 def chunk_place(key: str, grid: tuple[int, ...]) -> tuple[str, int] | None:

@@ -15,13 +15,12 @@ from xarray.core.indexing import (
 )
 
 from damperlab.studies.conventions import of_variable_in_units
-from damperlab.studies.store.cube.chunks import Marks, damaged
+from damperlab.studies.store.cube.chunks import Marks, telling
 from damperlab.studies.store.cube.coding import StoredArray
 from damperlab.studies.store.cube.cube import block_grid, read_chunk
 from damperlab.studies.store.cube.decoded import KEPT, read_outer
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.packed import block_key
-from damperlab.studies.store.faults import cannot_use
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.units import base_of, ratios_beside, results_along
 
@@ -49,20 +48,16 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
     ------
     BlockDamaged
         If the description or coordinates are lost or damaged.
-    OSError
+    StoreFault
         If they cannot be read.
     """
-    try:
+    with telling(shelf, None, "the cube's description", "a file of it is lost"):
         described = describe_cube(shelf.get(DESCRIPTION))
         variables: dict[str, xr.Variable] = {}
         for name, one in described.coordinates.items():
             read = partial(one.read, shelf)
             values = read() if one.value is not None else KEPT.get(shelf, one.key, read)
             variables[name] = xr.Variable((name,), values, dict(one.attributes))
-    except FileNotFoundError as error:
-        raise damaged(shelf, None, "the cube's description", "a file of it is lost") from error
-    except ValueError as error:
-        raise damaged(shelf, None, "the cube's description", str(error)) from error
     for name, array in described.arrays.items():
         attributes = dict(array.attributes)
         if "flag_values" in attributes:
@@ -151,16 +146,9 @@ class _CheckedArray(BackendArray):
         if generation is None:
             return None
         name = self._array.name
-        try:
+        with telling(self._shelf, index, name, "its file is lost, or replaced since the cube was opened"):
             file = block_key(index, generation)
             return KEPT.get(self._shelf, file, partial(self._load, index, generation), name)
-        except FileNotFoundError as error:
-            found = "its file is lost, or replaced since the cube was opened"
-            raise damaged(self._shelf, index, name, found) from error
-        except OSError as error:
-            raise cannot_use(self._shelf.address, error) from error
-        except (ValueError, RuntimeError) as error:
-            raise damaged(self._shelf, index, name, str(error)) from error
 
     def _load(self, index: int, generation: str) -> np.ndarray:
         content = read_chunk(self._shelf, self._described, self._array.name, index, generation)

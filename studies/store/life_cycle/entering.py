@@ -377,26 +377,24 @@ class Entering(StoreBase):
 
     def _make_way(self, fresh: Sequence["_Made"]) -> None:
         """Make sure that nothing lies where cubes are about to be made; raise `StoreFault` where results do."""
+        names = [each.name for each in fresh]
         try:
             gone = disk_gone(self.shelf)
             if gone is not None:
                 raise FileNotFoundError(gone)
             self._require_newest()
-            names = [each.name for each in fresh]
             with ThreadPoolExecutor(AT_ONCE) as pool:
                 free = list(pool.map(self._clear, names)) if len(names) > 1 else [self._clear(names[0])]
-        except OSError as error:
+            if not all(free):
+                taken = names[free.index(False)]
+                with self.catalogue.writing() as connection:
+                    remember(connection, UNKNOWN_RESULTS, taken)
+                raise older_copy(self.shelf.at(taken).address, self.catalogue.name)
+        except (OSError, StoreFault) as error:
             self._give_back([each.number for each in fresh])
-            raise cannot_use(self.shelf.address, error) from error
-        except StoreFault:
-            self._give_back([each.number for each in fresh])
+            if isinstance(error, OSError):
+                raise cannot_use(self.shelf.address, error) from error
             raise
-        taken = next((name for name, good in zip(names, free, strict=True) if not good), None)
-        if taken is not None:
-            with self.catalogue.writing() as connection:
-                remember(connection, UNKNOWN_RESULTS, taken)
-            self._give_back([each.number for each in fresh])
-            raise older_copy(self.shelf.at(taken).address, self.catalogue.name)
 
     def _clear(self, name: str) -> bool:
         """Remove what a submission that was cut short left under a name; False where results lie there."""

@@ -22,7 +22,7 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.rowsum import is_sound, require_row
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
-from damperlab.studies.store.cube.chunks import damaged
+from damperlab.studies.store.cube.chunks import telling
 from damperlab.studies.store.cube.definition import parse_stored, with_attachments
 from damperlab.studies.store.cube.description import first_pieces
 from damperlab.studies.store.faults import NothingToDo, cannot_use
@@ -69,11 +69,9 @@ class Submissions(Entering):
         with self.catalogue.reading() as connection:
             known = study_row(connection, study_id)
         shelf = self.cube_shelf(study_id, known.number)
-        try:
-            stored = parse_stored(record_of(known).definition, known.digest)
+        stored = parse_stored(record_of(known).definition, known.digest)
+        with telling(shelf, None, "a ground-motion record"):
             study = with_attachments(stored, shelf)
-        except (OSError, ValueError) as error:
-            raise damaged(shelf, None, "a ground-motion record", str(error)) from error
 
         def decide(
             connection: Connection,

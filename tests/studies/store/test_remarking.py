@@ -113,7 +113,7 @@ def test_studies_in_units_are_found_by_what_they_say_in_units(store):
 
 def test_a_page_looks_at_no_more_than_it_may(store, monkeypatch):
     monkeypatch.setattr("damperlab.studies.store.life_cycle.lookup.MOST_LOOKED_AT", 2)
-    monkeypatch.setattr("damperlab.studies.store.life_cycle.lookup._AT_ONCE", 2)
+    monkeypatch.setattr("damperlab.studies.store.life_cycle.lookup.VALUES", 2)
     for place in range(5):
         enter(store, make_study(f"study {place}", damping_ratio=0.01 * (place + 1)))
     for limit, high, expected in (
