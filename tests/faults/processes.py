@@ -8,12 +8,16 @@ import time
 import warnings
 from pathlib import Path
 from typing import Any, Protocol
+from unittest.mock import patch
 
 import psutil
 from tests.faults.hosts import Host
+from tests.object_store import BUCKET, environment
 from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
+LIFE_SECONDS = 14_400
+"""An object server ends by itself then, whatever becomes of who started it."""
 
 
 class Victim(Protocol):
@@ -104,8 +108,6 @@ class Database:
 class ObjectServer(Process):
     """A server that speaks S3's protocol, SeaweedFS, with one bucket."""
 
-    BUCKET = "campaign"
-
     def __init__(self, folder: Path, host: Host | None = None) -> None:
         folder.mkdir()
         address = "127.0.0.1" if host is None else host.address
@@ -113,19 +115,16 @@ class ObjectServer(Process):
         # its defaults lie 10,000 apart, and beyond the last port for a free one
         ports = {f"-{name}.port{kind}": free_port() for name in names for kind in ("", ".grpc")}
         quiet = ("-master.telemetry=false", "-webdav=false", "-admin.ui=false")
-        self.environment = {
-            "AWS_ENDPOINT_URL": f"http://{address}:{ports['-s3.port']}",
-            "AWS_ACCESS_KEY_ID": "campaign",
-            "AWS_SECRET_ACCESS_KEY": "not-a-secret",
-            "AWS_REGION": "us-east-1",
-        }
+        self.door = address, ports["-s3.port"]
+        self.environment = environment(self.door)
         command = (
+            *("timeout", "--signal=KILL", str(LIFE_SECONDS)),
             str(Path(sys.executable).with_name("weed")),
             "mini",
             f"-dir={folder}",
             f"-ip={address}",
             f"-ip.bind={address}",
-            f"-bucket={self.BUCKET}",
+            f"-bucket={BUCKET}",
             *quiet,
             "-s3.port.iceberg=0",
             "-s3.port.lance=0",
@@ -133,7 +132,7 @@ class ObjectServer(Process):
         )
         there = command if host is None else host.inside(*command)
         super().__init__(folder / "server.log", *there, **self.environment)
-        self.address = f"s3://{self.BUCKET}"
+        self.address = f"s3://{BUCKET}"
 
     def wait(self, seconds: float = 600.0) -> None:
         """Start it, and wait until the bucket can be written."""
@@ -143,8 +142,9 @@ class ObjectServer(Process):
         while True:
             self.keep_up()
             try:
-                open_shelf(self.address).put("probe", b"")
-                open_shelf(self.address).remove("probe")
+                with patch.dict(os.environ, self.environment):
+                    open_shelf(self.address).put("probe", b"")
+                    open_shelf(self.address).remove("probe")
             except OSError:
                 if time.monotonic() > give_up:
                     raise

@@ -55,6 +55,7 @@ def test_a_list_beyond_the_quota_leaves_nothing_and_the_others_alone(store, subm
         [[submission(0), submission(1)], [submission(2), submission(3), submission(4)], [submission(2)]]
     )
     assert isinstance(outcomes[1], QuotaReached)
+    assert f"quota_points` does not suffice: the study would take {3 * points} points" in str(outcomes[1])
     assert [len(end) for end in (outcomes[0], outcomes[2])] == [2, 1]
     assert {record.name for record in limited.page().records} == {"study 0", "study 1", "study 2"}
     assert len([path for path in (store.data_dir / "cubes").iterdir() if path.suffix == ".zarr"]) == 3

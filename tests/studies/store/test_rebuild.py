@@ -93,21 +93,6 @@ def test_a_lost_catalogue_is_made_again(filled):
     assert (once_more.studies, once_more.blocks, once_more.known) == (0, 0, 4)
 
 
-def test_a_damaged_catalogue_is_set_aside(filled):
-    data, before = filled.data_dir, told(filled)
-    filled.close()
-    file = data / "catalogue.sqlite"
-    content = bytearray(file.read_bytes())
-    content[4096:12288] = bytes(8192)
-    file.write_bytes(bytes(content))
-    found = rebuild(data)
-    assert found.set_aside is not None
-    assert Path(found.set_aside).read_bytes() == bytes(content)
-    again = Store.open(data)
-    assert told(again) == before
-    again.close()
-
-
 def test_what_the_tail_of_the_log_held_is_missed_and_restored(store, tmp_path):
     """As a machine leaves it that loses its power, and a disk that loses what was written last."""
     first = make_study("first", damping_ratio=0.01, metrics=METRICS)
