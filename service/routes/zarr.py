@@ -20,8 +20,8 @@ from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import Problem, documented
 from damperlab.service.state import StudyId, TheService
 from damperlab.studies.store.cube.chunks import BlockDamaged, Marks, chunk_place, telling
-from damperlab.studies.store.cube.coding import StoredCoordinate
-from damperlab.studies.store.cube.cube import block_grid, read_chunk
+from damperlab.studies.store.cube.coding import StoredCoordinate, checksum_holds
+from damperlab.studies.store.cube.cube import block_grid
 from damperlab.studies.store.cube.description import (
     DESCRIPTION,
     Description,
@@ -29,6 +29,7 @@ from damperlab.studies.store.cube.description import (
     node_metadata,
     plain_metadata,
 )
+from damperlab.studies.store.cube.packed import read_part
 from damperlab.studies.store.export.grouped import Group, group_of, grouped_metadata
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.files.shelf import Shelf
@@ -123,10 +124,9 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
 
 
 def _content(shelf: Shelf, variable: str, index: int, generation: str) -> bytes:
-    described = _description(shelf)
     with telling(shelf, index, variable):
-        content = read_chunk(shelf, described, variable, index, generation)
-        if not described.arrays[variable].intact(content):
+        content = read_part(shelf, _description(shelf).digest, index, generation, variable)
+        if not checksum_holds(content):
             raise ValueError("its file is not as it was written")
     return content
 

@@ -42,16 +42,7 @@ from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.entering import Entry
 from damperlab.studies.store.life_cycle.manifest import lost_end, read_marks, read_tombstone, study_columns
 from damperlab.studies.store.provenance import asked_by
-
-_UNTOLD = {
-    "reused": 0,
-    "seconds": 0.0,
-    "kernel_seconds": 0.0,
-    "message": None,
-    "revision": 0,
-    "at": 0.0,
-    "identity": "",
-}
+from damperlab.studies.store.record import BlockOutcome
 
 
 @dataclass
@@ -345,12 +336,10 @@ def _taken(study_id: str, number: int, other: str) -> str:
 
 
 def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any]]) -> None:
-    names = [column.name for column in done_blocks.c if column.name != "study"]
-    rows = [
-        {"study": number, **{name: mark[name] for name in names if name in mark}}
-        for mark in ({**_UNTOLD, **mark} for mark in marks)
-    ]
-    for some in pieces(rows):
+    names = [column.name for column in done_blocks.c if column.name not in ("study", "crc")]
+    untold = {**vars(BlockOutcome(index=0, points=0, failed=0)), "revision": 0, "at": 0.0}
+    told = ({**untold, **mark} for mark in marks)
+    for some in pieces({"study": number, **{name: mark[name] for name in names}} for mark in told):
         connection.execute(insert(done_blocks), some)
 
 

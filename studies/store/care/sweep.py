@@ -183,35 +183,37 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
     known = {row.number: row for row in rows}
     alive = {row.id for row in rows if row.deleted is None}
     swept = Swept()
+
+    def leave(name: str, why: str) -> None:
+        nonlocal swept
+        swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+
     for name in names:
         parsed = parse_cube_name(name)
         row = known.get(parsed[1]) if parsed else None
         if parsed is None or row is None:
-            why = (
-                "a number that the catalogue never gave" if parsed and parsed[1] > last else "no known number"
-            )
-            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            given = parsed is None or parsed[1] <= last
+            leave(name, "no known number" if given else "a number that the catalogue never gave")
             continue
         deleted = row.id == parsed[0]
         before = limit if deleted else orphan_limit
         if (deleted or row.reserved) and (row.deleted is None or row.deleted >= before):
             continue
         if not _row_is_sound(store, row.number):
-            why = "its row in the catalogue is damaged; `damperlab store rebuild` makes it anew"
-            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            leave(name, "its row in the catalogue is damaged; `damperlab store rebuild` makes it anew")
             continue
         shelf = store.shelf.at(name)
         entries = list(shelf.entries())
         if not entries and not shelf.made():
             continue  # a prefix that a server remembers, and nothing in it
         if not deleted and holds_results(shelf):
-            why = f"it holds results, and its number is {f'study {row.id}' if row.id else 'no study'}'s"
-            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            leave(
+                name, f"it holds results, and its number is {f'study {row.id}' if row.id else 'no study'}'s"
+            )
             continue
         lost = not deleted and not row.reserved and parsed[0] not in alive
         if lost and _describes(shelf, parsed[0]):
-            why = "the catalogue has lost its study; `damperlab store rebuild` adds it"
-            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            leave(name, "the catalogue has lost its study; `damperlab store rebuild` adds it")
             continue
         if max((shelf.made(), *(entry.changed for entry in entries))) >= before:
             continue

@@ -258,7 +258,7 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     """
     parts = {damage.part for damage in damages}
     with store.catalogue.reading() as connection:
-        shelf = store.cube_shelf(record.id, store.number(connection, record.id))
+        shelf = store.cube_shelf(record.id, study_row(connection, record.id).number)
     if "description" in parts:
         study = parse_stored(record.definition, record.digest)
         lost = lost_attachments(shelf, study)

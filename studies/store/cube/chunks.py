@@ -62,12 +62,16 @@ def telling(shelf: Shelf, index: int | None, what: str, lost: str = "its file is
 def chunk_place(key: str, grid: tuple[int, ...]) -> tuple[str, int] | None:
     """Read a chunk's key: the variable and the block's index; None for any other key, as of a coordinate."""
     variable, slash, name = key.partition("/c.")
-    if not slash:
-        return None
+    place = read_place(name, grid) if slash else None
+    return None if place is None else (variable, int(np.ravel_multi_index(place, grid)))
+
+
+def read_place(name: str, grid: tuple[int, ...]) -> tuple[int, ...] | None:
+    """Read where a chunk lies in a grid of them, as in `0.0.2`; None where that is nowhere in it."""
     parts = name.split(".")
-    if len(parts) != len(grid) or not all(part.isascii() and part.isdigit() for part in parts):
+    if len(parts) != len(grid) or not all(
+        part.isascii() and part.isdigit() and len(part) < 10 for part in parts
+    ):
         return None
     place = tuple(map(int, parts))
-    if any(at >= count for at, count in zip(place, grid, strict=True)):
-        return None
-    return variable, int(np.ravel_multi_index(place, grid))
+    return place if all(at < count for at, count in zip(place, grid, strict=True)) else None

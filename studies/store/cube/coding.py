@@ -85,10 +85,6 @@ class StoredArray:
         """
         return np.frombuffer(blosc.decompress(without_checksum(content)), self.dtype).reshape(self.chunks)
 
-    def intact(self, content: bytes) -> bool:
-        """Say whether a chunk's bytes are what was written, as far as can be told without decoding them."""
-        return _checksum_holds(content)
-
 
 @dataclass(frozen=True)
 class StoredCoordinate:
@@ -157,12 +153,13 @@ def with_checksum(body: bytes) -> bytes:
 
 def without_checksum(content: bytes) -> bytes:
     """Take the CRC-32C off; raise `ValueError` if it is not that of the bytes before it."""
-    if not _checksum_holds(content):
+    if not checksum_holds(content):
         raise ValueError("the checksum of the file is not that of its contents")
     return content[:-CHECKSUM_BYTES]
 
 
-def _checksum_holds(content: bytes) -> bool:
+def checksum_holds(content: bytes) -> bool:
+    """Say whether the bytes of a chunk are what was written, as far as can be told without decoding them."""
     body, checksum = content[:-CHECKSUM_BYTES], content[-CHECKSUM_BYTES:]
     return bool(body) and google_crc32c.value(body) == int.from_bytes(checksum, "little")
 

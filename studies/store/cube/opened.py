@@ -17,10 +17,10 @@ from xarray.core.indexing import (
 from damperlab.studies.conventions import of_variable_in_units
 from damperlab.studies.store.cube.chunks import Marks, telling
 from damperlab.studies.store.cube.coding import StoredArray
-from damperlab.studies.store.cube.cube import block_grid, read_chunk
+from damperlab.studies.store.cube.cube import block_grid
 from damperlab.studies.store.cube.decoded import KEPT, read_outer
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
-from damperlab.studies.store.cube.packed import block_key
+from damperlab.studies.store.cube.packed import block_key, read_part
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.units import base_of, ratios_beside, results_along
 
@@ -151,5 +151,5 @@ class _CheckedArray(BackendArray):
             return KEPT.get(self._shelf, file, partial(self._load, index, generation), name)
 
     def _load(self, index: int, generation: str) -> np.ndarray:
-        content = read_chunk(self._shelf, self._described, self._array.name, index, generation)
+        content = read_part(self._shelf, self._described.digest, index, generation, self._array.name)
         return self._array.decode(content)

@@ -164,7 +164,7 @@ class Blocks(Lookup):
         """Give the indices of the blocks that failed as a whole, and hold no answer; raise `StudyNotFound` for no study."""
         b = done_blocks.c
         with self.catalogue.reading() as connection:
-            number = self.number(connection, study_id)
+            number = study_row(connection, study_id).number
             failed = select(b.block).where(b.study == number, b.message.is_not(None)).order_by(b.block)
             return connection.execute(failed).scalars().all()
 
