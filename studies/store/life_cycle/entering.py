@@ -237,29 +237,20 @@ class Entering(StoreBase):
 
             def answer(entered: list[Record]) -> list[Entered | Exception]:
                 asked.keep_keys()
-                records = dict(zip(entries, entered, strict=True))
-                return [
-                    refused.get(place) or self._answer(asked, records, some)
-                    for place, some in enumerate(lists)
-                ]
+                records = asked.known | dict(zip(entries, entered, strict=True))
+                untold = set(entries)
+
+                def told(one: Submission) -> tuple[Record, bool]:
+                    digest = one.study.digest
+                    created = digest in untold
+                    untold.discard(digest)  # of any number that ask for it one has made it
+                    return records[digest], created
+
+                return [refused.get(place) or list(map(told, some)) for place, some in enumerate(lists)]
 
             return list(entries.values()), answer
 
         return self.enter(decide, "submitted")
-
-    @staticmethod
-    def _answer(asked: "_Asked", records: dict[str, Record], some: Sequence[Submission]) -> Entered:
-        answers = []
-        told: set[str] = set()
-        for one in some:
-            digest = one.study.digest
-            if digest in records:
-                answers.append((records[digest], digest not in told and digest not in asked.told))
-                told.add(digest)
-            else:
-                answers.append((asked.known[digest], False))
-        asked.told |= told
-        return answers
 
     def enter(
         self, decide: Callable[[Connection], tuple[list[Entry], Callable[[list[Record]], _Answer]]], what: str
@@ -446,8 +437,6 @@ class _Asked:
                 with self._noting(row.key):
                     require_row(keys, row, row.digest[:12])
         self._new: dict[str, str] = {}
-        self.told: set[str] = set()
-        """Digests of studies that another list has been told to have made."""
 
     @contextmanager
     def _noting(self, name: str) -> Iterator[None]:
