@@ -153,7 +153,6 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
     except OSError as error:
         raise cannot_use(store.shelf.address, error) from error
     with store.catalogue.reading() as connection:
-        rows = connection.execute(select(studies.c.id, studies.c.number, studies.c.deleted)).all()
         for table in SUMMED:
             for row in connection.execute(select(table)):
                 if not is_sound(table, row):
@@ -167,14 +166,9 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
     for _, damaged_design in Designs(store.data_dir).damaged(pause):
         yield damaged_design
     try:
-        yield from _lost_by_the_catalogue(store, names, pause)
-        lost = {cube_name(row.id, row.number) for row in rows if row.deleted is None}.difference(names)
-        if lost:  # entered since the names were read
-            lost.difference_update(store.shelf.shelves())
+        yield from _apart(store, names, pause)
     except OSError as error:
         raise cannot_use(store.shelf.address, error) from error
-    for name in sorted(lost):
-        yield f"the cube {name} is lost; restore it from a backup, or delete its study"
 
 
 def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequence[Any], list[str]]:
@@ -195,8 +189,8 @@ def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequen
         time.sleep(LOOK_SECONDS)
 
 
-def _lost_by_the_catalogue(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Iterator[str]:
-    """Compare the cubes with the studies that the catalogue knows: what it has lost, as with the tail of its log."""
+def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Iterator[str]:
+    """Compare the cubes with the studies that the catalogue knows: what it has lost, as with the tail of its log, and cubes."""
     cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
     rows, unknown = _unknown(store, cubes)
     alive = {row.id: row.number for row in rows if row.deleted is None}
@@ -206,6 +200,11 @@ def _lost_by_the_catalogue(store: Store, names: Sequence[str], pause: Callable[[
         # without results and with a study of the same id: a submission that was cut short and came again
         if cubes[name][0] not in alive or holds_results(store.shelf.at(name)):
             yield f"cube {name} belongs to no study of the catalogue; `damperlab store rebuild` adds it"
+    lost = {cube_name(study_id, number) for study_id, number in alive.items()}.difference(names)
+    if lost:  # entered since the names were read
+        lost.difference_update(store.shelf.shelves())
+    for name in sorted(lost):
+        yield f"the cube {name} is lost; restore it from a backup, or delete its study"
     for name, (study_id, number) in cubes.items():
         if alive.get(study_id) != number:
             continue
