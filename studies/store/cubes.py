@@ -12,7 +12,7 @@ from damperlab.studies.store.catalogue.quota import Taken, taken
 from damperlab.studies.store.catalogue.rows import lost_marks, marks_of, study_row
 from damperlab.studies.store.cube.chunks import Marks
 from damperlab.studies.store.cube.packed import block_key
-from damperlab.studies.store.faults import RevisionGone, cannot_use, catalogue_damaged
+from damperlab.studies.store.faults import RevisionGone, catalogue_damaged, using
 from damperlab.studies.store.files.shelf import Shelf
 
 if TYPE_CHECKING:
@@ -121,10 +121,8 @@ class Cubes(StoreBase):
         shelf, marks = self.snapshot(study_id)
         if not marks:
             return []
-        try:
+        with using(shelf.address):
             there = {entry.key for entry in shelf.entries() if entry.size}
-        except OSError as error:
-            raise cannot_use(shelf.address, error) from error
         return sorted(
             index for index, generation in marks.items() if block_key(index, generation) not in there
         )

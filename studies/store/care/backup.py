@@ -30,7 +30,7 @@ from damperlab.studies.store.cube.chunks import BlockDamaged, telling
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.packed import BLOCKS, block_key, whole_block
-from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, StudyNotFound, using
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.manifest import keep_marks
@@ -131,7 +131,7 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
         advance_counters(connection)
         if for_good and not damages:
             forget(connection, BACKUP_OF)
-    try:
+    with using(target.shelf.address):
         for row, _, _ in copies:
             if row.state in ENDED:
                 keep_marks(target, row.id, {})
@@ -140,8 +140,6 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
         for name in list(target.shelf.shelves()):
             if parse_cube_name(name) and name not in names:
                 target.shelf.at(name).clear()
-    except OSError as error:
-        raise cannot_use(target.shelf.address, error) from error
     size = records + designs + sum(size for _, _, size in copies)
     return Copied(len(copies), sum(len(marks) for _, marks, _ in copies), size, tuple(damages))
 
@@ -168,10 +166,8 @@ def _require_nothing_lost(source: Store, target: Store) -> None:
     with source.catalogue.reading() as connection:
         rows = connection.execute(select(studies.c.id, studies.c.number)).all()
     known = {cube_name(row.id, row.number) for row in rows}
-    try:
+    with using(target.shelf.address):
         held = sorted(target.shelf.shelves())
-    except OSError as error:
-        raise cannot_use(target.shelf.address, error) from error
     lost = [name for name in held if parse_cube_name(name) and name not in known]
     if lost:
         place = f"{target.shelf.address}/{lost[0]}"
@@ -193,7 +189,7 @@ def _copy_records(source: Store, target: Store) -> tuple[int, list[str]]:
     here, there = source.data_dir / RECORDS, target.data_dir / RECORDS
     damaged_records = dict(Records(source.data_dir).damaged())
     size = 0
-    try:
+    with using(str(there)):
         for file in sorted(here.iterdir()) if here.is_dir() else ():
             if not file.is_file() or file.stem in damaged_records:
                 continue
@@ -204,8 +200,6 @@ def _copy_records(source: Store, target: Store) -> tuple[int, list[str]]:
             there.mkdir(parents=True, exist_ok=True)
             Folder(there).put(file.name, content)
             size += len(content)
-    except OSError as error:
-        raise cannot_use(str(there), error) from error
     return size, list(damaged_records.values())
 
 
@@ -214,13 +208,11 @@ def _copy_designs(source: Store, target: Store) -> tuple[int, list[str]]:
     here, there = Designs(source.data_dir), Designs(target.data_dir)
     damaged_designs = dict(here.damaged())
     size = 0
-    try:
+    with using(str(target.data_dir / DESIGNS)):
         for design_id in sorted(here.ids() - damaged_designs.keys()):
             pieces = here.pieces(design_id)
             if REQUEST in pieces:  # else it was deleted meanwhile
                 size += there.take_over(design_id, pieces)
-    except OSError as error:
-        raise cannot_use(str(target.data_dir / DESIGNS), error) from error
     return size, list(damaged_designs.values())
 
 
@@ -262,7 +254,7 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
     here, there = source.cube_shelf(row.id, row.number), target.cube_shelf(row.id, row.number)
     described, found = _description(here, record)
     size = 0
-    try:
+    with using(there.address):
         sizes = {entry.key: entry.size for entry in here.entries()}
         # what an earlier backup holds is not read again; a file that was cut short since is told by its size
         have = {entry.key for entry in there.entries() if entry.size == sizes.get(entry.key)}
@@ -273,8 +265,6 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
                 content = _piece(here, described, key, mark)
                 there.put(key, content)
                 size += len(content)
-    except OSError as error:
-        raise cannot_use(there.address, error) from error
     return size
 
 

@@ -23,7 +23,7 @@ from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.chunks import Marks
 from damperlab.studies.store.cube.description import DESCRIPTION, describe_cube
 from damperlab.studies.store.cube.packed import block_key, parse_block_key
-from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.faults import StoreFault, StudyNotFound, using
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Entry, Shelf
 from damperlab.studies.store.store import Store
@@ -92,7 +92,7 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
     record = store.find(study_id)
     shelf, marks = store.snapshot(record.id)
     swept = Swept()
-    try:
+    with using(shelf.address):
         strays = list(_strays(shelf, marks, _limit(older_than)))
         # a mark that is damaged may name a file that never was: that of its block stays
         doubted = _damaged_marks(store, record.id, {block for _, block in strays if block is not None})
@@ -101,8 +101,6 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
                 shelf.remove(stray.key)
             what = f"remove {shelf.name}/{stray.key}: superseded, or half written"
             swept += Swept(1, stray.size, (what,))
-    except OSError as error:
-        raise cannot_use(shelf.address, error) from error
     return swept
 
 
@@ -135,11 +133,9 @@ def collect_garbage(
         What went, and what was left because nobody knows whose it is.
     """
     limit = _limit(older_than)
-    try:
+    with using(store.shelf.address):
         swept = _unowned_cubes(store, limit, _limit(orphan_seconds), dry_run)
         swept += _exports(store.data_dir, limit, dry_run)
-    except OSError as error:
-        raise cannot_use(store.shelf.address, error) from error
     if not dry_run:
         store.bury(limit)
     with store.catalogue.reading() as connection:

@@ -26,7 +26,7 @@ from damperlab.studies.store.cube.cube import lost_attachments
 from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube, first_pieces
 from damperlab.studies.store.cube.packed import block_key, whole_block
-from damperlab.studies.store.faults import cannot_use
+from damperlab.studies.store.faults import cannot_use, using
 from damperlab.studies.store.files.shelf import Shelf, ShelfAway
 from damperlab.studies.store.life_cycle.manifest import (
     keep_marks,
@@ -148,10 +148,8 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
     """
     for line in store.catalogue.integrity():
         yield f"{store.catalogue.name}: {line}; make it again with `damperlab store rebuild`"
-    try:
+    with using(store.shelf.address):
         names = sorted(store.shelf.shelves())
-    except OSError as error:
-        raise cannot_use(store.shelf.address, error) from error
     with store.catalogue.reading() as connection:
         for table in SUMMED:
             for row in connection.execute(select(table)):
@@ -165,10 +163,8 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
         yield damaged_record
     for _, damaged_design in Designs(store.data_dir).damaged(pause):
         yield damaged_design
-    try:
+    with using(store.shelf.address):
         yield from _apart(store, names, pause)
-    except OSError as error:
-        raise cannot_use(store.shelf.address, error) from error
 
 
 def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequence[Any], list[str]]:

@@ -17,7 +17,7 @@ from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE, Catalogue
 from damperlab.studies.store.catalogue.rows import ALIVE
 from damperlab.studies.store.catalogue.tables import facts, studies
-from damperlab.studies.store.faults import StoreFault, cannot_use
+from damperlab.studies.store.faults import StoreFault, cannot_use, using
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Entry, Shelf
 
@@ -156,11 +156,9 @@ def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) ->
 def _own(place: Shelf, mine: str, others: Fault) -> None:
     """Put the owner marker where there is none; raise `StoreFault` with a fault where the place is another catalogue's."""
     found = owner_of(place)
-    try:
+    with using(place.address):
         if found is None and not mark_owner(place, mine):
             found = owner_of(place)
-    except OSError as error:
-        raise cannot_use(place.address, error) from error
     if found not in (None, mine):
         raise StoreFault(others)
 

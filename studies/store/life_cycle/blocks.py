@@ -23,7 +23,7 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.packed import BLOCKS
-from damperlab.studies.store.faults import NothingToDo, StoreFault, cannot_use, catalogue_damaged
+from damperlab.studies.store.faults import NothingToDo, StoreFault, catalogue_damaged, using
 from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.lookup import Lookup
 from damperlab.studies.store.life_cycle.manifest import drop_marks, keep_marks
@@ -213,13 +213,11 @@ class Blocks(Lookup):
         with self.catalogue.reading() as connection:
             row = look(connection)
         shelf = self.cube_shelf(study_id, row.number)
-        try:
+        with using(shelf.address):
             # first: should this be cut short, what the cube says of itself is too little and never too much
             drop_marks(shelf)
             # which may be what was lost
             shelf.fill({}, (BLOCKS,))
-        except OSError as error:
-            raise cannot_use(shelf.address, error) from error
         try:
             with self.catalogue.writing() as connection:
                 return self._take_back(connection, look(connection), blocks, why, queue=owner is None)

@@ -50,6 +50,7 @@ from damperlab.studies.store.faults import (
     QuotaReached,
     StoreFault,
     cannot_use,
+    using,
 )
 from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
 from damperlab.studies.store.provenance import SUBMITTED_BY, asked_by, signed
@@ -312,10 +313,8 @@ class Entering(StoreBase):
 
     def _make(self, fresh: Sequence["_Made"]) -> None:
         cubes = {each.name: each.files() for each in fresh}
-        try:
+        with using(self.shelf.address):
             self.shelf.make(cubes, (BLOCKS,))
-        except OSError as error:
-            raise cannot_use(self.shelf.address, error) from error
 
     def _discard(self, several: Sequence["_Made"]) -> None:
         """Take cubes and numbers back that no study was entered for; what cannot be removed is garbage."""

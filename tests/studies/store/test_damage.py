@@ -83,8 +83,8 @@ def test_damage_beside_the_blocks_is_found_written_anew_and_costs_no_block(store
     file = Path(store.cube_path(written.id)) / name
     content = file.read_bytes()
     zeros = bytes(len(content)), content[: len(content) // 2].ljust(len(content), b"\0")
-    for changed in (*zeros, b"", b"{" * 40):
-        file.write_bytes(changed)
+    for changed in (*zeros, b"", b"{" * 40, None):
+        file.unlink() if changed is None else file.write_bytes(changed)
         damages = list(verify(store, written))
         assert [damage.block for damage in damages] == [None]
         if name != "marks.json":
