@@ -36,7 +36,7 @@ class Process:
     def __init__(self, log: Path, *command: str, **environment: str) -> None:
         self._log = log
         self._command = command
-        self._environment = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
+        self._environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'src'}", **environment}
         self._process: subprocess.Popen[bytes] | None = None
 
     def keep_up(self) -> None:
