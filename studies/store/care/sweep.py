@@ -135,7 +135,7 @@ def collect_garbage(
     limit = _limit(older_than)
     with using(store.shelf.address):
         swept = _unowned_cubes(store, limit, _limit(orphan_seconds), dry_run)
-        swept += _exports(store.data_dir, limit, dry_run)
+        swept += remove_exports(store.data_dir, older_than, dry_run=dry_run)
     if not dry_run:
         store.bury(limit)
     with store.catalogue.reading() as connection:
@@ -249,24 +249,15 @@ def _row_is_sound(store: Store, number: int) -> bool:
     return row is not None and is_sound(studies, row)
 
 
-def remove_exports(data_dir: Path) -> None:
+def remove_exports(data_dir: Path, older_than: float = LEFT_ALONE_SECONDS, *, dry_run: bool = False) -> Swept:
     """Remove exports that a service left when it was killed; services that share the folder may be writing younger ones."""
-    _exports(data_dir, _limit(LEFT_ALONE_SECONDS), dry_run=False)
-
-
-def _exports(data_dir: Path, limit: float, dry_run: bool) -> Swept:
     swept = Swept()
-    for path in data_dir.glob("export-*"):
-        folder = Folder(path)
-        try:
-            if path.stat().st_mtime < limit:
-                alone = path.is_file()
-                size = path.stat().st_size if alone else sum(entry.size for entry in folder.entries())
-                if not dry_run:
-                    path.unlink() if alone else folder.clear()
-                swept += Swept(1, size, (f"remove {path.name}: an export that was cut short",))
-        except FileNotFoundError:
-            continue  # ended meanwhile
+    for folder in (Folder(path) for path in data_dir.glob("export-*/")):
+        if folder.made() < _limit(older_than):
+            size = sum(entry.size for entry in folder.entries())
+            if not dry_run:
+                folder.clear()
+            swept += Swept(1, size, (f"remove {folder.name}: an export that was cut short",))
     return swept
 
 
