@@ -1,12 +1,11 @@
 """What happens to files behind the store's back is found, told, and mended; it is never read as a result."""
 
 import shutil
-import sqlite3
 from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.filling import enter, entered, make_plan_of, make_study, put, values_of, write
+from tests.filling import enter, entered, make_plan_of, make_study, put, values_of, write, write_behind
 
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage, sweep
@@ -134,9 +133,7 @@ def test_no_page_of_the_catalogue_is_lost_unseen(store, written, cut_off):
 def test_a_done_mark_of_no_block_hides_none(store, written, index):
     """Its block would read as not computed."""
     before = store.cube(written.id).load()
-    with sqlite3.connect(store.data_dir / "catalogue.sqlite") as catalogue:
-        catalogue.execute(f"UPDATE done_blocks SET block = {index} WHERE block = 4")
-    catalogue.close()
+    write_behind(store.data_dir, f"UPDATE done_blocks SET block = {index} WHERE block = 4")
     opened = Store.open(store.data_dir)
     for ask in (opened.pending, opened.cube, opened.lost_blocks):
         with pytest.raises(CatalogueDamaged, match="which it does not have"):
@@ -150,17 +147,13 @@ def test_a_done_mark_of_no_block_hides_none(store, written, index):
 
 def test_a_claim_that_ends_at_no_time_is_over(store, written):
     assert store.claim(written.id, "one")
-    with sqlite3.connect(store.data_dir / "catalogue.sqlite") as catalogue:
-        catalogue.execute("UPDATE studies SET claim_expires = 'x'")
-    catalogue.close()
+    write_behind(store.data_dir, "UPDATE studies SET claim_expires = 'x'")
     assert store.find(written.id).owner is None
     assert store.claim(written.id, "next")
 
 
 def test_a_lost_done_mark_is_told_by_whoever_asks_what_is_left(store, written):
-    with sqlite3.connect(store.data_dir / "catalogue.sqlite") as catalogue:
-        catalogue.execute("DELETE FROM done_blocks WHERE block = 4")
-    catalogue.close()
+    write_behind(store.data_dir, "DELETE FROM done_blocks WHERE block = 4")
     for ask in (store.pending, store.cube):
         with pytest.raises(CatalogueDamaged, match="damperlab store verify"):
             ask(written.id)

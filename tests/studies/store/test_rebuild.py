@@ -12,7 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from tests.filling import enter, make_plan_of, make_study, values_of, write
+from tests.filling import enter, make_plan_of, make_study, values_of, write, write_behind
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care import verify as verifying
@@ -336,9 +336,7 @@ def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(filled):
 def test_rows_that_are_damaged_are_told_and_made_anew(filled, damage):
     data, before = filled.data_dir, told(filled)
     filled.close()
-    with sqlite3.connect(data / "catalogue.sqlite") as catalogue:
-        catalogue.execute(damage)
-    catalogue.close()
+    write_behind(data, damage)
     with suppress(StoreFault):  # where it can be opened, the damage is told and costs no file
         again = Store.open(data)
         try:

@@ -3,12 +3,11 @@
 from pathlib import Path
 
 import pytest
-from tests.filling import enter, make_plan_of, make_study
+from tests.filling import enter, make_plan_of, make_study, write_behind
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.verify import verify
-from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.life_cycle.manifest import MARKS, read_marks
@@ -48,11 +47,8 @@ def test_a_row_of_before_keeps_its_checksum_and_a_changed_remark_is_told(store):
         assert connection.execute(studies.select()).one().crc == before
     store.remark(record.id, Remarks(("a",), "n"))
     store.close()
-    import sqlite3
 
-    with sqlite3.connect(store.data_dir / SQLITE_FILE) as connection:
-        connection.execute("UPDATE studies SET note = 'm'")
-    connection.close()
+    write_behind(store.data_dir, "UPDATE studies SET note = 'm'")
     again = Store.open(store.data_dir)
     with pytest.raises(StoreFault, match="damaged"):
         again.find(record.id)
