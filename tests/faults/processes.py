@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Protocol
 from unittest.mock import patch
 
+import httpx
 import psutil
 from tests.faults.hosts import Host
 from tests.object_store import BUCKET, environment
@@ -52,6 +53,20 @@ class Process:
                     env=self._environment,
                     start_new_session=True,
                 )
+
+    def wait_for(self, url: str, seconds: float = 900.0) -> int:
+        """Wait until it answers there, as a service does; its process id."""
+        give_up = time.monotonic() + seconds
+        while True:
+            try:
+                httpx.get(f"{url}/health/live", timeout=30).raise_for_status()
+                break
+            except httpx.HTTPError:
+                if time.monotonic() > give_up:
+                    raise
+                time.sleep(0.2)
+        assert self._process is not None
+        return self._process.pid
 
     def tell(self, number: int) -> None:
         """Send it a signal, where it runs."""
