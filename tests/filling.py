@@ -1,11 +1,15 @@
 """Studies of sixty points in twelve blocks, entered into a store and filled with values that name their block."""
 
+import sqlite3
+from contextlib import closing
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, Plan, plan_with_chunk
+from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.record import BlockOutcome, Record
 from damperlab.studies.store.store import Store
@@ -66,6 +70,13 @@ def put(store: Store, study: Study, *indices: int, generation: str = "") -> None
     record = store.find(study.digest[:12])
     for block in map(make_plan_of(study, record.chunk).block, indices):
         write(store, record.id, block, values_of(study, block), generation)
+
+
+def write_behind(data_dir: Path, *statements: str) -> None:
+    """Change a catalogue in SQLite behind the backs of all who have it open."""
+    with closing(sqlite3.connect(data_dir / SQLITE_FILE)) as catalogue, catalogue:
+        for statement in statements:
+            catalogue.execute(statement)
 
 
 def fill(store: Store, study: Study, generation: str = "g", **provenance: str) -> Record:

@@ -1,73 +1,14 @@
-"""A real S3 server for the tests, and a proxy before it that behaves badly on request."""
+"""How a client finds the tests' S3 server (`tests.faults.processes`), and a proxy before it that behaves badly on request."""
 
-import os
 import socket
 import socketserver
-import subprocess
-import sys
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass, field
-from datetime import timedelta
-from pathlib import Path
-
-from tests.ports import free_port
 
 KEY, SECRET = "tester", "only-on-loopback-0815"
-START_SECONDS = 600.0
-LIFE_SECONDS = 1800
-"""The server ends by itself then, whatever becomes of who started it."""
 BUCKET = "cubes"
-
-_ROLES = ("master", "volume", "filer", "s3", "admin")
-
-
-@dataclass
-class ObjectServer:
-    """SeaweedFS on free ports of the loopback interface."""
-
-    folder: Path
-    ports: dict[str, int] = field(default_factory=dict)
-    process: subprocess.Popen[bytes] | None = None
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Of its S3 door."""
-        return "127.0.0.1", self.ports["s3"]
-
-    def start(self) -> None:
-        """Start it, on the ports and with the objects that it had before, and wait until it answers."""
-        self.ports = self.ports or dict(
-            zip(_flags(), (free_port() for _ in range(2 * len(_ROLES))), strict=True)
-        )
-        command = [
-            *("timeout", "--signal=KILL", str(LIFE_SECONDS)),
-            *(str(Path(sys.executable).with_name("weed")), "mini", f"-dir={self.folder}"),
-            *("-ip=127.0.0.1", "-ip.bind=127.0.0.1", "-master.telemetry=false", "-webdav=false"),
-            *("-admin.ui=false", "-s3.port.iceberg=0", "-s3.port.lance=0", f"-bucket={BUCKET}"),
-            *(f"-{name if '.' in name else name + '.port'}={port}" for name, port in self.ports.items()),
-        ]
-        environment = {**os.environ, "AWS_ACCESS_KEY_ID": KEY, "AWS_SECRET_ACCESS_KEY": SECRET}
-        self.folder.mkdir(parents=True, exist_ok=True)
-        with (self.folder / "log").open("ab") as log:
-            self.process = subprocess.Popen(
-                command, cwd=self.folder, env=environment, stdout=log, stderr=log, start_new_session=True
-            )
-        give_up = time.monotonic() + START_SECONDS
-        while not _answers(self.address):
-            assert self.process.poll() is None, (self.folder / "log").read_text()
-            assert time.monotonic() < give_up, (self.folder / "log").read_text()
-            time.sleep(0.1)
-
-    def stop(self) -> None:
-        """Kill it, as a power cut would."""
-        if self.process is not None:
-            with suppress(ProcessLookupError):
-                os.killpg(self.process.pid, 9)
-            self.process.wait()
-            self.process = None
 
 
 def environment(address: tuple[str, int]) -> dict[str, str]:
@@ -143,29 +84,3 @@ def proxy_before(target: tuple[str, int]) -> Iterator[Proxy]:
         yield proxy
         proxy.shutdown()
         thread.join()
-
-
-def _flags() -> list[str]:
-    return [*_ROLES, *(f"{role}.port.grpc" for role in _ROLES)]
-
-
-def _answers(address: tuple[str, int]) -> bool:
-    """Whether the bucket is there and takes objects."""
-    from obstore.exceptions import BaseError
-    from obstore.store import S3Store
-
-    place = S3Store(
-        BUCKET,
-        endpoint=f"http://{address[0]}:{address[1]}",
-        access_key_id=KEY,
-        secret_access_key=SECRET,
-        region="us-east-1",
-        client_options={"allow_http": True, "timeout": timedelta(seconds=2)},
-        retry_config={"max_retries": 0},
-    )
-    try:
-        place.put("ready", b"")
-        place.delete("ready")
-    except (BaseError, OSError):
-        return False
-    return True

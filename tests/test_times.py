@@ -25,7 +25,7 @@ def test_a_claim_outlives_renewals_that_a_slow_store_delays() -> None:
 
 
 def test_files_of_a_run_under_way_are_older_than_its_claim_before_they_are_swept() -> None:
-    assert claims.CLAIM_SECONDS < sweep.LEFT_ALONE_SECONDS < sweep.TRASH_SECONDS
+    assert claims.CLAIM_SECONDS < sweep.LEFT_ALONE_SECONDS < sweep.ORPHAN_SECONDS
 
 
 def test_a_shutdown_outlives_what_it_waits_for() -> None:

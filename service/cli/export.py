@@ -51,8 +51,7 @@ def export(
     """Write a study's results to a file."""
     file_format = file_format or _format_of(output)
     from damperlab.studies.store.export.crate import FILE, crate_beside, write_crate
-    from damperlab.studies.store.export.export import without_names
-    from damperlab.studies.store.export.file import write_file
+    from damperlab.studies.store.export.export import without_names, write_file
 
     store = open_store(data_dir)
     record = store.find(study)

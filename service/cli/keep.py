@@ -75,28 +75,33 @@ def gc(
     older_than: Annotated[
         str, typer.Option(metavar="TIME", help="Keep files younger than this, as in 90s, 30min, 12h or 7d.")
     ] = "1h",
-    trash_after: Annotated[
+    orphans_older_than: Annotated[
         str,
-        typer.Option(metavar="TIME", help="How long a deleted cube stays in the trash before it is removed."),
+        typer.Option(
+            "--orphans-older-than",
+            "--trash-after",
+            metavar="TIME",
+            help="Keep cubes of no study that are younger than this.",
+        ),
     ] = "7d",
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="List what would be removed; change nothing.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Remove superseded files; cubes of deleted studies go to a trash first. Unknown files stay, and are listed."""
+    """Remove superseded files, and cubes of deleted studies and of none. Unknown files stay, and are listed."""
     from damperlab.studies.store.care.sweep import collect_garbage
 
     seconds = lasting(older_than, "--older-than")
-    trash_seconds = lasting(trash_after, "--trash-after")
+    orphan_seconds = lasting(orphans_older_than, "--orphans-older-than")
     store = open_store(data_dir)
     with working("Looking at every file"):
-        swept = collect_garbage(store, seconds, trash_seconds=trash_seconds, dry_run=dry_run)
+        swept = collect_garbage(store, seconds, orphan_seconds=orphan_seconds, dry_run=dry_run)
     for line in swept.what:
         note(f"{'Would ' if dry_run else ''}{line}")
     for line in swept.unknown:
         note(f"Not touched: {line}. `damperlab store rebuild` adds it to the catalogue if it is a cube.")
-    verb = "Would remove or move" if dry_run else "Removed or moved"
+    verb = "Would remove" if dry_run else "Removed"
     note(f"{verb} {swept.paths} files and folders, {swept.bytes} bytes.")
     if as_json:
         print_json(

@@ -42,6 +42,9 @@ def studies(
     designs: Annotated[
         bool, typer.Option("--designs", help="List the studies too that designs and refinements asked for.")
     ] = False,
+    trash: Annotated[
+        bool, typer.Option("--trash", help="List those instead that were deleted and can be restored.")
+    ] = False,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Largest number of studies to list.")] = 50,
     cursor: Annotated[
         str | None, typer.Option(help="Continue a list that was cut off: the cursor that it printed.")
@@ -56,7 +59,10 @@ def studies(
     check_name("--state", state, STATES)
     if named:
         given = {"--state": state, "--name": name, "--tag": tag, "--within": within, "--cursor": cursor}
-        check_alone(given | {"--designs": designs}, "stored studies, of which --named lists none")
+        check_alone(
+            given | {"--designs": designs, "--trash": trash},
+            "stored studies, of which --named lists none",
+        )
         _list_named(as_json)
         return
     from damperlab.studies.store.life_cycle.wanted import Wanted
@@ -68,6 +74,7 @@ def studies(
             tag,
             *_read_range(within),
             designs=designs,
+            trash=trash,
         )
         page = open_store(data_dir).page(limit, cursor, wanted)
     if as_json:

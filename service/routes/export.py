@@ -15,8 +15,7 @@ from damperlab.service.problems import documented
 from damperlab.service.routes.report import stem
 from damperlab.service.state import TheService, TheStudy
 from damperlab.service.work.apart import pieces, written
-from damperlab.studies.store.export.export import without_names
-from damperlab.studies.store.export.file import write_file
+from damperlab.studies.store.export.export import without_names, write_file
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import ExportFormat

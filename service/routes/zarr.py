@@ -19,9 +19,9 @@ from starlette.responses import Response
 from damperlab.service.edge.conditional import has_seen, part_asked
 from damperlab.service.problems import Problem, documented
 from damperlab.service.state import StudyId, TheService
-from damperlab.studies.store.cube.chunks import Marks, chunk_place, damaged
-from damperlab.studies.store.cube.coding import StoredCoordinate
-from damperlab.studies.store.cube.cube import block_grid, read_chunk
+from damperlab.studies.store.cube.chunks import BlockDamaged, Marks, chunk_place, telling
+from damperlab.studies.store.cube.coding import StoredCoordinate, checksum_holds
+from damperlab.studies.store.cube.cube import block_grid
 from damperlab.studies.store.cube.description import (
     DESCRIPTION,
     Description,
@@ -29,8 +29,9 @@ from damperlab.studies.store.cube.description import (
     node_metadata,
     plain_metadata,
 )
+from damperlab.studies.store.cube.packed import read_part
 from damperlab.studies.store.export.grouped import Group, group_of, grouped_metadata
-from damperlab.studies.store.faults import StudyNotFound, cannot_use
+from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
@@ -100,10 +101,9 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
                 return Response(status_code=304, headers=_headers(tag))
             try:
                 return _part(request, _content(shelf, variable, index, generation), tag)
-            except FileNotFoundError:
-                lost = damaged(shelf, index, variable, "its file is lost")
-            if store.snapshot(study.id, revision) == (shelf, marks):
-                raise lost
+            except BlockDamaged:
+                if store.snapshot(study.id, revision) == (shelf, marks):
+                    raise
             continue  # replaced a moment ago
         if revision is not None:
             raise _nothing(key)
@@ -124,36 +124,18 @@ def _read(store: Store, study: Record, revision: int | None, key: str, request: 
 
 
 def _content(shelf: Shelf, variable: str, index: int, generation: str) -> bytes:
-    described = _description(shelf)
-    try:
-        content = read_chunk(shelf, described, variable, index, generation)
-    except FileNotFoundError:
-        raise
-    except OSError as error:
-        raise cannot_use(shelf.address, error) from error
-    except ValueError as error:
-        raise damaged(shelf, index, variable, str(error)) from error
-    if not described.arrays[variable].intact(content):
-        raise damaged(shelf, index, variable, "its file is not as it was written")
+    with telling(shelf, index, variable):
+        content = read_part(shelf, _description(shelf).digest, index, generation, variable)
+        if not checksum_holds(content):
+            raise ValueError("its file is not as it was written")
     return content
-
-
-def _get(shelf: Shelf, key: str) -> bytes:
-    try:
-        return shelf.get(key)
-    except FileNotFoundError:
-        raise
-    except OSError as error:
-        raise cannot_use(shelf.address, error) from error
 
 
 @lru_cache(maxsize=64)
 def _description(shelf: Shelf) -> Description:
     # no study's arrays change, and no other study ever has its shelf
-    try:
-        return describe_cube(_get(shelf, DESCRIPTION))
-    except (FileNotFoundError, ValueError) as error:
-        raise damaged(shelf, None, "the cube's description", str(error)) from error
+    with telling(shelf, None, "the cube's description"):
+        return describe_cube(shelf.get(DESCRIPTION))
 
 
 def _revision(key: str) -> tuple[int | None, str]:
@@ -184,7 +166,8 @@ def _metadata(shelf: Shelf, key: str, request: Request, complete: bool) -> Respo
     if chunk is not None:
         content = _coordinate(shelf, chunk, key)
     elif name == DESCRIPTION and (node == "" or node in described.arrays or node in described.coordinates):
-        content = _readable(shelf, DESCRIPTION)
+        with telling(shelf, None, "the cube's description"):
+            content = shelf.get(DESCRIPTION)
         content = plain_metadata(content) if node == "" else node_metadata(plain_metadata(content), node)
         if complete:
             content = grouped_metadata(content)
@@ -201,20 +184,11 @@ def _metadata(shelf: Shelf, key: str, request: Request, complete: bool) -> Respo
 def _coordinate(shelf: Shelf, one: StoredCoordinate, key: str) -> bytes:
     if one.value is not None:
         raise _nothing(key)  # it stands in the metadata, where its reader has found it
-    content = _readable(shelf, key)
-    try:
+    # Zarr would take one that is not found for fill values
+    with telling(shelf, None, f"the coordinates along {one.name}"):
+        content = shelf.get(key)
         one.decode(content)
-    except ValueError as error:
-        raise damaged(shelf, None, f"the coordinates along {one.name}", str(error)) from error
     return content
-
-
-def _readable(shelf: Shelf, key: str) -> bytes:
-    try:
-        return _get(shelf, key)
-    except FileNotFoundError as error:
-        # Zarr would take it for fill values
-        raise damaged(shelf, None, key, "the file is lost") from error
 
 
 def _part(request: Request, content: bytes, tag: str) -> Response:

@@ -12,7 +12,7 @@ from starlette.requests import Request
 
 from damperlab.service.settings import Settings
 from damperlab.service.state import Service
-from damperlab.studies.store.faults import cannot_use
+from damperlab.studies.store.faults import using
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
@@ -104,14 +104,10 @@ def _there(
 
 
 def _folder(where: Path | None) -> "TemporaryDirectory[str]":
-    try:
+    with using(str(where or "the folder of temporary files")):
         return TemporaryDirectory(dir=where, prefix="export-", ignore_cleanup_errors=True)
-    except OSError as error:
-        raise cannot_use(str(where or "the folder of temporary files"), error) from error
 
 
 def _open(place: Path) -> BinaryIO:
-    try:
+    with using(str(place.parent)):
         return place.open("rb")
-    except OSError as error:
-        raise cannot_use(str(place.parent), error) from error

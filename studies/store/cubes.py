@@ -1,7 +1,9 @@
 """The cubes of a store, each shown with the blocks that are done, and the room that is left for them."""
 
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import Row
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.base import StoreBase
@@ -10,7 +12,7 @@ from damperlab.studies.store.catalogue.quota import Taken, taken
 from damperlab.studies.store.catalogue.rows import lost_marks, marks_of, study_row
 from damperlab.studies.store.cube.chunks import Marks
 from damperlab.studies.store.cube.packed import block_key
-from damperlab.studies.store.faults import RevisionGone, cannot_use, catalogue_damaged
+from damperlab.studies.store.faults import RevisionGone, catalogue_damaged, using
 from damperlab.studies.store.files.shelf import Shelf
 
 if TYPE_CHECKING:
@@ -46,14 +48,9 @@ class Cubes(StoreBase):
         # xarray is half of what a command would load, and few ask
         from damperlab.studies.store.cube.opened import open_cube
 
-        shelf, marks = self.snapshot(study_id)
-        with self.catalogue.reading() as connection:
-            name = study_row(connection, study_id).name
-        try:
-            # a study may have got another name since
-            return open_cube(shelf, marks).assign_attrs(title=name)
-        except OSError as error:
-            raise cannot_use(shelf.address, error) from error
+        row, shelf, marks = self._snapshot(study_id)
+        # a study may have got another name since
+        return open_cube(shelf, marks).assign_attrs(title=row.name)
 
     def snapshot(self, study_id: str, revision: int | None = None) -> tuple[Shelf, Marks]:
         """Give a cube's shelf, and the generation of every block that is done.
@@ -74,6 +71,10 @@ class Cubes(StoreBase):
         CatalogueDamaged
             If done-marks are missing, whose blocks would read as not computed.
         """
+        _, shelf, marks = self._snapshot(study_id, revision)
+        return shelf, marks
+
+    def _snapshot(self, study_id: str, revision: int | None = None) -> tuple[Row[Any], Shelf, Marks]:
         with self.catalogue.reading() as connection:
             row = study_row(connection, study_id)
             shelf = self.cube_shelf(study_id, row.number)
@@ -88,7 +89,7 @@ class Cubes(StoreBase):
                     )
                 )
             if revision is not None and revision != row.revision:
-                return shelf, marks_of(connection, row, upto=revision)
+                return row, shelf, marks_of(connection, row, upto=revision)
             kept = self._marks.get(row.number)
             if kept is None or kept[0] != row.revision:
                 if kept is not None and kept[0] >= row.taken_back:
@@ -105,7 +106,7 @@ class Cubes(StoreBase):
                 with self._marks_lock:
                     self._marks.pop(row.number, None)
                 raise catalogue_damaged(study_id, lost)
-        return shelf, kept[1]
+        return row, shelf, kept[1]
 
     def lost_blocks(self, study_id: str) -> list[int]:
         """Give the blocks that have a done-mark and no file, ascending; the files are listed, and none is read.
@@ -120,10 +121,8 @@ class Cubes(StoreBase):
         shelf, marks = self.snapshot(study_id)
         if not marks:
             return []
-        try:
+        with using(shelf.address):
             there = {entry.key for entry in shelf.entries() if entry.size}
-        except OSError as error:
-            raise cannot_use(shelf.address, error) from error
         return sorted(
             index for index, generation in marks.items() if block_key(index, generation) not in there
         )

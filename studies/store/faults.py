@@ -1,5 +1,8 @@
 """What the store tells its users when it cannot do what was asked."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.files.shelf import ShelfAway
 from damperlab.studies.user_error import UserError
@@ -79,6 +82,15 @@ def cannot_use(place: str, error: OSError) -> StoreFault:
             f"{place} cannot be read or written: {error}.",
         )
     )
+
+
+@contextmanager
+def using(place: str) -> Iterator[None]:
+    """Put what a disk or an object store refuses into the user's words; raise `StoreFault`."""
+    try:
+        yield
+    except OSError as error:
+        raise cannot_use(place, error) from error
 
 
 def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueDamaged:

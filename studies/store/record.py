@@ -7,6 +7,7 @@ from typing import Any
 from damperlab.studies.html import card
 from damperlab.studies.kinds import dimensions_of_definition
 from damperlab.studies.store.provenance import SUBMITTED_BY
+from damperlab.studies.vocabulary import ENDED
 
 PREPARATIONS: tuple[str, ...] = ("starting", "compiling", "waiting")
 """Phases of a running study that computes no block: its workers start, kernels that they lack are compiled, none is left."""
@@ -171,7 +172,7 @@ class Record:
     @property
     def ended(self) -> bool:
         """Whether nothing more happens unless somebody asks for it."""
-        return self.state in ("done", "cancelled", "failed")
+        return self.state in ENDED
 
     def document(self) -> dict[str, Any]:
         """Give the record as JSON-able values; times in ISO 8601, UTC."""

@@ -26,17 +26,6 @@ class Store(Submissions, Remarking, SmallBatches, Cubes):
 
     Safe to use from several threads and, through one `Store` each, from several processes. Do not carry one
     across a fork.
-
-    Parameters
-    ----------
-    data_dir : Path
-        The data directory; see `Store.open`.
-    catalogue : Catalogue
-        Its catalogue.
-    shelf : Shelf
-        Of the cubes.
-    quota : Quota
-        How much studies may take.
     """
 
     _copy: TemporaryDirectory[str] | None = None

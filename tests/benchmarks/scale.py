@@ -24,6 +24,7 @@ import psutil
 from distributed import Worker
 from sqlalchemy import func, select
 from tests.benchmarks.memory import peak_mib
+from tests.worker.dask_processes import scheduler_process
 
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import Block, make_plan
@@ -74,29 +75,20 @@ def measure(seconds: float, processes: int, workers: int, threads: int) -> dict[
         }
     )
     imported = peak_mib()
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    port = "--port=0", "--host=127.0.0.1", "--no-dashboard"
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder, "scheduler.json")
-        quiet: dict[str, Any] = {"env": environment, "cwd": ROOT, "stderr": subprocess.DEVNULL}
-        scheduler = subprocess.Popen(
-            [sys.executable, "-m", "dask", "scheduler", f"--scheduler-file={file}", *port],
-            stdout=subprocess.DEVNULL,
-            **quiet,
-        )
+    environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'src'}"}
+    with tempfile.TemporaryDirectory() as folder, scheduler_process() as (address, scheduler):
         hosts: list[subprocess.Popen[str]] = []
         try:
-            while not file.exists() or not file.read_text().endswith("}"):
-                time.sleep(0.1)
-            address = json.loads(file.read_text())["address"]
             code = "import asyncio, sys; from tests.benchmarks.scale import _work; "
             code += "asyncio.run(_work(sys.argv[1], int(sys.argv[2]), int(sys.argv[3])))"
             hosts += [
                 subprocess.Popen(
                     [sys.executable, "-c", code, address, str(workers), str(threads)],
                     stdout=subprocess.PIPE,
+                    stderr=subprocess.DEVNULL,
                     text=True,
-                    **quiet,
+                    env=environment,
+                    cwd=ROOT,
                 )
                 for _ in range(processes)
             ]
@@ -134,12 +126,9 @@ def measure(seconds: float, processes: int, workers: int, threads: int) -> dict[
                 "scheduler_mib": watched.memory_info().rss / 2**20,
             }
         finally:
-            for process in (*hosts, scheduler):
-                process.kill()
-                process.wait()
-            for host in hosts:
-                assert host.stdout is not None
-                host.stdout.close()
+            for crew in hosts:
+                crew.kill()
+                crew.communicate()
 
 
 def run() -> dict[str, Any]:

@@ -158,17 +158,14 @@ class Pods(Containers):
 
 
 @pytest.fixture
-def running(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pods]:
+def running(tmp_path: Path) -> Iterator[Pods]:
     found = Pods(tmp_path)
     for folder in ("data", "tmp"):
         (tmp_path / folder).mkdir()
     database = Database(tmp_path / "database")
     objects = ObjectServer(tmp_path / "objects")
     try:
-        with monkeypatch.context() as patch:
-            for name, value in objects.environment.items():
-                patch.setenv(name, value)
-            objects.wait()
+        objects.wait()
         found.secrets = {
             "damperlab-store": objects.environment | {"DAMPERLAB_STORE": objects.address},
             "damperlab-catalogue": {"DAMPERLAB_CATALOGUE": database.address},

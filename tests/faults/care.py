@@ -97,7 +97,7 @@ def take_care(store: Store, backup: Path) -> None:
         copied = copy_store(store, copy)
     finally:
         copy.close()
-    swept = collect_garbage(store, 0.0, trash_seconds=0.0)
+    swept = collect_garbage(store, 0.0, orphan_seconds=0.0)
     scrub = Scrub(store, 0.0)
     scrub.look()
     for study_id, told in scrub.found.items():

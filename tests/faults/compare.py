@@ -13,6 +13,7 @@ from damperlab.studies.definition import Study
 from damperlab.studies.plan import Block
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.catalogue.home import MARKER
+from damperlab.studies.store.catalogue.rows import study_row
 from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
@@ -36,7 +37,7 @@ def run_again(store: Store, record: Record, attempts: Iterable[Attempt]) -> int:
     """Count attempts at blocks of a study that began after the block had its done-mark."""
     columns = (done_blocks.c.block, done_blocks.c.generation, done_blocks.c.at)
     with store.catalogue.reading() as connection:
-        number = store.number(connection, record.id)
+        number = study_row(connection, record.id).number
         rows = connection.execute(select(*columns).where(done_blocks.c.study == number)).all()
     marked = {row.block: row for row in rows}
     return sum(
@@ -51,7 +52,7 @@ def run_again(store: Store, record: Record, attempts: Iterable[Attempt]) -> int:
 def _sums_agree(store: Store, record: Record) -> bool:
     columns = (done_blocks.c.points, done_blocks.c.failed)
     with store.catalogue.reading() as connection:
-        number = store.number(connection, record.id)
+        number = study_row(connection, record.id).number
         rows = connection.execute(select(*columns).where(done_blocks.c.study == number)).all()
     return (len(rows), sum(row.points for row in rows), sum(row.failed for row in rows)) == (
         record.blocks_done,

@@ -154,7 +154,11 @@ def _asked(url: str, pid: int, log: Path) -> Answers:
 IDS: list[str] = []
 """Of the study that is done."""
 
-_TIMES = re.compile(r'"(time|trace_id|request_id|instance|seconds_left|Date)": ?("[^"]*"|[0-9.]+|null)')
+_TIMES = re.compile(
+    r'"(time|trace_id|request_id|instance|seconds_left|Date)": ?("[^"]*"|[0-9.]+|null)|^[^"\n]* …[^"\n]*\n',
+    re.MULTILINE,
+)
+"""What differs from one asking to the next: times, and the lines that a command prints once it has taken two seconds."""
 
 
 def judge(answers: Answers, expected: Answers, folder: Path) -> tuple[str, str]:

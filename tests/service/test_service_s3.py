@@ -8,7 +8,8 @@ import aiohttp
 import httpx
 import pytest
 import xarray as xr
-from tests.object_store import BUCKET, SECRET, ObjectServer, environment, proxy_before
+from tests.faults.processes import ObjectServer
+from tests.object_store import BUCKET, SECRET, environment, proxy_before
 
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.store import Store
@@ -22,15 +23,15 @@ def test_a_bucket_that_does_not_answer_pauses_studies_and_loses_nothing(
     own_service: Callable[..., Any], helpers: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     server = ObjectServer(tmp_path / "objects")
-    server.start()
+    server.wait()
     try:
-        with proxy_before(server.address) as proxy:
+        with proxy_before(server.door) as proxy:
             variables = environment(proxy.address) | {"DAMPERLAB_STORE": f"s3://{BUCKET}/service"}
             service = own_service(tmp_path / "data", **variables)
             with httpx.Client(base_url=service.url, timeout=300) as client:
                 _pause_and_go_on(client, proxy, helpers)
             url = f"{service.url}{STUDIES}"
-            for name, value in environment(server.address).items():
+            for name, value in server.environment.items():
                 monkeypatch.setenv(name, value)
             store = Store.open(tmp_path / "data")  # the catalogue knows where its cubes are
             for record in store.page().records:
@@ -43,7 +44,7 @@ def test_a_bucket_that_does_not_answer_pauses_studies_and_loses_nothing(
             store.close()
             assert SECRET not in service.log.read_text()
     finally:
-        server.stop()
+        server.kill()
     assert not list((tmp_path / "data" / "cubes").iterdir())
 
 

@@ -114,26 +114,6 @@ DOCUMENT: dict[str, Any] = {
     },
     "particle": False,
 }
-SUMMED = parse_study(
-    DOCUMENT
-    | {
-        "axes": {
-            "friction_ratio": np.linspace(0.1, 0.7, 7).tolist(),
-            "frequency_ratio": np.linspace(0.5, 1.5, 401).tolist(),
-        }
-    }
-)
-
-
-def test_the_digest_tells_by_which_rule_ranges_were_expanded() -> None:
-    exact = parse_study(DOCUMENT)
-    definition = exact.document()
-    assert SUMMED.digest != exact.digest
-    for study in (exact, SUMMED):
-        read = parse_stored(definition, study.digest)
-        assert read.digest == study.digest
-        for name, values in study.coordinates.items():
-            assert read.coordinates[name].tobytes() == values.tobytes()
 
 
 @pytest.mark.parametrize(

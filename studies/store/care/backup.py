@@ -26,16 +26,17 @@ from damperlab.studies.store.catalogue.home import (
 )
 from damperlab.studies.store.catalogue.rows import ALIVE, advance_counters, pieces, record_of
 from damperlab.studies.store.catalogue.tables import done_blocks, events, keys, studies
-from damperlab.studies.store.cube.chunks import BlockDamaged, damaged
+from damperlab.studies.store.cube.chunks import BlockDamaged, telling
 from damperlab.studies.store.cube.definition import parse_stored
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
-from damperlab.studies.store.cube.packed import BLOCKS, block_key, require_whole
-from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.cube.packed import BLOCKS, block_key, whole_block
+from damperlab.studies.store.faults import CatalogueDamaged, StoreFault, StudyNotFound, using
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.manifest import keep_marks
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
+from damperlab.studies.vocabulary import ENDED
 
 RECORDS = "records"
 """The folder of the uploaded ground-motion records, in the data directory."""
@@ -130,17 +131,15 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
         advance_counters(connection)
         if for_good and not damages:
             forget(connection, BACKUP_OF)
-    try:
+    with using(target.shelf.address):
         for row, _, _ in copies:
-            if row.state in ("done", "cancelled", "failed"):
+            if row.state in ENDED:
                 keep_marks(target, row.id, {})
         # what the source has deleted since
         names = {cube_name(row.id, row.number) for row, _, _ in copies}
         for name in list(target.shelf.shelves()):
             if parse_cube_name(name) and name not in names:
                 target.shelf.at(name).clear()
-    except OSError as error:
-        raise cannot_use(target.shelf.address, error) from error
     size = records + designs + sum(size for _, _, size in copies)
     return Copied(len(copies), sum(len(marks) for _, marks, _ in copies), size, tuple(damages))
 
@@ -167,10 +166,8 @@ def _require_nothing_lost(source: Store, target: Store) -> None:
     with source.catalogue.reading() as connection:
         rows = connection.execute(select(studies.c.id, studies.c.number)).all()
     known = {cube_name(row.id, row.number) for row in rows}
-    try:
+    with using(target.shelf.address):
         held = sorted(target.shelf.shelves())
-    except OSError as error:
-        raise cannot_use(target.shelf.address, error) from error
     lost = [name for name in held if parse_cube_name(name) and name not in known]
     if lost:
         place = f"{target.shelf.address}/{lost[0]}"
@@ -192,7 +189,7 @@ def _copy_records(source: Store, target: Store) -> tuple[int, list[str]]:
     here, there = source.data_dir / RECORDS, target.data_dir / RECORDS
     damaged_records = dict(Records(source.data_dir).damaged())
     size = 0
-    try:
+    with using(str(there)):
         for file in sorted(here.iterdir()) if here.is_dir() else ():
             if not file.is_file() or file.stem in damaged_records:
                 continue
@@ -203,8 +200,6 @@ def _copy_records(source: Store, target: Store) -> tuple[int, list[str]]:
             there.mkdir(parents=True, exist_ok=True)
             Folder(there).put(file.name, content)
             size += len(content)
-    except OSError as error:
-        raise cannot_use(str(there), error) from error
     return size, list(damaged_records.values())
 
 
@@ -213,13 +208,11 @@ def _copy_designs(source: Store, target: Store) -> tuple[int, list[str]]:
     here, there = Designs(source.data_dir), Designs(target.data_dir)
     damaged_designs = dict(here.damaged())
     size = 0
-    try:
+    with using(str(target.data_dir / DESIGNS)):
         for design_id in sorted(here.ids() - damaged_designs.keys()):
             pieces = here.pieces(design_id)
             if REQUEST in pieces:  # else it was deleted meanwhile
                 size += there.take_over(design_id, pieces)
-    except OSError as error:
-        raise cannot_use(str(target.data_dir / DESIGNS), error) from error
     return size, list(damaged_designs.values())
 
 
@@ -261,7 +254,7 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
     here, there = source.cube_shelf(row.id, row.number), target.cube_shelf(row.id, row.number)
     described, found = _description(here, record)
     size = 0
-    try:
+    with using(there.address):
         sizes = {entry.key: entry.size for entry in here.entries()}
         # what an earlier backup holds is not read again; a file that was cut short since is told by its size
         have = {entry.key for entry in there.entries() if entry.size == sizes.get(entry.key)}
@@ -272,46 +265,33 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
                 content = _piece(here, described, key, mark)
                 there.put(key, content)
                 size += len(content)
-    except OSError as error:
-        raise cannot_use(there.address, error) from error
     return size
 
 
 def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, bytes]]:
     """Read the files that are no block's, and make sure that they are as they were written."""
-    what = "the cube's description"
-    try:
+    with telling(shelf, None, "the cube's description"):
         metadata = shelf.get(DESCRIPTION)
         described = describe_cube(metadata)
         if described.digest != record.digest:
             raise ValueError(f"it is that of study {described.digest[:12]}")
-        found = {DESCRIPTION: metadata} | {key: shelf.get(key) for key in described.pieces[1:]}
-        for one in described.coordinates.values():
-            if one.key in found:
-                what = f"the coordinates along {one.name}"
+    found = {DESCRIPTION: metadata}
+    for one in described.coordinates.values():
+        if one.value is None:
+            with telling(shelf, None, f"the coordinates along {one.name}"):
+                found[one.key] = shelf.get(one.key)
                 one.decode(found[one.key])
-        for key, sha256 in parse_stored(record.definition, record.digest).attached.items():
-            what, found[key] = key, shelf.get(key)
+    for key, sha256 in parse_stored(record.definition, record.digest).attached.items():
+        with telling(shelf, None, key):
+            found[key] = shelf.get(key)
             if hashlib.sha256(found[key]).hexdigest() != sha256:
                 raise ValueError("it is not as it was written")
-    except FileNotFoundError as error:
-        raise damaged(shelf, None, what, "a file of it is lost") from error
-    except OSError as error:
-        raise cannot_use(shelf.address, error) from error
-    except ValueError as error:
-        raise damaged(shelf, None, what, str(error)) from error
     return described, found
 
 
 def _piece(shelf: Shelf, described: Description, key: str, mark: Row[Any]) -> bytes:
     """Read one file of a block, and make sure that it is as it was written."""
-    try:
+    with telling(shelf, mark.block, key):
         content = shelf.get(key)
-        require_whole(content, described.arrays, described.digest, mark.block, mark.generation)
-    except FileNotFoundError as error:
-        raise damaged(shelf, mark.block, key, "its file is lost") from error
-    except OSError as error:
-        raise cannot_use(shelf.address, error) from error
-    except ValueError as error:
-        raise damaged(shelf, mark.block, key, str(error)) from error
+        whole_block(content, described.arrays, described.digest, mark.block, mark.generation)
     return content

@@ -42,16 +42,7 @@ from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.entering import Entry
 from damperlab.studies.store.life_cycle.manifest import lost_end, read_marks, read_tombstone, study_columns
 from damperlab.studies.store.provenance import asked_by
-
-_UNTOLD = {
-    "reused": 0,
-    "seconds": 0.0,
-    "kernel_seconds": 0.0,
-    "message": None,
-    "revision": 0,
-    "at": 0.0,
-    "identity": "",
-}
+from damperlab.studies.store.record import BlockOutcome
 
 
 @dataclass
@@ -229,8 +220,8 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
     kept, marks = read_marks(shelf) or ({}, [])
     known = {int(mark["block"]) for mark in marks}
     provenance = json.loads(str(described.attributes["provenance"]))
-    solver = provenance.get("identity", "")
-    marks += [mark for mark in _headers(shelf, described, solver, found) if mark["block"] not in known]
+    identity = provenance.get("identity", "")
+    marks += [mark for mark in _headers(shelf, described, identity, found) if mark["block"] not in known]
     total = math.prod(described.grid)
     with catalogue.writing() as connection:
         row = connection.execute(select(studies).where(studies.c.number == number)).one_or_none()
@@ -315,7 +306,7 @@ def _drop_damaged(catalogue: Catalogue) -> None:
                     connection.execute(delete(table).where(own == row._mapping[own.name]))
 
 
-def _headers(shelf: Shelf, described: Description, solver: str, found: Rebuilt) -> Iterator[dict[str, Any]]:
+def _headers(shelf: Shelf, described: Description, identity: str, found: Rebuilt) -> Iterator[dict[str, Any]]:
     """Give the marks that whole blocks carry themselves; of several files of one block the first by name.
 
     An attempt of another solver than the cube's is none of them: the catalogue refused it its mark.
@@ -332,7 +323,7 @@ def _headers(shelf: Shelf, described: Description, solver: str, found: Rebuilt) 
         except (ValueError, FileNotFoundError) as error:
             found.trouble.append(f"{shelf.name}/{key}: {error}")
             continue
-        if header.mark.get("message") is None and header.mark.get("identity", "") in ("", solver):
+        if header.mark.get("message") is None and header.mark.get("identity", "") in ("", identity):
             seen.add(parsed[0])
             yield dict(header.mark)
 
@@ -345,12 +336,10 @@ def _taken(study_id: str, number: int, other: str) -> str:
 
 
 def _insert_marks(connection: Connection, number: int, marks: list[dict[str, Any]]) -> None:
-    names = [column.name for column in done_blocks.c if column.name != "study"]
-    rows = [
-        {"study": number, **{name: mark[name] for name in names if name in mark}}
-        for mark in ({**_UNTOLD, **mark} for mark in marks)
-    ]
-    for some in pieces(rows):
+    names = [column.name for column in done_blocks.c if column.name not in ("study", "crc")]
+    untold = {**vars(BlockOutcome(index=0, points=0, failed=0)), "revision": 0, "at": 0.0}
+    told = ({**untold, **mark} for mark in marks)
+    for some in pieces({"study": number, **{name: mark[name] for name in names}} for mark in told):
         connection.execute(insert(done_blocks), some)
 
 

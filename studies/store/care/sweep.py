@@ -2,18 +2,16 @@
 
 Nothing goes that cannot be proved to be this catalogue's own and superseded. A file of a block goes when the block's
 mark names another one. A cube goes when its study was deleted, or when a submission that was cut short left it: the
-catalogue gave its number to another study, and it holds no result. It is moved to the trash first, and removed when it
-has been there for long. Whatever else lies about is told, and left alone.
+catalogue has no study for it, and it holds no result. Such a cube stays for long, lest the catalogue has lost its study.
+Whatever else lies about is told, and left alone.
 """
 
 import math
-import re
 import socket
 import time
 import uuid
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 
 from sqlalchemy import func, select, update
@@ -25,7 +23,7 @@ from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.chunks import Marks
 from damperlab.studies.store.cube.description import DESCRIPTION, describe_cube
 from damperlab.studies.store.cube.packed import block_key, parse_block_key
-from damperlab.studies.store.faults import StoreFault, StudyNotFound, cannot_use
+from damperlab.studies.store.faults import StoreFault, StudyNotFound, using
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Entry, Shelf
 from damperlab.studies.store.store import Store
@@ -33,18 +31,13 @@ from damperlab.studies.store.store import Store
 LEFT_ALONE_SECONDS = 3600.0
 """A file younger than this may belong to an attempt or an export that is under way."""
 
-TRASH = "trash"
-"""The shelf, among the cubes, of those that are about to be removed."""
-
-TRASH_SECONDS = 7 * 86_400.0
-"""How long a cube stays in the trash."""
-
-_TRASH_TIME = "%Y%m%dT%H%M%SZ"
+ORPHAN_SECONDS = 7 * 86_400.0
+"""How long a cube stays that was made for no study: until then `rebuild` adds it, should the catalogue have lost its study."""
 
 
 @dataclass(frozen=True)
 class Swept:
-    """What was removed or moved to the trash, or would be.
+    """What was removed, or would be.
 
     Parameters
     ----------
@@ -53,7 +46,7 @@ class Swept:
     bytes : int
         Their size.
     what : tuple of str
-        Each of them, with what becomes of it and why.
+        Each of them, and why it goes.
     unknown : tuple of str
         What was left alone, because the catalogue does not know whose it is.
     """
@@ -99,7 +92,7 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
     record = store.find(study_id)
     shelf, marks = store.snapshot(record.id)
     swept = Swept()
-    try:
+    with using(shelf.address):
         strays = list(_strays(shelf, marks, _limit(older_than)))
         # a mark that is damaged may name a file that never was: that of its block stays
         doubted = _damaged_marks(store, record.id, {block for _, block in strays if block is not None})
@@ -108,8 +101,6 @@ def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool
                 shelf.remove(stray.key)
             what = f"remove {shelf.name}/{stray.key}: superseded, or half written"
             swept += Swept(1, stray.size, (what,))
-    except OSError as error:
-        raise cannot_use(shelf.address, error) from error
     return swept
 
 
@@ -117,13 +108,13 @@ def collect_garbage(
     store: Store,
     older_than: float = LEFT_ALONE_SECONDS,
     *,
-    trash_seconds: float = TRASH_SECONDS,
+    orphan_seconds: float = ORPHAN_SECONDS,
     dry_run: bool = False,
 ) -> Swept:
     """Remove what is under a data directory and certainly needed by nobody.
 
     That are superseded files of studies that nobody works on, cubes whose studies were deleted, exports that were cut
-    short, and what has been in the trash for long. A study that is not deleted loses nothing.
+    short, and cubes without results that have long been no study's. A study that is not deleted loses nothing.
 
     Parameters
     ----------
@@ -131,8 +122,8 @@ def collect_garbage(
         The store.
     older_than : float
         What changed later than this many seconds ago stays.
-    trash_seconds : float
-        How long a cube stays in the trash before it is removed [s].
+    orphan_seconds : float
+        What changed later than this many seconds ago in a cube that is no study's stays.
     dry_run : bool
         Say what would be done, and do nothing.
 
@@ -142,11 +133,9 @@ def collect_garbage(
         What went, and what was left because nobody knows whose it is.
     """
     limit = _limit(older_than)
-    try:
-        swept = _unowned_cubes(store, limit, dry_run) + _exports(store.data_dir, limit, dry_run)
-        swept += _empty_trash(store.shelf.at(TRASH), _limit(trash_seconds), dry_run)
-    except OSError as error:
-        raise cannot_use(store.shelf.address, error) from error
+    with using(store.shelf.address):
+        swept = _unowned_cubes(store, limit, _limit(orphan_seconds), dry_run)
+        swept += remove_exports(store.data_dir, older_than, dry_run=dry_run)
     if not dry_run:
         store.bury(limit)
     with store.catalogue.reading() as connection:
@@ -180,9 +169,9 @@ def _limit(older_than: float) -> float:
     return time.time() - older_than if older_than > 0.0 else math.inf
 
 
-def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
+def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: bool) -> Swept:
     # a number is reserved before its cube is made: listed first, and then the catalogue asked
-    names = sorted(name for name in store.shelf.shelves() if name != TRASH)
+    names = sorted(store.shelf.shelves())
     with store.catalogue.reading() as connection:
         columns = studies.c.id, studies.c.number, studies.c.deleted, NEVER_ENTERED.label("reserved")
         rows = connection.execute(select(*columns)).all()
@@ -190,42 +179,44 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
     known = {row.number: row for row in rows}
     alive = {row.id for row in rows if row.deleted is None}
     swept = Swept()
+
+    def leave(name: str, why: str) -> None:
+        nonlocal swept
+        swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+
     for name in names:
         parsed = parse_cube_name(name)
         row = known.get(parsed[1]) if parsed else None
         if parsed is None or row is None:
-            why = (
-                "a number that the catalogue never gave" if parsed and parsed[1] > last else "no known number"
-            )
-            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            given = parsed is None or parsed[1] <= last
+            leave(name, "no known number" if given else "a number that the catalogue never gave")
             continue
         deleted = row.id == parsed[0]
-        if (deleted or row.reserved) and (row.deleted is None or row.deleted >= limit):
+        before = limit if deleted else orphan_limit
+        if (deleted or row.reserved) and (row.deleted is None or row.deleted >= before):
             continue
         if not _row_is_sound(store, row.number):
-            why = "its row in the catalogue is damaged; `damperlab store rebuild` makes it anew"
-            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            leave(name, "its row in the catalogue is damaged; `damperlab store rebuild` makes it anew")
             continue
         shelf = store.shelf.at(name)
         entries = list(shelf.entries())
         if not entries and not shelf.made():
             continue  # a prefix that a server remembers, and nothing in it
         if not deleted and holds_results(shelf):
-            why = f"it holds results, and its number is {f'study {row.id}' if row.id else 'no study'}'s"
-            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            leave(
+                name, f"it holds results, and its number is {f'study {row.id}' if row.id else 'no study'}'s"
+            )
             continue
         lost = not deleted and not row.reserved and parsed[0] not in alive
         if lost and _describes(shelf, parsed[0]):
-            why = "the catalogue has lost its study; `damperlab store rebuild` adds it"
-            swept += Swept(unknown=(f"{store.shelf.address}/{name}: {why}",))
+            leave(name, "the catalogue has lost its study; `damperlab store rebuild` adds it")
             continue
-        if max((shelf.made(), *(entry.changed for entry in entries))) >= limit:
+        if max((shelf.made(), *(entry.changed for entry in entries))) >= before:
             continue
         if row.reserved and not dry_run and not _take_back(store, row.number):
             continue  # entered meanwhile
         if not dry_run:
-            now = datetime.now(UTC).strftime(_TRASH_TIME)
-            store.shelf.move(name, f"{TRASH}/{now}-{uuid.uuid4().hex[:8]}-{name}")
+            shelf.clear()
         why = (
             "its study was deleted"
             if deleted
@@ -233,7 +224,7 @@ def _unowned_cubes(store: Store, limit: float, dry_run: bool) -> Swept:
             if row.reserved
             else f"its number is study {row.id}'s, and it holds no result"
         )
-        swept += Swept(1, sum(entry.size for entry in entries), (f"move {name} to the trash: {why}",))
+        swept += Swept(1, sum(entry.size for entry in entries), (f"remove {name}: {why}",))
     return swept
 
 
@@ -258,39 +249,15 @@ def _row_is_sound(store: Store, number: int) -> bool:
     return row is not None and is_sound(studies, row)
 
 
-def _empty_trash(trash: Shelf, limit: float, dry_run: bool) -> Swept:
-    swept = Swept()
-    for name in sorted(trash.shelves()):
-        found = re.match(r"([0-9]{8}T[0-9]{6}Z)-[0-9a-f]{8}-", name)
-        # told by the name: a folder keeps its time when it is moved, and objects get a new one
-        if not found or datetime.strptime(found[1], _TRASH_TIME).replace(tzinfo=UTC).timestamp() >= limit:
-            continue
-        shelf = trash.at(name)
-        size = sum(entry.size for entry in shelf.entries())
-        if not dry_run:
-            shelf.clear()
-        swept += Swept(1, size, (f"remove {name} from the trash",))
-    return swept
-
-
-def remove_exports(data_dir: Path) -> None:
+def remove_exports(data_dir: Path, older_than: float = LEFT_ALONE_SECONDS, *, dry_run: bool = False) -> Swept:
     """Remove exports that a service left when it was killed; services that share the folder may be writing younger ones."""
-    _exports(data_dir, _limit(LEFT_ALONE_SECONDS), dry_run=False)
-
-
-def _exports(data_dir: Path, limit: float, dry_run: bool) -> Swept:
     swept = Swept()
-    for path in data_dir.glob("export-*"):
-        folder = Folder(path)
-        try:
-            if path.stat().st_mtime < limit:
-                alone = path.is_file()
-                size = path.stat().st_size if alone else sum(entry.size for entry in folder.entries())
-                if not dry_run:
-                    path.unlink() if alone else folder.clear()
-                swept += Swept(1, size, (f"remove {path.name}: an export that was cut short",))
-        except FileNotFoundError:
-            continue  # ended meanwhile
+    for folder in (Folder(path) for path in data_dir.glob("export-*/")):
+        if folder.made() < _limit(older_than):
+            size = sum(entry.size for entry in folder.entries())
+            if not dry_run:
+                folder.clear()
+            swept += Swept(1, size, (f"remove {folder.name}: an export that was cut short",))
     return swept
 
 

@@ -3,12 +3,9 @@
 import threading
 from pathlib import Path
 
-from sqlalchemy import Connection
-
 from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.catalogue.home import cube_name
 from damperlab.studies.store.catalogue.quota import Quota
-from damperlab.studies.store.catalogue.rows import study_row
 from damperlab.studies.store.cube.chunks import Marks
 from damperlab.studies.store.files.shelf import Shelf
 
@@ -45,7 +42,3 @@ class StoreBase:
     def cube_shelf(self, study_id: str, number: int) -> Shelf:
         """Give the shelf of a cube by its study's id and number."""
         return self.shelf.at(cube_name(study_id, number))
-
-    def number(self, connection: Connection, study_id: str) -> int:
-        """Give the number by which the other tables know a study; raise `StudyNotFound` if there is none."""
-        return int(study_row(connection, study_id).number)

@@ -131,9 +131,10 @@ class Catalogue:
         self._turn = threading.Lock()
         self.name = url.render_as_string(hide_password=True) if url.host or not url.database else url.database
         """The file, or the address without its password."""
-        self._sqlite = url.get_backend_name() == "sqlite"
+        self.is_file = url.get_backend_name() == "sqlite"
+        """Whether it is a file in its data folder, and goes where that goes."""
         with self._faults():
-            self._engine = _sqlite_engine(url, wait_seconds) if self._sqlite else _postgresql_engine(url)
+            self._engine = _sqlite_engine(url, wait_seconds) if self.is_file else _postgresql_engine(url)
             self._greeting = _greeting_engine(url)
             self._writer = self._engine.execution_options(writes=wait_seconds)
 
@@ -193,7 +194,7 @@ class Catalogue:
 
     def _sign(self) -> None:
         """Leave word of who writes now, for those who wait in vain; it is no lock and needs no care."""
-        if self._sqlite and self._url.database:
+        if self.is_file and self._url.database:
             with suppress(OSError):
                 Path(f"{self._url.database}{_WRITER}").write_text(
                     f"{os.getpid()} {socket.gethostname()} {time.time():.0f}"
@@ -208,14 +209,9 @@ class Catalogue:
             return "another process holds the lock"
         return f"process {pid} on {host} has held it for {seconds:.0f} s; if it stands still, end it (kill -9 {pid})"
 
-    @property
-    def is_file(self) -> bool:
-        """Whether it is a file in its data folder, and goes where that goes."""
-        return self._sqlite
-
     def integrity(self) -> list[str]:
         """Let SQLite check its own file; what it finds, nothing where all is well. PostgreSQL is left to its server."""
-        if not self._sqlite:
+        if not self.is_file:
             return []
         with self.reading() as connection:
             found = [str(row[0]) for row in connection.exec_driver_sql("PRAGMA integrity_check(10)")]
@@ -237,7 +233,7 @@ class Catalogue:
             return
         if found is not None:
             raise self._another(found)
-        if self._sqlite:
+        if self.is_file:
             self._switch_to_wal()
         with self._writer.begin() as connection:
             if _revision(connection) is None:  # else another process was faster
@@ -248,7 +244,7 @@ class Catalogue:
                         raise
                     raise self._damaged(f"tables without their revision ({error.orig})") from error
                 connection.execute(insert(facts).values(key=_REVISION_KEY, value=str(REVISION)))
-        if self._sqlite and self._url.database:
+        if self.is_file and self._url.database:
             sync_path(Path(self._url.database).parent)
 
     def _another(self, found: str | int) -> StoreFault:
@@ -306,7 +302,7 @@ class Catalogue:
             found = str(cause).strip() or type(cause).__name__
             damaged = any(each in found for each in _DAMAGED) or bool(kinds & _LOST)
             # only a name of a table or column can fail to decode here: texts of rows are decoded with replacements
-            damaged |= self._sqlite and isinstance(cause, UnicodeDecodeError)
+            damaged |= self.is_file and isinstance(cause, UnicodeDecodeError)
             if not (broken or damaged or kinds & _TROUBLES or "invalid connection option" in found):
                 raise
             if "database is locked" in found or "lock timeout" in found:
@@ -321,7 +317,7 @@ class Catalogue:
                     else "try again in a moment: too many requests came together, or the database takes long"
                     if isinstance(error, PoolTimeout)
                     else "check that its server runs and its address and password are right"
-                    if not self._sqlite
+                    if not self.is_file
                     else "check the folder's permissions and free space, and that the catalogue is damperlab's",
                     f"{self.name} cannot be read or written: {found.splitlines()[0].rstrip('.')}.",
                 )

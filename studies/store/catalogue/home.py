@@ -8,7 +8,7 @@ refused before anything is read or removed: another catalogue, an empty one, an 
 import json
 import re
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 
 from sqlalchemy import Connection, delete, func, insert, select
@@ -17,7 +17,7 @@ from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE, Catalogue
 from damperlab.studies.store.catalogue.rows import ALIVE
 from damperlab.studies.store.catalogue.tables import facts, studies
-from damperlab.studies.store.faults import StoreFault, cannot_use
+from damperlab.studies.store.faults import StoreFault, cannot_use, using
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Entry, Shelf
 
@@ -141,25 +141,26 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
 def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) -> None:
     """Make sure that a data folder belongs to this catalogue; one with its cubes in a bucket may have several folders."""
     folder = Folder(data_dir)
-    found = owner_of(folder)
-    if found is None and not mark:
+    if not mark and owner_of(folder) is None:
         return
-    mine = catalogue_id(catalogue)
-    try:
-        if found is None and not mark_owner(folder, mine):
-            found = owner_of(folder)
-    except OSError as error:
-        raise cannot_use(folder.address, error) from error
+    others = Fault(
+        "data_dir",
+        f"{data_dir}, which belongs to a catalogue other than {catalogue.name}",
+        "a new folder, or one of this catalogue's",
+        "name the folder of this catalogue (--data-dir), or the catalogue of this folder (DAMPERLAB_CATALOGUE)",
+        f"The data folder {data_dir} belongs to a catalogue other than {catalogue.name}.",
+    )
+    _own(folder, catalogue_id(catalogue), others)
+
+
+def _own(place: Shelf, mine: str, others: Fault) -> None:
+    """Put the owner marker where there is none; raise `StoreFault` with a fault where the place is another catalogue's."""
+    found = owner_of(place)
+    with using(place.address):
+        if found is None and not mark_owner(place, mine):
+            found = owner_of(place)
     if found not in (None, mine):
-        raise StoreFault(
-            Fault(
-                "data_dir",
-                f"{data_dir}, which belongs to a catalogue other than {catalogue.name}",
-                "a new folder, or one of this catalogue's",
-                "name the folder of this catalogue (--data-dir), or the catalogue of this folder (DAMPERLAB_CATALOGUE)",
-                f"The data folder {data_dir} belongs to a catalogue other than {catalogue.name}.",
-            )
-        )
+        raise StoreFault(others)
 
 
 def catalogue_id(catalogue: Catalogue) -> str:
@@ -231,25 +232,20 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
     if found is None:
         _require_own_cubes(catalogue, folder, holds, used, marked)
         mine = catalogue_id(catalogue)
-        try:
-            if not mark_owner(folder, mine):
-                found = owner_of(folder)
-        except OSError as error:
-            raise cannot_use(folder.address, error) from error
-    if found is not None and found != mine:
-        raise StoreFault(
-            Fault(
-                "data_dir",
-                f"cubes in {folder.address} that belong to a catalogue other than {catalogue.name}",
-                "the catalogue that they belong to",
-                f"{_NAME_IT}; if it is lost, {_REBUILD}",
-                f"The cubes in {folder.address} belong to a catalogue other than {catalogue.name}.",
-            )
-        )
+    others = Fault(
+        "data_dir",
+        f"cubes in {folder.address} that belong to a catalogue other than {catalogue.name}",
+        "the catalogue that they belong to",
+        f"{_NAME_IT}; if it is lost, {_REBUILD}",
+        f"The cubes in {folder.address} belong to a catalogue other than {catalogue.name}.",
+    )
+    _own(folder, mine or "", others)
     # a copy's files come before its rows: one that was cut short is gone on with
-    newer = None if copied else next(_unknown_results(folder, names, last), None)
-    if newer is not None:
-        raise older_copy(f"{folder.address}/{newer}", catalogue.name)
+    for name in () if copied else names:
+        parsed = parse_cube_name(name)
+        # a submission that was cut short leaves a cube that its catalogue does not know, but no result in it
+        if parsed and parsed[1] > last and holds_results(folder.at(name)):
+            raise older_copy(f"{folder.address}/{name}", catalogue.name)
     if not marked:
         with catalogue.writing() as connection:
             remember(connection, "marked", "yes")
@@ -299,17 +295,6 @@ def _holds_cubes(shelves: Iterable[str]) -> bool:
     return any(name.endswith(".zarr") for name in shelves)
 
 
-def _unknown_results(folder: Folder, names: list[str], last: int) -> Iterator[str]:
-    """Give the cubes that were made after the catalogue's last study and hold results.
-
-    A submission that was cut short leaves a cube that its catalogue does not know, but no result in it.
-    """
-    for name in names:
-        parsed = parse_cube_name(name)
-        if parsed and parsed[1] > last and holds_results(folder.at(name)):
-            yield name
-
-
 def disk_gone(shelf: Shelf) -> str | None:
     """Say that the folder of the cubes is not the one that was opened, as when its disk was unmounted; None for a bucket."""
     if not isinstance(shelf, Folder):
@@ -346,8 +331,7 @@ def is_of_block(entry: Entry) -> bool:
 
 def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
     """Make sure that a bucket holds this catalogue's cubes; `elsewhere` is where they were when last seen."""
-    found = owner_of(bucket)
-    if found is None and elsewhere is not None:
+    if elsewhere is not None and owner_of(bucket) is None:
         raise StoreFault(
             Fault(
                 "store",
@@ -357,21 +341,14 @@ def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
                 f"{bucket.address} holds none of this catalogue's cubes; they are in {elsewhere}.",
             )
         )
-    try:
-        if found is None and not mark_owner(bucket, mine):
-            found = owner_of(bucket)
-    except OSError as error:
-        raise cannot_use(bucket.address, error) from error
-    if found is not None and found != mine:
-        raise StoreFault(
-            Fault(
-                "store",
-                f"{bucket.address}, which holds the cubes of another catalogue",
-                "a bucket, or a prefix in one, of this catalogue's own",
-                f"{_NAME_IT}, or another prefix; if the catalogue is lost, {_REBUILD}",
-                f"{bucket.address} holds the cubes of another catalogue.",
-            )
-        )
+    others = Fault(
+        "store",
+        f"{bucket.address}, which holds the cubes of another catalogue",
+        "a bucket, or a prefix in one, of this catalogue's own",
+        f"{_NAME_IT}, or another prefix; if the catalogue is lost, {_REBUILD}",
+        f"{bucket.address} holds the cubes of another catalogue.",
+    )
+    _own(bucket, mine, others)
 
 
 def fact(connection: Connection, key: str) -> str | None:

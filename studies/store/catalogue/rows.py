@@ -137,17 +137,20 @@ def marks_of(
     return marks
 
 
+SUMS = {
+    "points_done": "points",
+    "points_failed": "failed",
+    "points_reused": "reused",
+    "seconds": "seconds",
+    "kernel_seconds": "kernel_seconds",
+}
+"""The columns of a study that keep the sums of columns of its done-marks."""
+
+
 def sums_of_marks(connection: Connection, number: int) -> dict[str, Any]:
     """Add up the done-marks of a study; by the names of the columns that keep the sums."""
     b = done_blocks.c
-    sums = {
-        "points_done": b.points,
-        "points_failed": b.failed,
-        "points_reused": b.reused,
-        "seconds": b.seconds,
-        "kernel_seconds": b.kernel_seconds,
-    }
-    columns = [func.coalesce(func.sum(column), 0).label(name) for name, column in sums.items()]
+    columns = [func.coalesce(func.sum(b[column]), 0).label(name) for name, column in SUMS.items()]
     query = select(func.count().label("blocks_done"), *columns).where(b.study == number)
     return dict(connection.execute(query).one()._mapping)
 

@@ -5,12 +5,13 @@ block's done-mark names one generation, and by that one transaction all readers 
 overwritten, so a reader never meets half of one attempt and half of another.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 import numpy as np
 
 from damperlab.studies.faults import Fault, sentence
-from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.faults import StoreFault, cannot_use
 from damperlab.studies.store.files.shelf import Shelf
 
 Marks = Mapping[int, str]
@@ -37,15 +38,40 @@ def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDama
     )
 
 
+@contextmanager
+def telling(shelf: Shelf, index: int | None, what: str, lost: str = "its file is lost") -> Iterator[None]:
+    """Put what reading raises into a user's words.
+
+    Raises
+    ------
+    BlockDamaged
+        Of the block, or of what is no part of one: the file is not there, or is not what was written.
+    StoreFault
+        If it cannot be read, which says nothing of what is stored.
+    """
+    try:
+        yield
+    except FileNotFoundError as error:
+        raise damaged(shelf, index, what, lost) from error
+    except OSError as error:
+        raise cannot_use(shelf.address, error) from error
+    except (ValueError, RuntimeError) as error:
+        raise damaged(shelf, index, what, str(error)) from error
+
+
 def chunk_place(key: str, grid: tuple[int, ...]) -> tuple[str, int] | None:
     """Read a chunk's key: the variable and the block's index; None for any other key, as of a coordinate."""
     variable, slash, name = key.partition("/c.")
-    if not slash:
-        return None
+    place = read_place(name, grid) if slash else None
+    return None if place is None else (variable, int(np.ravel_multi_index(place, grid)))
+
+
+def read_place(name: str, grid: tuple[int, ...]) -> tuple[int, ...] | None:
+    """Read where a chunk lies in a grid of them, as in `0.0.2`; None where that is nowhere in it."""
     parts = name.split(".")
-    if len(parts) != len(grid) or not all(part.isascii() and part.isdigit() for part in parts):
+    if len(parts) != len(grid) or not all(
+        part.isascii() and part.isdigit() and len(part) < 10 for part in parts
+    ):
         return None
     place = tuple(map(int, parts))
-    if any(at >= count for at, count in zip(place, grid, strict=True)):
-        return None
-    return variable, int(np.ravel_multi_index(place, grid))
+    return place if all(at < count for at, count in zip(place, grid, strict=True)) else None

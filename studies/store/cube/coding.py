@@ -14,6 +14,8 @@ import google_crc32c
 import numpy as np
 from numcodecs import blosc  # type: ignore[import-untyped]
 
+from damperlab.studies.store.files.shelf import Shelf
+
 CHECKSUM_BYTES = 4
 _SHUFFLES = {"noshuffle": 0, "shuffle": 1, "bitshuffle": 2}
 
@@ -83,10 +85,6 @@ class StoredArray:
         """
         return np.frombuffer(blosc.decompress(without_checksum(content)), self.dtype).reshape(self.chunks)
 
-    def intact(self, content: bytes) -> bool:
-        """Say whether a chunk's bytes are what was written, as far as can be told without decoding them."""
-        return _checksum_holds(content)
-
 
 @dataclass(frozen=True)
 class StoredCoordinate:
@@ -123,6 +121,10 @@ class StoredCoordinate:
             raise ValueError(f"{len(values)} values in place of {self.size}")
         return values
 
+    def read(self, shelf: Shelf) -> np.ndarray:
+        """Give the values, from the cube's shelf where they are more than one."""
+        return self.decode(shelf.get(self.key)) if self.value is None else np.array([self.value])
+
 
 def encode_coordinate(values: np.ndarray) -> bytes:
     """Encode the one chunk of a coordinate: doubles, or texts as Zarr's codec `vlen-utf8` has them."""
@@ -151,12 +153,13 @@ def with_checksum(body: bytes) -> bytes:
 
 def without_checksum(content: bytes) -> bytes:
     """Take the CRC-32C off; raise `ValueError` if it is not that of the bytes before it."""
-    if not _checksum_holds(content):
+    if not checksum_holds(content):
         raise ValueError("the checksum of the file is not that of its contents")
     return content[:-CHECKSUM_BYTES]
 
 
-def _checksum_holds(content: bytes) -> bool:
+def checksum_holds(content: bytes) -> bool:
+    """Say whether the bytes of a chunk are what was written, as far as can be told without decoding them."""
     body, checksum = content[:-CHECKSUM_BYTES], content[-CHECKSUM_BYTES:]
     return bool(body) and google_crc32c.value(body) == int.from_bytes(checksum, "little")
 

@@ -17,7 +17,7 @@ from damperlab.studies.plan import Block
 from damperlab.studies.store.cube.coding import checksum
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
 from damperlab.studies.store.cube.description import stored_variables as stored_variables
-from damperlab.studies.store.cube.packed import block_key, pack, read_part
+from damperlab.studies.store.cube.packed import block_key, pack
 from damperlab.studies.store.files.folder import open_shelf
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.record import BlockOutcome
@@ -134,16 +134,3 @@ def description_of(shelf: Shelf) -> Description:
         raise OSError(
             f"the description of {shelf.name} is damaged ({error}); `damperlab store verify --repair` writes it anew"
         ) from error
-
-
-def read_chunk(shelf: Shelf, described: Description, variable: str, index: int, generation: str) -> bytes:
-    """Read one variable of a block as it was encoded, a chunk of a Zarr array.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be read.
-    ValueError
-        If it is not the block's.
-    """
-    return read_part(shelf, block_key(index, generation), variable, described.digest)

@@ -35,10 +35,6 @@ class DecodedChunks:
         self._bytes = 0
         self._lock = threading.Lock()
 
-    def __reduce__(self) -> tuple[type["DecodedChunks"], tuple[int]]:
-        """Copy without what is kept: each process and each copy fills its own."""
-        return DecodedChunks, (self._limit,)
-
     def get(self, shelf: Shelf, key: str, load: Callable[[], np.ndarray], part: str = "") -> np.ndarray:
         """Give what a file, or a part of it, holds, loading it where it is not kept.
 

@@ -3,8 +3,6 @@
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.faults import Fault
 from damperlab.studies.ground.suite import Suite
@@ -19,26 +17,20 @@ class DefinitionDamaged(StoreFault):
 def parse_stored(definition: Any, digest: str) -> Study | Suite:
     """Read the definition of a stored study.
 
-    Ranges were expanded by sums of doubles once. A study from then keeps the coordinates that its results were computed
-    at: it is told by its digest, which counts every coordinate.
-
     Parameters
     ----------
     definition : dict
         As the catalogue or the cube holds it.
     digest : str
-        Of the study when it was submitted.
+        Of the study when it was submitted; it counts every coordinate.
 
     Raises
     ------
     DefinitionDamaged
-        If the definition does not have this digest by either rule.
+        If the definition does not have this digest.
     """
     try:
         study = parse_study(definition)
-        if study.digest == digest:
-            return study
-        study = parse_study(_summed(definition))
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise _damaged(digest, f"a definition that cannot be read ({error})") from error
     if study.digest != digest:
@@ -58,18 +50,6 @@ def with_attachments(study: Study | Suite, shelf: Shelf) -> Study | Suite:
         return study
     motions = {record.id: record.read(shelf.get(record.key)) for record in study.records}
     return replace(study, motions=motions)
-
-
-def _summed(document: Any) -> Any:
-    """Write the values of every range as they were formed before ranges were exact."""
-    if isinstance(document, list):
-        return [_summed(entry) for entry in document]
-    if not isinstance(document, dict):
-        return document
-    if {"start", "stop", "num"} <= document.keys():
-        spaced = np.geomspace if document.get("spacing") == "log" else np.linspace
-        return spaced(document["start"], document["stop"], document["num"]).tolist()
-    return {key: _summed(entry) for key, entry in document.items()}
 
 
 def _damaged(digest: str, found: str) -> DefinitionDamaged:

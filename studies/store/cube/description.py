@@ -77,11 +77,6 @@ class Description:
         """Of the study."""
         return str(self.attributes["digest"])
 
-    @property
-    def pieces(self) -> tuple[str, ...]:
-        """The keys of the pieces that describe the cube: this one, and those of the coordinates."""
-        return (DESCRIPTION, *(one.key for one in self.coordinates.values() if one.value is None))
-
 
 def first_pieces(
     study: AnyStudy, chunk: tuple[int, ...], provenance: Mapping[str, str], *, reuse: bool, created: float

@@ -15,18 +15,17 @@ from xarray.core.indexing import (
 )
 
 from damperlab.studies.conventions import of_variable_in_units
-from damperlab.studies.store.cube.chunks import Marks, damaged
-from damperlab.studies.store.cube.coding import StoredArray, StoredCoordinate
-from damperlab.studies.store.cube.cube import block_grid, read_chunk
-from damperlab.studies.store.cube.decoded import KEPT, DecodedChunks, read_outer
+from damperlab.studies.store.cube.chunks import Marks, telling
+from damperlab.studies.store.cube.coding import StoredArray
+from damperlab.studies.store.cube.cube import block_grid
+from damperlab.studies.store.cube.decoded import KEPT, read_outer
 from damperlab.studies.store.cube.description import DESCRIPTION, Description, describe_cube
-from damperlab.studies.store.cube.packed import block_key
-from damperlab.studies.store.faults import cannot_use
+from damperlab.studies.store.cube.packed import block_key, read_part
 from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.units import base_of, ratios_beside, results_along
 
 
-def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Dataset:
+def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
     """Open a cube lazily; points of blocks that are not done read as not computed.
 
     Opening costs the same for a small and a large cube, and indexing reads the chunks that it touches.
@@ -37,8 +36,6 @@ def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Data
         Where the cube is.
     marks : mapping
         The generation of every block that is done.
-    kept : DecodedChunks
-        What was read before.
 
     Returns
     -------
@@ -51,38 +48,31 @@ def open_cube(shelf: Shelf, marks: Marks, kept: DecodedChunks = KEPT) -> xr.Data
     ------
     BlockDamaged
         If the description or coordinates are lost or damaged.
-    OSError
+    StoreFault
         If they cannot be read.
     """
-    try:
+    with telling(shelf, None, "the cube's description", "a file of it is lost"):
         described = describe_cube(shelf.get(DESCRIPTION))
         variables: dict[str, xr.Variable] = {}
         for name, one in described.coordinates.items():
-            values = _coordinate(shelf, one, kept)
+            read = partial(one.read, shelf)
+            values = read() if one.value is not None else KEPT.get(shelf, one.key, read)
             variables[name] = xr.Variable((name,), values, dict(one.attributes))
-    except FileNotFoundError as error:
-        raise damaged(shelf, None, "the cube's description", "a file of it is lost") from error
-    except ValueError as error:
-        raise damaged(shelf, None, "the cube's description", str(error)) from error
     for name, array in described.arrays.items():
         attributes = dict(array.attributes)
         if "flag_values" in attributes:
             # CF wants them of the variable's own type, which JSON does not keep
             attributes["flag_values"] = np.asarray(attributes["flag_values"], array.dtype)
-        lazy = LazilyIndexedArray(_CheckedArray(shelf, described, array, marks, kept))
+        lazy = LazilyIndexedArray(_CheckedArray(shelf, described, array, marks))
         variables[name] = xr.Variable(described.dimensions, lazy, attributes, {"chunks": array.chunks})
-    variables |= _along_amplitudes(described, shelf, marks, kept, variables)
+    variables |= _along_amplitudes(described, shelf, marks, variables)
     complete = "yes" if len(marks) == int(np.prod(described.grid)) else "no"
     cube = xr.Dataset(variables, attrs={**described.attributes, "complete": complete})
     return cube.assign_coords(ratios_beside(cube))
 
 
 def _along_amplitudes(
-    described: Description,
-    shelf: Shelf,
-    marks: Marks,
-    kept: DecodedChunks,
-    variables: Mapping[str, xr.Variable],
+    described: Description, shelf: Shelf, marks: Marks, variables: Mapping[str, xr.Variable]
 ) -> dict[str, xr.Variable]:
     """Give the results in units of a study over base amplitudes, each read with its ratio."""
     found = {}
@@ -92,7 +82,7 @@ def _along_amplitudes(
         base = base_of(cube)
         shape = [base.sizes.get(name, 1) for name in described.dimensions]
         factors = each.factor * base.values.reshape(shape) ** each.power
-        lazy = LazilyIndexedArray(_Along(_CheckedArray(shelf, described, array, marks, kept), factors))
+        lazy = LazilyIndexedArray(_Along(_CheckedArray(shelf, described, array, marks), factors))
         encoding = {"chunks": array.chunks}
         attributes = {**each.attributes, **of_variable_in_units(array.attributes)}
         found[each.name] = xr.Variable(described.dimensions, lazy, attributes, encoding)
@@ -121,30 +111,21 @@ class _Along(BackendArray):
         return np.asarray(self._source.read(key) * factors)
 
 
-def _coordinate(shelf: Shelf, one: StoredCoordinate, kept: DecodedChunks) -> np.ndarray:
-    if one.value is not None:
-        return np.array([one.value])
-    return kept.get(shelf, one.key, lambda: one.decode(shelf.get(one.key)))
-
-
 def read_region(
     shelf: Shelf, described: Description, array: StoredArray, marks: Marks, region: tuple[slice, ...]
 ) -> np.ndarray:
     """Read a part of one array; what is not done reads as not computed, and what cannot be read raises as in `open_cube`."""
-    return _CheckedArray(shelf, described, array, marks, KEPT).read(region)
+    return _CheckedArray(shelf, described, array, marks).read(region)
 
 
 class _CheckedArray(BackendArray):
     """A stored array whose damaged chunks are told by their block."""
 
-    def __init__(
-        self, shelf: Shelf, described: Description, array: StoredArray, marks: Marks, kept: DecodedChunks
-    ) -> None:
+    def __init__(self, shelf: Shelf, described: Description, array: StoredArray, marks: Marks) -> None:
         self._shelf = shelf
         self._described = described
         self._array = array
         self._marks = marks
-        self._kept = kept
         self._grid = block_grid(array.shape, array.chunks)
         self.shape = array.shape
         self.dtype = array.dtype
@@ -165,17 +146,10 @@ class _CheckedArray(BackendArray):
         if generation is None:
             return None
         name = self._array.name
-        try:
+        with telling(self._shelf, index, name, "its file is lost, or replaced since the cube was opened"):
             file = block_key(index, generation)
-            return self._kept.get(self._shelf, file, partial(self._load, index, generation), name)
-        except FileNotFoundError as error:
-            found = "its file is lost, or replaced since the cube was opened"
-            raise damaged(self._shelf, index, name, found) from error
-        except OSError as error:
-            raise cannot_use(self._shelf.address, error) from error
-        except (ValueError, RuntimeError) as error:
-            raise damaged(self._shelf, index, name, str(error)) from error
+            return KEPT.get(self._shelf, file, partial(self._load, index, generation), name)
 
     def _load(self, index: int, generation: str) -> np.ndarray:
-        content = read_chunk(self._shelf, self._described, self._array.name, index, generation)
+        content = read_part(self._shelf, self._described.digest, index, generation, self._array.name)
         return self._array.decode(content)

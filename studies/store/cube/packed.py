@@ -11,13 +11,13 @@ So a block is whole or not there, no byte of it is unchecked, and without any ca
 
 import json
 import struct
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import google_crc32c
 
-from damperlab.studies.store.cube.coding import StoredArray
+from damperlab.studies.store.cube.coding import checksum_holds
 from damperlab.studies.store.files.shelf import Shelf
 
 BLOCKS = "blocks"
@@ -112,17 +112,15 @@ def read_header(shelf: Shelf, key: str) -> tuple[Header, bytes]:
     ValueError
         If it is not as it was written.
     """
-    content = shelf.read(key, 0, shelf.first_bytes)
-    header = parse_header(content)
-    if header is None:
-        content = shelf.read(key, 0, LONGEST_HEADER)
+    for length in (shelf.first_bytes, LONGEST_HEADER):
+        content = shelf.read(key, 0, length)
         header = parse_header(content)
-    if header is None:
-        raise ValueError("the file is cut short")
-    return header, content
+        if header is not None:
+            return header, content
+    raise ValueError("the file is cut short")
 
 
-def read_part(shelf: Shelf, key: str, variable: str, digest: str) -> bytes:
+def read_part(shelf: Shelf, digest: str, index: int, generation: str, variable: str) -> bytes:
     """Read one variable of a block, as it was encoded; its own checksum is left to who decodes it.
 
     Raises
@@ -132,8 +130,8 @@ def read_part(shelf: Shelf, key: str, variable: str, digest: str) -> bytes:
     ValueError
         If it is not the block's file.
     """
+    key = block_key(index, generation)
     header, content = read_header(shelf, key)
-    index, generation = parse_block_key(key) or (-1, "")
     header.require(digest, index, generation)
     if variable not in header.parts:
         raise ValueError(f"the file lacks {variable}")
@@ -146,16 +144,17 @@ def read_part(shelf: Shelf, key: str, variable: str, digest: str) -> bytes:
     return part
 
 
-def require_whole(
-    content: bytes, arrays: Mapping[str, StoredArray], digest: str, index: int, generation: str
-) -> None:
-    """Raise `ValueError` unless a file is the block's, with every byte as it was written."""
+def whole_block(
+    content: bytes, variables: Collection[str], digest: str, index: int, generation: str
+) -> Header:
+    """Read the header of a block's file; raise `ValueError` unless it is the block's, with every byte as it was written."""
     header = parse_header(content)
     if header is None:
         raise ValueError("the file is cut short")
     header.require(digest, index, generation)
-    if set(header.parts) != set(arrays):
+    if set(header.parts) != set(variables):
         raise ValueError("the file does not hold the study's variables")
     for name, (start, size) in header.parts.items():
-        if not arrays[name].intact(content[start : start + size]):
+        if not checksum_holds(content[start : start + size]):
             raise ValueError(f"{name} is not as it was written")
+    return header

@@ -1,4 +1,4 @@
-"""A cube as one netCDF file or one CSV table, piece by piece, so that memory does not grow with it."""
+"""A cube as one file: netCDF, a CSV table or Parquet, piece by piece, so that memory does not grow with it."""
 
 import json
 import os
@@ -15,6 +15,7 @@ from damperlab.studies.conventions import of_variable_in_units
 from damperlab.studies.store.export.slabs import BUDGET, rows, slabs
 from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.units import coordinates_in_units, results_in_units
+from damperlab.studies.vocabulary import ExportFormat
 
 _FORMATS = {"f": "%.17g", "i": "%d", "U": "%s"}
 
@@ -40,8 +41,8 @@ def without_names(cube: xr.Dataset) -> xr.Dataset:
     return cube.assign_attrs(provenance=json.dumps(kept))
 
 
-def write_netcdf(cube: xr.Dataset, path: Path) -> None:
-    """Write a cube as netCDF-4; the file appears under its name when it is whole.
+def write_file(cube: xr.Dataset, path: Path, written_as: ExportFormat) -> None:
+    """Write a cube; the file appears under its name when it is whole.
 
     Parameters
     ----------
@@ -49,16 +50,28 @@ def write_netcdf(cube: xr.Dataset, path: Path) -> None:
         A study's cube, `Store.cube`.
     path : Path
         The file, replaced if it is there.
+    written_as : str
+        In which format.
 
     Raises
     ------
     OSError
         If it cannot be written.
     """
+    # which takes its columns from here
+    from damperlab.studies.store.export.parquet import parquet_pieces
+
     partial = path.with_name(f"{path.name}.{os.getpid()}.partial")
     try:
-        with h5netcdf.File(partial, "w") as file:
-            _fill(file, cube)
+        if written_as == "netcdf":
+            with h5netcdf.File(partial, "w") as netcdf:
+                _fill(netcdf, cube)
+        else:
+            with partial.open("wb") as file:
+                if written_as == "csv":
+                    file.writelines(line.encode() for line in csv_lines(cube))
+                else:
+                    file.writelines(parquet_pieces(cube))
         partial.replace(path)
     finally:
         partial.unlink(missing_ok=True)

@@ -15,7 +15,7 @@ from math import prod
 
 import numpy as np
 
-from damperlab.studies.store.cube.chunks import Marks
+from damperlab.studies.store.cube.chunks import Marks, read_place
 from damperlab.studies.store.cube.coding import StoredArray
 from damperlab.studies.store.cube.cube import block_grid
 from damperlab.studies.store.cube.description import Description
@@ -75,16 +75,11 @@ def group_of(key: str, described: Description) -> Group | None:
     """Read the key of such a chunk, as in `amplitude_ratio/0.0.0.2.0.0`; None for any other key."""
     variable, _, name = key.partition("/")
     array = described.arrays.get(variable)
-    parts = name.split(".")
-    if array is None or len(parts) != len(array.shape):
-        return None
-    if not all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts):
+    if array is None:
         return None
     chunks = grouped_chunks(array.shape, array.chunks)
-    place = tuple(map(int, parts))
-    grid = block_grid(array.shape, chunks)
-    inside = all(at < count for at, count in zip(place, grid, strict=True))
-    return Group(described, array, chunks, place) if inside else None
+    place = read_place(name, block_grid(array.shape, chunks))
+    return None if place is None else Group(described, array, chunks, place)
 
 
 def grouped_chunks(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...]:

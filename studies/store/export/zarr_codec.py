@@ -5,6 +5,7 @@ import. It only reads. Of a complete cube the marks say which files count; of on
 there is shown, and all other points read as not computed. What is damaged is an error.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,6 +24,7 @@ from damperlab.studies.store.cube.packed import (
     parse_block_key,
     parse_header,
 )
+from damperlab.studies.store.files.shelf import Shelf
 from damperlab.studies.store.life_cycle.manifest import MARKS, parse_marks
 
 _MEND = "find what is damaged with `damperlab store verify`, and compute it again with `damperlab store verify --repair`"
@@ -117,28 +119,28 @@ async def _look(store: Store, cube: str) -> _Seen:
             found = parse_block_key(key.removeprefix(cube))
             if found is None or found[0] in generations or found[1].endswith(".partial"):
                 continue
-            header = await _header(store, key)
-            if header is not None and header.mark.get("message") is None:
-                generations[found[0]] = found[1]
+            with suppress(FileNotFoundError, ValueError):
+                header = await _header(store, key)
+                if header.mark.get("message") is None:
+                    generations[found[0]] = found[1]
     elif not marks:
         raise OSError(f"{store}/{cube}{MARKS} is lost; {_MEND}")
     return _Seen(description, generations)
 
 
 async def _part(store: Store, path: str, variable: str, digest: str, key: str) -> bytes:
-    header = parse_header(await _get(store, path, 0, LONGEST_HEADER))
-    if header is None:
-        raise ValueError("the file is cut short")
+    header = await _header(store, path)
     header.require(digest, *(parse_block_key(key) or (-1, "")))
     start, size = header.parts[variable]
     return await _get(store, path, start, size)
 
 
-async def _header(store: Store, path: str) -> Header | None:
-    try:
-        return parse_header(await _get(store, path, 0, LONGEST_HEADER))
-    except (FileNotFoundError, ValueError):
-        return None
+async def _header(store: Store, path: str) -> Header:
+    for length in (Shelf.first_bytes, LONGEST_HEADER):
+        header = parse_header(await _get(store, path, 0, length))
+        if header is not None:
+            return header
+    raise ValueError("the file is cut short")
 
 
 async def _get(store: Store, path: str, start: int | None = None, length: int = 0) -> bytes:

@@ -98,15 +98,6 @@ class Bucket(Shelf):
                 return self.get(key) == content
         return True
 
-    def move(self, name: str, target: str) -> None:
-        """Copy the objects within the server, then remove the first ones: a move that was cut short is begun again."""
-        source, there = self.at(name), self.at(target)
-        keys = [entry.key for entry in source.entries()]
-        with _told(self, name):
-            for key in keys:
-                self._client.copy(source._full(key), there._full(key))
-        source.clear()
-
     def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
         """Put objects; a prefix needs no making."""
         self.put_all(pieces)

@@ -64,14 +64,6 @@ class Folder(Shelf):
             return self.get(key) == content
         return True
 
-    def move(self, name: str, target: str) -> None:
-        """Rename a folder, and wait until both lists of names are on the disk."""
-        source, there = self._path / name, self._path / target
-        there.parent.mkdir(parents=True, exist_ok=True)
-        source.rename(there)
-        sync_path(there.parent)
-        sync_path(source.parent)
-
     def _place(
         self, key: str, content: bytes, place: Callable[[Path, Path], None], *, sync: bool = True
     ) -> None:

@@ -106,10 +106,6 @@ class Shelf(ABC):
         """Put a piece unless there is one of its name; say whether that is now what was to be put."""
 
     @abstractmethod
-    def move(self, name: str, target: str) -> None:
-        """Give the shelf below this one of that name another name, which no shelf has yet."""
-
-    @abstractmethod
     def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
         """Put the first pieces on a shelf, which is made where it is missing, and so are some shelves below it."""
 

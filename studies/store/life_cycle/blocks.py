@@ -11,6 +11,7 @@ from sqlalchemy import Connection, Row, delete, func, insert, select, update
 
 from damperlab.studies.faults import Fault, counted
 from damperlab.studies.store.catalogue.rows import (
+    SUMS,
     claim_owner,
     log_event,
     lost_marks,
@@ -22,7 +23,7 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.cube.packed import BLOCKS
-from damperlab.studies.store.faults import NothingToDo, StoreFault, cannot_use, catalogue_damaged
+from damperlab.studies.store.faults import NothingToDo, StoreFault, catalogue_damaged, using
 from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.lookup import Lookup
 from damperlab.studies.store.life_cycle.manifest import drop_marks, keep_marks
@@ -100,43 +101,29 @@ class Blocks(Lookup):
         if not fresh:
             return True
         # the workers have refused before; whatever they hold, no cube gets the work of two solvers
-        solver = json.loads(row.provenance).get("identity", "")
-        strangers = {outcome.identity for outcome in fresh.values()} - {"", solver}
+        identity = json.loads(row.provenance).get("identity", "")
+        strangers = {outcome.identity for outcome in fresh.values()} - {"", identity}
         if strangers:
-            raise ValueError(f"blocks computed by {sorted(strangers)} in a cube of {solver or 'no identity'}")
+            raise ValueError(
+                f"blocks computed by {sorted(strangers)} in a cube of {identity or 'no identity'}"
+            )
+        added = list(fresh.values())
+        # what a mark says of a block goes by the same names as its outcome, the index aside
         marks = [
-            {
-                "study": row.number,
-                "block": outcome.index,
-                "points": outcome.points,
-                "failed": outcome.failed,
-                "reused": outcome.reused,
-                "seconds": outcome.seconds,
-                "kernel_seconds": outcome.kernel_seconds,
-                "message": outcome.message,
-                "at": now,
-                "generation": outcome.generation,
-                "checksum": outcome.checksum,
-                "revision": row.revision + 1 + place,
-                "identity": outcome.identity,
-            }
-            for place, outcome in enumerate(fresh.values())
+            {name: value for name, value in vars(outcome).items() if name != "index"}
+            | {"study": row.number, "block": outcome.index, "at": now, "revision": row.revision + 1 + place}
+            for place, outcome in enumerate(added)
         ]
         connection.execute(insert(done_blocks), marks)
-        added = list(fresh.values())
-        change: dict[Any, Any] = {
-            c.points_done: c.points_done + sum(outcome.points for outcome in added),
-            c.points_failed: c.points_failed + sum(outcome.failed for outcome in added),
-            c.points_reused: c.points_reused + sum(outcome.reused for outcome in added),
-            c.blocks_done: c.blocks_done + len(added),
-            c.seconds: c.seconds + sum(outcome.seconds for outcome in added),
-            c.kernel_seconds: c.kernel_seconds + sum(outcome.kernel_seconds for outcome in added),
-            c.revision: c.revision + len(added),
-            c.last_mark: now,
+        change: dict[str, Any] = {
+            name: c[name] + sum(getattr(outcome, column) for outcome in added)
+            for name, column in SUMS.items()
         }
+        count = len(added)
+        change |= {"blocks_done": c.blocks_done + count, "revision": c.revision + count, "last_mark": now}
         failure = next((outcome for outcome in added if outcome.message is not None), None)
         if failure is not None:
-            change[c.message] = func.coalesce(c.message, f"block {failure.index}: {failure.message}")
+            change["message"] = func.coalesce(c.message, f"block {failure.index}: {failure.message}")
         connection.execute(update(studies).where(c.number == row.number).values(change))
         return True
 
@@ -177,7 +164,7 @@ class Blocks(Lookup):
         """Give the indices of the blocks that failed as a whole, and hold no answer; raise `StudyNotFound` for no study."""
         b = done_blocks.c
         with self.catalogue.reading() as connection:
-            number = self.number(connection, study_id)
+            number = study_row(connection, study_id).number
             failed = select(b.block).where(b.study == number, b.message.is_not(None)).order_by(b.block)
             return connection.execute(failed).scalars().all()
 
@@ -226,13 +213,11 @@ class Blocks(Lookup):
         with self.catalogue.reading() as connection:
             row = look(connection)
         shelf = self.cube_shelf(study_id, row.number)
-        try:
+        with using(shelf.address):
             # first: should this be cut short, what the cube says of itself is too little and never too much
             drop_marks(shelf)
             # which may be what was lost
             shelf.fill({}, (BLOCKS,))
-        except OSError as error:
-            raise cannot_use(shelf.address, error) from error
         try:
             with self.catalogue.writing() as connection:
                 return self._take_back(connection, look(connection), blocks, why, queue=owner is None)

@@ -10,7 +10,7 @@ from sqlalchemy import Connection, Row, select, tuple_, update
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.catalogue.base import StoreBase
-from damperlab.studies.store.catalogue.rows import alive_row, claim_owner
+from damperlab.studies.store.catalogue.rows import VALUES, alive_row, claim_owner
 from damperlab.studies.store.catalogue.tables import WAITING, studies
 from damperlab.studies.store.faults import StudyBusy
 
@@ -20,8 +20,6 @@ CLAIM_SECONDS = 60.0
 
 FEW_POINTS = 16
 """Most points of a study that is run together with others."""
-
-_PAGE = 500
 
 
 @dataclass(frozen=True)
@@ -109,7 +107,7 @@ class Claims(StoreBase):
             c.submitted_by,
             c.priority,
         )
-        query = query.where(WAITING).order_by(c.priority.desc(), c.created, c.number).limit(_PAGE)
+        query = query.where(WAITING).order_by(c.priority.desc(), c.created, c.number).limit(VALUES)
         found: list[Waiting] = []
         counts: Counter[str | None] = Counter()
         with self.catalogue.reading() as connection:
@@ -126,7 +124,7 @@ class Claims(StoreBase):
                         ) and row.points_total <= FEW_POINTS
                         found.append(Waiting(row.id, small, owner, row.priority))
                         counts[owner] += 1
-                if len(page) < _PAGE:
+                if len(page) < VALUES:
                     break
                 last = page[-1]
                 behind = tuple_(-c.priority, c.created, c.number)

@@ -50,6 +50,7 @@ from damperlab.studies.store.faults import (
     QuotaReached,
     StoreFault,
     cannot_use,
+    using,
 )
 from damperlab.studies.store.files.shelf import AT_ONCE, ShelfAway
 from damperlab.studies.store.provenance import SUBMITTED_BY, asked_by, signed
@@ -237,29 +238,20 @@ class Entering(StoreBase):
 
             def answer(entered: list[Record]) -> list[Entered | Exception]:
                 asked.keep_keys()
-                records = dict(zip(entries, entered, strict=True))
-                return [
-                    refused.get(place) or self._answer(asked, records, some)
-                    for place, some in enumerate(lists)
-                ]
+                records = asked.known | dict(zip(entries, entered, strict=True))
+                untold = set(entries)
+
+                def told(one: Submission) -> tuple[Record, bool]:
+                    digest = one.study.digest
+                    created = digest in untold
+                    untold.discard(digest)  # of any number that ask for it one has made it
+                    return records[digest], created
+
+                return [refused.get(place) or list(map(told, some)) for place, some in enumerate(lists)]
 
             return list(entries.values()), answer
 
         return self.enter(decide, "submitted")
-
-    @staticmethod
-    def _answer(asked: "_Asked", records: dict[str, Record], some: Sequence[Submission]) -> Entered:
-        answers = []
-        told: set[str] = set()
-        for one in some:
-            digest = one.study.digest
-            if digest in records:
-                answers.append((records[digest], digest not in told and digest not in asked.told))
-                told.add(digest)
-            else:
-                answers.append((asked.known[digest], False))
-        asked.told |= told
-        return answers
 
     def enter(
         self, decide: Callable[[Connection], tuple[list[Entry], Callable[[list[Record]], _Answer]]], what: str
@@ -321,10 +313,8 @@ class Entering(StoreBase):
 
     def _make(self, fresh: Sequence["_Made"]) -> None:
         cubes = {each.name: each.files() for each in fresh}
-        try:
+        with using(self.shelf.address):
             self.shelf.make(cubes, (BLOCKS,))
-        except OSError as error:
-            raise cannot_use(self.shelf.address, error) from error
 
     def _discard(self, several: Sequence["_Made"]) -> None:
         """Take cubes and numbers back that no study was entered for; what cannot be removed is garbage."""
@@ -377,26 +367,24 @@ class Entering(StoreBase):
 
     def _make_way(self, fresh: Sequence["_Made"]) -> None:
         """Make sure that nothing lies where cubes are about to be made; raise `StoreFault` where results do."""
+        names = [each.name for each in fresh]
         try:
             gone = disk_gone(self.shelf)
             if gone is not None:
                 raise FileNotFoundError(gone)
             self._require_newest()
-            names = [each.name for each in fresh]
             with ThreadPoolExecutor(AT_ONCE) as pool:
                 free = list(pool.map(self._clear, names)) if len(names) > 1 else [self._clear(names[0])]
-        except OSError as error:
+            if not all(free):
+                taken = names[free.index(False)]
+                with self.catalogue.writing() as connection:
+                    remember(connection, UNKNOWN_RESULTS, taken)
+                raise older_copy(self.shelf.at(taken).address, self.catalogue.name)
+        except (OSError, StoreFault) as error:
             self._give_back([each.number for each in fresh])
-            raise cannot_use(self.shelf.address, error) from error
-        except StoreFault:
-            self._give_back([each.number for each in fresh])
+            if isinstance(error, OSError):
+                raise cannot_use(self.shelf.address, error) from error
             raise
-        taken = next((name for name, good in zip(names, free, strict=True) if not good), None)
-        if taken is not None:
-            with self.catalogue.writing() as connection:
-                remember(connection, UNKNOWN_RESULTS, taken)
-            self._give_back([each.number for each in fresh])
-            raise older_copy(self.shelf.at(taken).address, self.catalogue.name)
 
     def _clear(self, name: str) -> bool:
         """Remove what a submission that was cut short left under a name; False where results lie there."""
@@ -448,8 +436,6 @@ class _Asked:
                 with self._noting(row.key):
                     require_row(keys, row, row.digest[:12])
         self._new: dict[str, str] = {}
-        self.told: set[str] = set()
-        """Digests of studies that another list has been told to have made."""
 
     @contextmanager
     def _noting(self, name: str) -> Iterator[None]:

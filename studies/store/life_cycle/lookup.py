@@ -12,6 +12,7 @@ from damperlab.studies.store.catalogue.quota import Ledger
 from damperlab.studies.store.catalogue.rows import (
     ALIVE,
     FIRST_DIGITS,
+    VALUES,
     alive_row,
     cursor_of,
     log_event,
@@ -34,7 +35,6 @@ PAGE_LIMIT = 1000
 """Most records on one page."""
 MOST_LOOKED_AT = 5000
 """Studies whose axes are looked at for one page."""
-_AT_ONCE = 200  # rows that are read to look at their axes
 
 
 class Lookup(StoreBase):
@@ -122,7 +122,7 @@ class Lookup(StoreBase):
         with self.catalogue.reading() as connection:
             while more and len(found) < limit and looked_at < MOST_LOOKED_AT:
                 # one row more than is shown, for whether there are others
-                size = _AT_ONCE if wanted.looks_inside else limit
+                size = VALUES if wanted.looks_inside else limit
                 behind = query if before == math.inf else query.where(studies.c.number < before)
                 rows = connection.execute(behind.limit(size + 1)).all()
                 more = len(rows) > size

@@ -91,7 +91,7 @@ class Remarking(Lookup):
                 ):
                     # what was just written may have replaced newer marks
                     with self.catalogue.reading() as connection:
-                        number = self.number(connection, study_id)
+                        number = study_row(connection, study_id).number
                     drop_marks(self.cube_shelf(study_id, number))
                     self._keep_late(study_id)
                     return

@@ -22,10 +22,10 @@ from damperlab.studies.store.catalogue.rows import (
 )
 from damperlab.studies.store.catalogue.rowsum import is_sound, require_row
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
-from damperlab.studies.store.cube.chunks import damaged
+from damperlab.studies.store.cube.chunks import telling
 from damperlab.studies.store.cube.definition import parse_stored, with_attachments
 from damperlab.studies.store.cube.description import first_pieces
-from damperlab.studies.store.faults import NothingToDo, cannot_use
+from damperlab.studies.store.faults import NothingToDo, using
 from damperlab.studies.store.files.shelf import TOMBSTONE
 from damperlab.studies.store.life_cycle.claims import require_free
 from damperlab.studies.store.life_cycle.entering import Entering, Entry
@@ -69,11 +69,9 @@ class Submissions(Entering):
         with self.catalogue.reading() as connection:
             known = study_row(connection, study_id)
         shelf = self.cube_shelf(study_id, known.number)
-        try:
-            stored = parse_stored(record_of(known).definition, known.digest)
+        stored = parse_stored(record_of(known).definition, known.digest)
+        with telling(shelf, None, "a ground-motion record"):
             study = with_attachments(stored, shelf)
-        except (OSError, ValueError) as error:
-            raise damaged(shelf, None, "a ground-motion record", str(error)) from error
 
         def decide(
             connection: Connection,
@@ -145,10 +143,8 @@ class Submissions(Entering):
         record = record_of(row)
         study = parse_stored(record.definition, record.digest)
         shelf = self.cube_shelf(row.id, row.number)
-        try:
+        with using(shelf.address):
             shelf.fill(first_pieces(study, record.chunk, provenance, reuse=record.reuse, created=row.created))
-        except OSError as error:
-            raise cannot_use(shelf.address, error) from error
 
     def delete(self, study_id: str, keep_seconds: float = 0.0) -> None:
         """Forget a study; `bury` removes its files afterwards, which may take long.
@@ -199,11 +195,9 @@ class Submissions(Entering):
         with self.catalogue.reading() as connection:
             row = _restorable_row(connection, study_id)
         shelf = self.cube_shelf(study_id, row.number)
-        try:
+        with using(shelf.address):
             # before the commit: beside the cube nothing may say that a study which is there was deleted
             shelf.remove(TOMBSTONE)
-        except OSError as error:
-            raise cannot_use(shelf.address, error) from error
         try:
             with self.catalogue.writing() as connection:
                 number = _restorable_row(connection, study_id).number

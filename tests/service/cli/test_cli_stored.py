@@ -302,9 +302,9 @@ def test_backup_and_restore(store: Store, tmp_path: Path) -> None:
 def test_gc_removes_what_is_old_enough(store: Store) -> None:
     orphan = store.data_dir / "cubes" / "000000000000-1.zarr"  # study 1 is another one
     orphan.mkdir()
-    young = run("store", "gc", "--json", "--data-dir", store.data_dir)
+    young = run("store", "gc", "--older-than", "0s", "--json", "--data-dir", store.data_dir)
     assert (json.loads(young.stdout)["paths"], orphan.exists()) == (0, True)
-    swept = run("store", "gc", "--older-than", "0s", "--json", "--data-dir", store.data_dir)
+    swept = run("store", "gc", "--orphans-older-than", "0s", "--json", "--data-dir", store.data_dir)
     assert (json.loads(swept.stdout)["paths"], orphan.exists()) == (1, False)
 
 

@@ -24,7 +24,7 @@ from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.questions import Judging, Ranking, Selection, Tuning
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.cube.cube import stored_variables, write_region
-from damperlab.studies.store.export.export import csv_lines, write_netcdf
+from damperlab.studies.store.export.export import csv_lines, write_file
 from damperlab.studies.store.store import Store
 from damperlab.studies.units import with_units
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
@@ -110,7 +110,7 @@ def test_results_in_units_are_the_ratios_times_the_displacement_of_the_base_at_e
 
 
 def test_exports_hold_dampers_ratios_and_units(cube: xr.Dataset, tmp_path: Path) -> None:
-    write_netcdf(cube, tmp_path / "cube.nc")
+    write_file(cube, tmp_path / "cube.nc", "netcdf")
     with xr.open_dataset(tmp_path / "cube.nc", engine="h5netcdf") as back:
         assert tuple(back["amplitude_ratio"].dims) == tuple(cube["status"].dims)
         for name in ("clearance_ratio", "friction_ratio", "frequency_hz", "particle_mass_kg"):

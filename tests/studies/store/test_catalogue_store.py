@@ -1,14 +1,13 @@
 """The catalogue: one record per study, counted done-marks, claims, phases, pages, deletion."""
 
 import hashlib
-import sqlite3
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.filling import enter, entered, make_plan_of, make_study, outcome_of
+from tests.filling import enter, entered, make_plan_of, make_study, outcome_of, write_behind
 
 from damperlab.studies.store.catalogue.catalogue import REVISION
 from damperlab.studies.store.catalogue.tables import metadata
@@ -197,9 +196,7 @@ def test_a_study_that_is_worked_on_is_not_deleted_unless_it_has_ended(store, end
 def test_a_delete_that_was_cut_short_is_finished_later(store):
     *_, study_id = entered(store)
     folder = Path(store.cube_path(study_id))
-    with sqlite3.connect(store.data_dir / "catalogue.sqlite") as connection:
-        connection.execute("UPDATE studies SET deleted = 1.0, crc = NULL")
-    connection.close()
+    write_behind(store.data_dir, "UPDATE studies SET deleted = 1.0, crc = NULL")
     assert folder.exists()
     again = Store.open(store.data_dir)
     again.bury()
@@ -237,9 +234,7 @@ def test_commits_reach_the_disk(store):
 
 def test_a_catalogue_of_a_newer_version_is_left_alone(tmp_path):
     Store.open(tmp_path).close()
-    with sqlite3.connect(tmp_path / "catalogue.sqlite") as connection:
-        connection.execute("UPDATE facts SET value = '9999' WHERE key = 'revision'")
-    connection.close()
+    write_behind(tmp_path, "UPDATE facts SET value = '9999' WHERE key = 'revision'")
     with pytest.raises(StoreFault, match=r"revision 9999.*Upgrade"):
         Store.open(tmp_path)
 
@@ -254,10 +249,7 @@ def test_other_tables_have_another_revision():
 
 def test_a_catalogue_of_0_1_0_is_left_alone(tmp_path):
     """It kept its version where SQLite keeps such a number."""
-    with sqlite3.connect(tmp_path / "catalogue.sqlite") as connection:
-        connection.execute("CREATE TABLE studies (id TEXT)")
-        connection.execute("PRAGMA user_version = 1")
-    connection.close()
+    write_behind(tmp_path, "CREATE TABLE studies (id TEXT)", "PRAGMA user_version = 1")
     before = (tmp_path / "catalogue.sqlite").read_bytes()
     with pytest.raises(StoreFault, match=r"older than 0\.2\.0.*damperlab export"):
         Store.open(tmp_path)

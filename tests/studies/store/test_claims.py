@@ -141,7 +141,7 @@ def test_studies_that_wait_are_told_by_their_priority_and_then_the_oldest_first(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over several pages; without those that somebody works on, and those that have ended."""
-    monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "_PAGE", 2)
+    monkeypatch.setattr(damperlab.studies.store.life_cycle.claims, "VALUES", 2)
     priorities = (0, -3, 7, 0, 7, -3, 10, 0, 0)
     ids = []
     for place, priority in enumerate(priorities):

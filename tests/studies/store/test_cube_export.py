@@ -24,7 +24,7 @@ import damperlab.studies.store.export.export
 from damperlab.studies.store.cube.chunks import BlockDamaged
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.cube.description import describe_cube, plain_metadata
-from damperlab.studies.store.export.export import csv_lines, write_netcdf
+from damperlab.studies.store.export.export import csv_lines, write_file
 from damperlab.studies.store.export.grouped import POINTS, group_of, grouped_chunks, grouped_metadata
 from damperlab.studies.store.export.parquet import parquet_pieces
 from damperlab.studies.store.export.slabs import rows, slabs
@@ -84,7 +84,7 @@ def test_csv_has_a_row_a_point_and_every_digit(cube, monkeypatch, budget):
 def test_netcdf_brings_the_cube_back(cube, tmp_path, monkeypatch, budget):
     monkeypatch.setattr(damperlab.studies.store.export.export, "BUDGET", budget)
     path = tmp_path / "cube.nc"
-    write_netcdf(cube, path)
+    write_file(cube, path, "netcdf")
     with xr.open_dataset(path, engine="h5netcdf") as back:
         xr.testing.assert_identical(back.load(), cube.load())
         assert back["status"].dtype == np.int8
@@ -111,7 +111,7 @@ def in_units(store):
 
 
 def test_a_study_in_units_is_exported_in_units_beside_its_ratios(in_units, tmp_path):
-    write_netcdf(in_units, tmp_path / "cube.nc")
+    write_file(in_units, tmp_path / "cube.nc", "netcdf")
     stiffness = 2.0 * (2 * np.pi * 4.0) ** 2
     with xr.open_dataset(tmp_path / "cube.nc", engine="h5netcdf") as back:
         assert back["clearance_m"].dims == ("clearance_ratio",)
@@ -166,7 +166,7 @@ def test_a_netcdf_that_fails_leaves_the_old_file(cube, tmp_path, monkeypatch):
 
     monkeypatch.setattr(h5netcdf.File, "create_variable", refuse)
     with pytest.raises(OSError, match="no space"):
-        write_netcdf(cube, path)
+        write_file(cube, path, "netcdf")
     assert path.read_text() == "the old one"
     assert [p.name for p in tmp_path.iterdir() if p.is_file()] == ["cube.nc"]
 
@@ -187,9 +187,9 @@ def test_exports_hold_a_piece_of_the_cube_at_a_time(store, tmp_path, monkeypatch
     in_memory = cube.nbytes
     assert in_memory > 4e6
     # what is loaded once is loaded before memory is watched
-    write_netcdf(cube.isel(clearance_ratio=slice(0, 1)), tmp_path / "small.nc")
+    write_file(cube.isel(clearance_ratio=slice(0, 1)), tmp_path / "small.nc", "netcdf")
     tracemalloc.start()
-    write_netcdf(cube, tmp_path / "cube.nc")
+    write_file(cube, tmp_path / "cube.nc", "netcdf")
     assert sum(text.count("\n") for text in csv_lines(cube)) == study.points + 1
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
@@ -291,7 +291,7 @@ def test_exports_and_zarr_follow_the_conventions_that_other_programs_read(store,
     block = plan.block(0)
     write_region(store.cube_path(record), block, values_of(study, block))
     store.mark(record, outcome_of(block))
-    write_netcdf(store.cube(record), tmp_path / "cube.nc")
+    write_file(store.cube(record), tmp_path / "cube.nc", "netcdf")
     with xr.open_dataset(tmp_path / "cube.nc") as found:
         assert found.attrs["Conventions"] == "CF-1.11"
         assert {"title", "source", "history", "references"} <= found.attrs.keys()

