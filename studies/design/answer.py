@@ -13,8 +13,9 @@ from damperlab.studies.design.found import Found
 from damperlab.studies.design.front import OfMass, undominated
 from damperlab.studies.design.responses import NO_DAMPER, closed_form_document, response_document
 from damperlab.studies.design.score import Score, binding
+from damperlab.studies.design.spelling import material_of
 from damperlab.studies.design.verdict import acceleration_g, verdict_of
-from damperlab.studies.design.words import details_of, material_of
+from damperlab.studies.design.words import details_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification

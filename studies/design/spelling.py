@@ -4,6 +4,7 @@ from collections import Counter
 from math import ceil, floor, isfinite, log10
 
 from damperlab.studies import spelling
+from damperlab.studies.design.build import Build
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
@@ -36,6 +37,27 @@ def quantity(asked: Specification, name: str, value: float, digits: int = 4) -> 
     if asked.in_units or name == "restitution":
         return spelling.quantity(name, value, digits)
     return f"{SYMBOLS[name]} = {value:.{digits}g}"
+
+
+def material_of(asked: Specification, build: Build) -> str:
+    """Name the material of a design, where the specification names materials."""
+    return asked.choices["restitution"].called(build.restitution, build.contact_time_s)
+
+
+def damper_words(asked: Specification, build: Build, digits: int = 3) -> str:
+    """Write a damper in a row: mass, clearance, friction, restitution; nothing where it has neither particle nor friction."""
+    parts = []
+    if build.particle_mass_kg:
+        parts = [quantity(asked, "particle_mass_kg", build.particle_mass_kg, digits)]
+        clearance = quantity(asked, "clearance_m", build.clearance_m, digits)
+        parts.append(f"±{clearance} clearance" if asked.in_units else clearance)
+    if build.friction_force_n:
+        friction = quantity(asked, "friction_force_n", build.friction_force_n, digits)
+        parts.append(f"{friction} friction" if asked.in_units else friction)
+    if build.particle_mass_kg:
+        called = material_of(asked, build)
+        parts.append(f"e = {build.restitution:.{digits}g}{f' ({called})' if called else ''}")
+    return ", ".join(parts)
 
 
 def allowing(asked: Specification, noise: float) -> str:
