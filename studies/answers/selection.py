@@ -8,10 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.nearness import nearest_place, same
+from damperlab.studies.answers.nearness import check_reach, nearest_place, same
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.query_fault import QueryFault
-from damperlab.studies.answers.reach import check_reach
 from damperlab.studies.faults import Fault, describe, listing, nearest
 from damperlab.studies.field import At
 from damperlab.studies.ground.builtin import whole_id

@@ -13,11 +13,11 @@ from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQ
 from damperlab.studies.answers.ends import end_of, say_beyond
 from damperlab.studies.answers.excited import excitation_of, name_of
 from damperlab.studies.answers.flatness import flatness
+from damperlab.studies.answers.hidden_peak import hidden_peaks
 from damperlab.studies.answers.largest_acceleration import acceleration_g
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import Phrases, said
-from damperlab.studies.answers.ranked_peaks import hidden_peaks
 from damperlab.studies.brief import (
     DOUBTS,
     PLACES,

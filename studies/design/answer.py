@@ -8,8 +8,7 @@ from damperlab.studies.design.absorber import DETUNED
 from damperlab.studies.design.alternatives import OF_DAMPER
 from damperlab.studies.design.backbone import backbone_document
 from damperlab.studies.design.build import Build, design_document
-from damperlab.studies.design.ends import at_ends
-from damperlab.studies.design.found import Found
+from damperlab.studies.design.found import Found, at_ends
 from damperlab.studies.design.front import OfMass, undominated
 from damperlab.studies.design.responses import NO_DAMPER, closed_form_document, response_document
 from damperlab.studies.design.score import Score, binding

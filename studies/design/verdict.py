@@ -16,8 +16,7 @@ from damperlab.studies.design.alternatives import Alternative
 from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.curve import Curve
-from damperlab.studies.design.ends import at_ends, locked
-from damperlab.studies.design.found import Found
+from damperlab.studies.design.found import Found, at_ends, locked
 from damperlab.studies.design.responses import NO_DAMPER
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.spelling import (

@@ -5,8 +5,7 @@ from math import isfinite, isinf
 
 from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.book import SEED
-from damperlab.studies.design.ends import at_ends, locked
-from damperlab.studies.design.found import Found
+from damperlab.studies.design.found import Found, at_ends, locked
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.design.spelling import (
     CALLED,
@@ -92,7 +91,7 @@ def _worst(found: Found) -> Iterator[str]:
         # what is known of a record is as exact as the solver: there is no error to state
         most = f"{allowing(asked, stated.noise)} it is at most {response(asked, rounded_up(stated.most))}"
         rest = FROM[asked.judge] if asked.excitations and not asked.measure.mean else ""
-        reaches = f"{comes_to(asked)}{rest} {response(asked, stated.value)}{near}"
+        reaches = f"{comes_to(asked)} {response(asked, stated.value)}{rest}{near}"
         yield f"{over}{within}, the {asked.measure.judged} {reaches}{f'; {most}' if asked.excitations else ''}."
     if asked.tolerances:
         yield f"As drawn, without tolerances, it is {response(asked, found.nominal.value)}."

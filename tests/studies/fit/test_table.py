@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from damperlab.studies.faults import StudyFaults
+from damperlab.studies.fit.document import parse_table, read_table
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.history.table import parse_history
 from damperlab.studies.fit.lines import MOST_COLUMNS
 from damperlab.studies.fit.measured import Measurement, parse_measurement, read_measurement
-from damperlab.studies.fit.table import parse_table, read_table
 
 
 @pytest.mark.parametrize(
