@@ -210,7 +210,7 @@ def _of_response() -> _Way:
 def _of_history() -> _Way:
     from damperlab.service.history_report import history_document
     from damperlab.studies.fit.history.asking import make_history_question
-    from damperlab.studies.fit.history.verdict import verdict_of_history
+    from damperlab.studies.fit.verdict import verdict_of_history
     from damperlab.worker.fit.history.estimate import fit_history
     from damperlab.worker.fit.history.march import scenes_of
 

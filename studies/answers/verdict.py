@@ -29,7 +29,6 @@ from damperlab.studies.brief import (
     listed,
     notes_document,
 )
-from damperlab.studies.faults import counted
 from damperlab.studies.tmd.transfer import highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.variables import BEFORE, ResponseClass, Status, dimensions_of
@@ -380,21 +379,6 @@ def say_next(phrases: Phrases) -> str:
     """Say which frequencies to compute where a study has one."""
     start, stop = (phrases.number(FREQUENCY, NEXT_BAND[end]) for end in ("start", "stop"))
     return f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)} in {NEXT_BAND['num']} steps."
-
-
-def say_ties(said: Mapping[str, Any]) -> str:
-    """Say how many designs may be as good as the best, and how likely the best is another; nothing where none may."""
-    if not said.get("as_good"):
-        return ""
-    chance = said.get("chance_of_another")
-    likely = "" if chance is None else f"; the best is another with a probability of {_share(chance)}"
-    return f"{counted(said['as_good'], 'more design')} may be as good within the errors{likely}."
-
-
-def _share(chance: float) -> str:
-    if chance < 0.001:
-        return "less than 0.1 %"
-    return f"{100 * chance:.2g} %" if chance < 0.995 else "more than 99 %"
 
 
 def _ends(cube: xr.Dataset, flat: list[dict[str, Any]]) -> dict[str, list[Any]]:
