@@ -11,7 +11,7 @@ import xarray as xr
 
 from damperlab.studies.answers.cells import Cells, joined
 from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, judging_in_ratios
-from damperlab.studies.answers.ends import end_of, say_beyond
+from damperlab.studies.answers.flatness import end_of, say_beyond
 from damperlab.studies.answers.follow_up import (
     Refinement,
     follow_up,

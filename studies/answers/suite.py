@@ -9,8 +9,8 @@ import xarray as xr
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.comparing import Found, least
 from damperlab.studies.answers.design_question import axes_within
-from damperlab.studies.answers.ends import ends_of_damper, say_beyond
 from damperlab.studies.answers.excited import amplitude_called
+from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
 from damperlab.studies.answers.judging import say_left_out
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import QueryFault

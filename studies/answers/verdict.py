@@ -10,9 +10,8 @@ import xarray as xr
 
 from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, clearly_less, contend
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
-from damperlab.studies.answers.ends import end_of, say_beyond
 from damperlab.studies.answers.excited import excitation_of, name_of
-from damperlab.studies.answers.flatness import flatness
+from damperlab.studies.answers.flatness import end_of, flatness, say_beyond
 from damperlab.studies.answers.hidden_peak import hidden_peaks
 from damperlab.studies.answers.largest_acceleration import acceleration_g
 from damperlab.studies.answers.nearness import nearest_place

@@ -6,9 +6,9 @@ from itertools import takewhile
 from math import inf
 
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.corners import corners
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
+from damperlab.studies.design.space import corners
 from damperlab.studies.design.steps import Step
 from damperlab.studies.physical import PARTICLE_FRICTION
 from damperlab.studies.specification.cavity import Cavity

@@ -17,7 +17,6 @@ from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.found import Found, at_ends, locked
-from damperlab.studies.design.responses import NO_DAMPER
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.spelling import (
     OVER,
@@ -33,6 +32,7 @@ from damperlab.studies.physical import PARTICLE_FRICTION, STANDARD_GRAVITY, TILT
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.spelling import spelled, unit_of
+from damperlab.studies.tmd.absorber import NO_DAMPER
 from damperlab.studies.understood import unusual_specification
 from damperlab.studies.variables import ResponseClass
 

@@ -18,10 +18,10 @@ from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.book import Book, Wanted
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
-from damperlab.studies.design.corners import amplitudes_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import score
 from damperlab.studies.design.search import FEW
+from damperlab.studies.design.space import amplitudes_of
 from damperlab.studies.design.spelling import rounded_up
 from damperlab.studies.design.verdict import verdict_of
 from damperlab.studies.specification.reading import parse_specification
