@@ -67,6 +67,14 @@ def check_metric(cube: xr.Dataset, name: str, field: str = "metric") -> None:
     raise QueryFault(Fault(field, found, f"one of {listing(stored)}", advice))
 
 
+def check_quantity(cube: xr.Dataset, name: str, told: str) -> None:
+    """Raise as `check_metric`, and for a variable of codes, of which something is `told` that they have not."""
+    check_metric(cube, name)
+    if coded(cube, name):
+        advice = "choose a metric that is a quantity"
+        raise QueryFault(Fault("metric", name, "a quantity", advice, f"{name} holds codes, {told}."))
+
+
 def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | None = None) -> None:
     """Raise `QueryFault` unless the cube holds every variable that a question needs beside its metric.
 
