@@ -170,7 +170,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
         },
         "lowest": (np.fmin.reduce(values, axis=0), "smallest over the records"),
         "median": (
-            np.ma.median(np.ma.masked_invalid(values), axis=0).filled(np.nan),
+            _median(values),
             "median over the records",
         ),
         "highest": (np.fmax.reduce(values, axis=0), "largest over the records"),
@@ -311,6 +311,12 @@ def _log_likelihood(median: float, width: float, low: Floats, high: Floats) -> f
     flip = a > 0
     a, b = np.where(flip, -b, a), np.where(flip, -a, b)
     return float(density.sum() + (log_ndtr(b) + np.log1p(-np.exp(log_ndtr(a) - log_ndtr(b)))).sum())
+
+
+def _median(values: Floats) -> Floats:
+    """Median of each column over what is known."""
+    known = np.ma.masked_invalid(values)
+    return np.asarray(np.ma.median(known, axis=0).filled(np.nan))  # type: ignore[no-untyped-call]
 
 
 def _note(
