@@ -12,7 +12,7 @@ from damperlab.service.design_run import TRY_AGAIN, run_design
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.settings import Settings
 from damperlab.studies.design.kept import Kept
-from damperlab.studies.design.shelf_faults import DesignBusy
+from damperlab.studies.design.shelf import DesignBusy
 from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.provenance import DESIGNS

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.made import Made
-from damperlab.studies.fit.specification_text import specification_text
+from damperlab.studies.fit.specified import specification_text
 from damperlab.studies.fit.verdict import told, verdict
 from damperlab.studies.spelling import unit_of
-from damperlab.worker.fit.fitted_curve import FittedCurve
+from damperlab.worker.fit.model import FittedCurve
 
 COLUMNS = ("parameter", "value", "low", "high", "deviation", "range")
 
@@ -131,7 +131,7 @@ def fit_report(fitted: Fitted, curves: list[FittedCurve], made: Made) -> str:
     fitted : Fitted
         The outcome.
     curves : list of FittedCurve
-        Of `damperlab.worker.fit.fitted_curve.curves_of`.
+        Of `damperlab.worker.fit.model.curves_of`.
     made : Made
         What the fit makes.
     """

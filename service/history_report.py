@@ -12,9 +12,8 @@ from damperlab.service.fit_report import (
 )
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.fit.history.fitted import FittedHistory
-from damperlab.studies.fit.history.verdict import verdict_of_history
 from damperlab.studies.fit.made import Made
-from damperlab.studies.fit.verdict import told
+from damperlab.studies.fit.verdict import told, verdict_of_history
 
 
 def history_document(fitted: FittedHistory, made: Made) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from starlette.responses import Response
 
 from damperlab.service.documents import Document
 from damperlab.studies.answers.query_fault import QueryFault
-from damperlab.studies.design.shelf_faults import DesignBusy, DesignDamaged, DesignNotFound, DesignsFull
+from damperlab.studies.design.shelf import DesignBusy, DesignDamaged, DesignNotFound, DesignsFull
 from damperlab.studies.faults import (
     NOTHING,
     PARTS,

@@ -19,7 +19,7 @@ from damperlab.service.settings import Settings
 from damperlab.service.work.processes import Work
 from damperlab.service.work.shared import Shared
 from damperlab.studies.design.kept import Kept
-from damperlab.studies.design.shelf_faults import DesignNotFound
+from damperlab.studies.design.shelf import DesignNotFound
 from damperlab.studies.faults import Fault, describe, printable
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import Record

@@ -170,7 +170,7 @@ MUTANTS = (
         "tests/worker/dispatch/test_workers.py",
     ),
     Mutant(
-        "studies/design/corners.py",
+        "studies/design/space.py",
         "(1, -1, -1, -1, -1, 1, 1)",
         "(1, -1, -1, -1, -1, 1, -1)",
         "tests/studies/design/test_parts.py::test_corners_are_all_of_a_few_tolerances_and_a_fraction_of_many",

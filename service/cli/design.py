@@ -163,7 +163,7 @@ class _Evaluation:
 def _kept(data_dir: Path | None, found: "Found", rounds: int, started: str) -> str:
     """Keep an answer beside the studies, where the page and the client find it; give its report."""
     from damperlab.service.design_report import design_report, keep_answer
-    from damperlab.studies.design.shelf_faults import DesignsFull
+    from damperlab.studies.design.shelf import DesignsFull
 
     shelf = settings_of(data_dir).designs
     try:
@@ -182,7 +182,7 @@ def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "tu
     from damperlab.service.documents import plain
     from damperlab.studies.design.answer import known_document
     from damperlab.studies.design.design import designing
-    from damperlab.studies.design.so_far import best_so_far
+    from damperlab.studies.design.spelling import best_so_far
 
     rounds, number = designing(asked, budget), 1
     with DesignProgress(budget) as progress:

@@ -151,9 +151,8 @@ def fit(
         raise typer.BadParameter(message, param_hint="--correct")
     ranges = _ranges(free)
     with working("Reading the measurement"):
+        from damperlab.studies.fit.document import read_structure, read_table
         from damperlab.studies.fit.history.history import History
-        from damperlab.studies.fit.structure import read_structure
-        from damperlab.studies.fit.table import read_table
 
         known: dict[str, Any] = {} if structure is None else read_structure(structure)
         known |= contact_document(contact, contact_time)
@@ -211,7 +210,7 @@ def _of_response() -> _Way:
 def _of_history() -> _Way:
     from damperlab.service.history_report import history_document
     from damperlab.studies.fit.history.asking import make_history_question
-    from damperlab.studies.fit.history.verdict import verdict_of_history
+    from damperlab.studies.fit.verdict import verdict_of_history
     from damperlab.worker.fit.history.estimate import fit_history
     from damperlab.worker.fit.history.march import scenes_of
 

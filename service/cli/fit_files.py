@@ -66,7 +66,7 @@ def write_fit(fitted: "Fitted", made: "Made", output: Path) -> None:
     """Write the measured and the fitted response as a figure, or all of the fit as a report."""
     from damperlab.service.figures.fit import draw_fit
     from damperlab.service.fit_report import fit_report
-    from damperlab.worker.fit.fitted_curve import curves_of
+    from damperlab.worker.fit.model import curves_of
 
     curves = curves_of(fitted)
     _write(output, lambda: draw_fit(fitted, curves), lambda: fit_report(fitted, curves, made))
@@ -104,7 +104,7 @@ def write_study(document: dict[str, Any], path: Path) -> None:
 
 def write_specification(specified: "Specified", path: Path) -> None:
     """Write a specification; what is guessed is said in comments, which JSON has none of."""
-    from damperlab.studies.fit.specification_text import specification_text
+    from damperlab.studies.fit.specified import specification_text
 
     text = _json(specified.document) if path.suffix == ".json" else specification_text(specified)
     make_parent(path).write_text(text, encoding="utf-8")

@@ -59,8 +59,7 @@ def _write(question: Question[Any], subject: Subject, answer: "xr.Dataset", outp
     with working(f"Writing {output}"):
         make_parent(output)
         if output.suffix == ".csv":
-            from damperlab.studies.answers.classes import with_words
-            from damperlab.studies.answers.quantities import with_quantities
+            from damperlab.studies.answers.quantities import with_quantities, with_words
 
             with_quantities(with_words(answer), subject.record.definition).to_dataframe().to_csv(output)
         else:

@@ -17,7 +17,7 @@ from damperlab.service.questions.question import A, Question
 from damperlab.service.questions.resonance_map import RESONANCE_MAP
 from damperlab.service.questions.tmd_comparison import TMD_COMPARISON
 from damperlab.service.questions.work_precision import WORK_PRECISION
-from damperlab.studies.answers.classes import with_words
+from damperlab.studies.answers.quantities import with_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -256,7 +256,7 @@ def _written(text: bytes, kind: str) -> dict[str, Any]:
 
 def _best(now: Mapping[str, Any]) -> str:
     """Write the best damper so far; empty where there is none yet."""
-    from damperlab.studies.design.so_far import best_so_far
+    from damperlab.studies.design.spelling import best_so_far
 
     return best_so_far(now["known"]) if now.get("known") else ""
 

@@ -20,7 +20,7 @@ from damperlab.service.figures.style import (
 from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.question import RATIO_OF, FitQuestion
 from damperlab.studies.vocabulary import OF_PARTICLE
-from damperlab.worker.fit.fitted_curve import FittedCurve
+from damperlab.worker.fit.model import FittedCurve
 
 MILLIMETRES = 1e3
 UNITS = {
@@ -56,7 +56,7 @@ def draw_fit(fitted: Fitted, curves: list[FittedCurve]) -> Figure:
     fitted : Fitted
         The outcome.
     curves : list of FittedCurve
-        Of `damperlab.worker.fit.fitted_curve.curves_of`; one for each condition.
+        Of `damperlab.worker.fit.model.curves_of`; one for each condition.
     """
     question = fitted.question
     measured = question.measured

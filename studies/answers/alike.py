@@ -1,4 +1,4 @@
-"""Cubes of one set of dimensions: a study that says nothing of the particle's friction, or of gravity, has 0 of it."""
+"""Two studies beside each other: cubes of one set of dimensions, and answers about both."""
 
 from collections.abc import Iterable
 
@@ -8,10 +8,27 @@ from damperlab.studies.variables import BEFORE, DIMENSION_LONG_NAMES
 
 
 def alike(cubes: Iterable[xr.Dataset]) -> list[xr.Dataset]:
-    """Give harmonic cubes the dimensions that any of them has before the others; cubes of other kinds as they are."""
+    """Give harmonic cubes the dimensions that any of them has before the others; cubes of other kinds as they are.
+
+    A study that says nothing of the particle's friction, or of gravity, has 0 of it.
+    """
     every = list(cubes)
     names = [name for name in BEFORE if any(name in cube.sizes for cube in every)]
     return [_with(cube, [name for name in names if name not in cube.sizes]) for cube in every]
+
+
+def beside(first: xr.Dataset, second: xr.Dataset, metric: str, *names: str) -> xr.Dataset:
+    """Put what a second study has of a metric, and by further names, beside an answer; points are counted of both."""
+    answer = first.copy()
+    for name, source in {"other": metric, **{f"other_{each}": each for each in names}}.items():
+        if source in second:
+            attributes = dict(second[source].attrs)
+            attributes["long_name"] = f"{attributes.get('long_name', source)}, second study"
+            answer[name] = (first[metric].dims, second[source].values, attributes)
+    for name in ("points", "points_failed"):
+        answer.attrs[name] = first.attrs[name] + second.attrs[name]
+    answer.attrs["complete"] = (first.attrs["complete"] + second.attrs["complete"]) / 2
+    return answer
 
 
 def _with(cube: xr.Dataset, names: list[str]) -> xr.Dataset:

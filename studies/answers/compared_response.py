@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from damperlab.studies.answers.alike import alike
+from damperlab.studies.answers.alike import alike, beside
 from damperlab.studies.answers.band import runs
 from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
 from damperlab.studies.answers.leading import at_its_place
@@ -87,17 +87,7 @@ def compared_response(
     both = np.isfinite(distance)
     unknown = both & ~np.isfinite(limit)
     differs = distance > limit  # False where either is unknown
-    answer = first.copy()
-    for name, source in (
-        ("other", metric),
-        ("other_amplitude_error", "amplitude_error"),
-        ("other_response_class", "response_class"),
-        ("other_status", "status"),
-    ):
-        if source in second:
-            attributes = dict(second[source].attrs)
-            attributes["long_name"] = f"{attributes.get('long_name', source)}, second study"
-            answer[name] = (FREQUENCY, second[source].values, attributes)
+    answer = beside(first, second, metric, "amplitude_error", "response_class", "status")
     answer["differs"] = (
         FREQUENCY,
         differs.astype(np.int8),
@@ -106,14 +96,7 @@ def compared_response(
     r = first[FREQUENCY].values
     order = np.argsort(r)
     spans = runs(r[order], differs[order])
-    points = first.attrs["points"] + second.attrs["points"]
-    answer.attrs |= {
-        "apart": spans,
-        "errors_unknown": int(unknown.sum()),
-        "points": points,
-        "points_failed": first.attrs["points_failed"] + second.attrs["points_failed"],
-        "complete": (first.attrs["complete"] + second.attrs["complete"]) / 2,
-    }
+    answer.attrs |= {"apart": spans, "errors_unknown": int(unknown.sum())}
     place = int(np.argmax(np.where(differs, distance, -1.0)))
     if differs.any():
         answer.attrs |= {

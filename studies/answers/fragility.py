@@ -16,8 +16,7 @@ from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.selection import (
     as_float,
-    check_metric,
-    coded,
+    check_quantity,
     completeness,
     count,
     main_metric,
@@ -106,12 +105,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
         told = f"This study is {kind.words}, and a fragility curve needs {SUITE.words}."
         raise QueryFault(Fault("study", kind.words, SUITE.words, "ask a suite whose scales vary", told))
     metric = asked.metric or main_metric(cube)
-    check_metric(cube, metric)
-    if coded(cube, metric):
-        advice = "choose a metric that is a quantity"
-        raise QueryFault(
-            Fault("metric", metric, "a quantity", advice, f"{metric} holds codes, which exceed nothing.")
-        )
+    check_quantity(cube, metric, "which exceed nothing")
     if not asked.threshold > 0:
         raise QueryFault(
             Fault("threshold", describe(asked.threshold), "a number above 0", "name the limit in SI units")
@@ -175,7 +169,10 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
             for name in OverRecords._fields
         },
         "lowest": (np.fmin.reduce(values, axis=0), "smallest over the records"),
-        "median": (_median(values), "median over the records"),
+        "median": (
+            _median(values),
+            "median over the records",
+        ),
         "highest": (np.fmax.reduce(values, axis=0), "largest over the records"),
     }
     counts = ("exceeded", "probability")
@@ -318,9 +315,8 @@ def _log_likelihood(median: float, width: float, low: Floats, high: Floats) -> f
 
 def _median(values: Floats) -> Floats:
     """Median of each column over what is known."""
-    return np.array(
-        [np.median(each[~np.isnan(each)]) if not np.isnan(each).all() else np.nan for each in values.T]
-    )
+    known = np.ma.masked_invalid(values)
+    return np.asarray(np.ma.median(known, axis=0).filled(np.nan))  # type: ignore[no-untyped-call]
 
 
 def _note(

@@ -9,18 +9,16 @@ import xarray as xr
 
 from damperlab.studies.answers.design_question import axes_within
 from damperlab.studies.answers.phrases import Phrases, said
-from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.selection import (
     as_float,
-    check_metric,
-    coded,
+    check_quantity,
     completeness,
     count,
     dimensions_of,
     main_metric,
 )
 from damperlab.studies.answers.slab import slabs_of
-from damperlab.studies.faults import Fault, counted
+from damperlab.studies.faults import counted
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import Varied
 from damperlab.studies.units import results_in_units
@@ -68,13 +66,7 @@ def importance(cube: xr.Dataset, asked: Varied = Varied()) -> xr.Dataset:
     metric = asked.metric or main_metric(cube)
     quantity = in_units.get(metric)
     source = metric if quantity is None else quantity.source
-    check_metric(cube, source)
-    if coded(cube, source):
-        raise QueryFault(
-            Fault(
-                "metric", source, "a quantity", "codes have no variance: choose a result that is a quantity"
-            )
-        )
+    check_quantity(cube, source, "which have no variance")
     axes = axes_within(cube, asked.ranges)
     over = kind_of(cube.sizes).uncontrolled
     names = tuple(name for name in dimensions_of(cube) if name != over)

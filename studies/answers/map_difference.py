@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.alike import alike
+from damperlab.studies.answers.alike import alike, beside
 from damperlab.studies.answers.compared_response import ERRORS, ROUNDING
 from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.nearness import same
@@ -78,23 +78,13 @@ def map_difference(
     for name in reduced:
         _check_axis(name, cube[name], other[name])
 
-    answer = first.copy()
-    for name, source in {"other": metric, **{f"other_{each}": each for each in _BESIDE}}.items():
-        if source in second:
-            attributes = dict(second[source].attrs)
-            attributes["long_name"] = f"{attributes.get('long_name', source)}, second study"
-            answer[name] = (first[metric].dims, second[source].values, attributes)
+    answer = beside(first, second, metric, *_BESIDE)
     difference = first[metric].values.astype(float) - second[metric].values.astype(float)
     attributes = dict(first[metric].attrs)
     attributes["long_name"] = f"difference in {attributes.get('long_name', metric)}"
     attributes.setdefault("units", "1")
     answer[DIFFERENCE] = (first[metric].dims, difference, attributes)
-    answer.attrs |= {
-        "points": first.attrs["points"] + second.attrs["points"],
-        "points_failed": first.attrs["points_failed"] + second.attrs["points_failed"],
-        "complete": (first.attrs["complete"] + second.attrs["complete"]) / 2,
-        "other_at": {name: second[name].item() for name in _elsewhere(first, second)},
-    }
+    answer.attrs["other_at"] = {name: second[name].item() for name in _elsewhere(first, second)}
 
     def words(phrases: Phrases) -> dict[str, Any]:
         apart = "; ".join(_apart(cube, other, first, second, phrases))

@@ -1,7 +1,10 @@
-"""Whether a value that a person wrote is a grid value: 0.7 is 0.7000000000000001."""
+"""Whether a value that a person wrote is a grid value, as 0.7 is 0.7000000000000001, or too far from any to be meant."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.faults import Fault
 
 SAME = 1e-9
 """Relative difference up to which two values of a parameter are one."""
@@ -22,3 +25,46 @@ def inside(values: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
     """Whether values are within a range, both ends included, to a relative difference of `SAME`."""
     at = np.asarray(values, dtype=float)
     return np.asarray(((at >= low) & (at <= high)) | same(at, low) | same(at, high))
+
+
+FACTOR = 10.0
+"""Of the only value of an axis, which has no length: less is no slip of a unit."""
+_SLIPS = {"_m": (("mm", 1e-3), ("µm", 1e-6), ("cm", 1e-2)), "_kg": (("g", 1e-3),), "_hz": (("kHz", 1e3),)}
+"""Units that people write in place of those of SI, and what one of each is in them."""
+
+
+def within_reach(values: NDArray[np.float64], wanted: float) -> bool:
+    """Whether a value lies no farther beyond the ends of an axis than the axis is long, or near its only value."""
+    low, high = float(np.min(values)), float(np.max(values))
+    if low < high:
+        return bool(inside(wanted, 2.0 * low - high, 2.0 * high - low))
+    # nothing is near a value of 0, as of a scene without friction
+    return low <= 0.0 or bool(inside(wanted, low / FACTOR, low * FACTOR))
+
+
+def check_reach(name: str, values: NDArray[np.float64], wanted: float) -> None:
+    """Raise `QueryFault` for a value that lies farther beyond the ends of an axis than the axis is long.
+
+    Parameters
+    ----------
+    name : str
+        The dimension, or the quantity in units that stands beside it, as it was asked for.
+    values : ndarray, shape (n,)
+        The axis in the unit of `name`.
+    wanted : float
+        What was asked for.
+    """
+    if within_reach(values, wanted):
+        return
+    low, high = float(np.min(values)), float(np.max(values))
+    ends = f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
+    axis = f"the only value of the study, {ends}" if low == high else f"the study's axis from {ends}"
+    told = f"{{field}} is {wanted:.10g}, far outside {axis}: the nearest grid point would answer another question."
+    advice = "name a value within it" if low < high else "name that value, or leave it out"
+    for suffix, slips in _SLIPS.items():
+        for unit, factor in slips if name.endswith(suffix) else ():
+            if inside(wanted * factor, low, high):
+                advice = f"write {wanted * factor:.6g} if {wanted:.10g} {unit} is meant; else {advice}"
+                break
+    advice += ", or compute a study that reaches the one asked for"
+    raise QueryFault(Fault(name, f"{wanted:.10g}", f"a value from {ends}", advice, told))

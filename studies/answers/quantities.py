@@ -1,11 +1,13 @@
-"""What an answer of a study in SI units has beside its ratios: the same values in units, for files and Datasets."""
+"""What stands beside the ratios and codes of an answer in files and Datasets: values in SI units, and words."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
+import numpy as np
 import xarray as xr
 
 from damperlab.studies.units import quantities_of
+from damperlab.studies.variables import ResponseClass
 
 D = TypeVar("D", bound=xr.Dataset)
 
@@ -56,3 +58,29 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
         along = name in answer.coords
         answer = answer.assign_coords({called: added}) if along else answer.assign({called: added})
     return answer
+
+
+SUFFIX = "_words"
+_WORDS = {kind.value: kind.name.lower() for kind in ResponseClass}
+
+
+def with_words(answer: D) -> D:
+    """Add to every variable of response classes a coordinate with their names.
+
+    Parameters
+    ----------
+    answer : Dataset
+        With or without ``response_class``, ``other_response_class``.
+
+    Returns
+    -------
+    Dataset
+        Of the same type, with the coordinate ``response_class_words`` (text) of the same dimensions.
+    """
+    words = {}
+    for name, codes in answer.data_vars.items():
+        if str(name).endswith("response_class"):
+            texts = np.asarray([_WORDS[int(code)] for code in codes.values.ravel()], dtype=object)
+            attributes = {"long_name": "class of the response, in words"}
+            words[f"{name}{SUFFIX}"] = (codes.dims, texts.reshape(codes.shape).astype(str), attributes)
+    return answer.assign_coords(words) if words else answer

@@ -8,10 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from damperlab.studies.answers.nearness import nearest_place, same
+from damperlab.studies.answers.nearness import check_reach, nearest_place, same
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.query_fault import QueryFault
-from damperlab.studies.answers.reach import check_reach
 from damperlab.studies.faults import Fault, describe, listing, nearest
 from damperlab.studies.field import At
 from damperlab.studies.ground.builtin import whole_id
@@ -66,6 +65,14 @@ def check_metric(cube: xr.Dataset, name: str, field: str = "metric") -> None:
     else:
         found, advice = describe(name), _guess(name, stored)
     raise QueryFault(Fault(field, found, f"one of {listing(stored)}", advice))
+
+
+def check_quantity(cube: xr.Dataset, name: str, told: str) -> None:
+    """Raise as `check_metric`, and for a variable of codes, of which something is `told` that they have not."""
+    check_metric(cube, name)
+    if coded(cube, name):
+        advice = "choose a metric that is a quantity"
+        raise QueryFault(Fault("metric", name, "a quantity", advice, f"{name} holds codes, {told}."))
 
 
 def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | None = None) -> None:

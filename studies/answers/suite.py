@@ -9,14 +9,13 @@ import xarray as xr
 from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.comparing import Found, least
 from damperlab.studies.answers.design_question import axes_within
-from damperlab.studies.answers.ends import ends_of_damper, say_beyond
 from damperlab.studies.answers.excited import amplitude_called
+from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
 from damperlab.studies.answers.judging import say_left_out
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.selection import (
-    check_metric,
-    coded,
+    check_quantity,
     completeness,
     count,
     dimensions_of,
@@ -127,10 +126,7 @@ def worst_case_designs(
         If an argument is not allowed, or nothing of the grid is in a range.
     """
     metric = main_metric(cube) if metric is None else metric
-    check_metric(cube, metric)
-    if coded(cube, metric):
-        told = f"{metric} holds codes, which have no order, so dampers cannot be ranked by it."
-        raise QueryFault(Fault("metric", metric, "a quantity", "choose a metric that is a quantity", told))
+    check_quantity(cube, metric, "which have no order, so dampers cannot be ranked by it")
     if not 1 <= top <= MOST:
         raise QueryFault(Fault("top", describe(top), f"a number from 1 to {MOST:,}", "ask for fewer"))
     damper = kind_of(cube.sizes).designs

@@ -12,10 +12,10 @@ from damperlab.studies.answers.design_question import trapezoid
 from damperlab.studies.answers.excited import excitation_of
 from damperlab.studies.answers.frequency_response import frequency_response
 from damperlab.studies.answers.leading import best_at
+from damperlab.studies.answers.nearness import within_reach
 from damperlab.studies.answers.notes import sentence_of
 from damperlab.studies.answers.phrases import Phrases, noted, said
 from damperlab.studies.answers.query_fault import QueryFault
-from damperlab.studies.answers.reach import within_reach
 from damperlab.studies.answers.selection import check_free, choose, in_ratios, require_stored
 from damperlab.studies.answers.tmd_verdict import brief_of, is_judged, notes_of
 from damperlab.studies.answers.verdict import NEXT_BAND

@@ -10,14 +10,13 @@ import xarray as xr
 
 from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, clearly_less, contend
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
-from damperlab.studies.answers.ends import end_of, say_beyond
 from damperlab.studies.answers.excited import excitation_of, name_of
-from damperlab.studies.answers.flatness import flatness
+from damperlab.studies.answers.flatness import end_of, flatness, say_beyond
+from damperlab.studies.answers.hidden_peak import hidden_peaks
 from damperlab.studies.answers.largest_acceleration import acceleration_g
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import Phrases, said
-from damperlab.studies.answers.ranked_peaks import hidden_peaks
 from damperlab.studies.brief import (
     DOUBTS,
     PLACES,
@@ -29,7 +28,6 @@ from damperlab.studies.brief import (
     listed,
     notes_document,
 )
-from damperlab.studies.faults import counted
 from damperlab.studies.tmd.transfer import highest, without_absorber
 from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.variables import BEFORE, ResponseClass, Status, dimensions_of
@@ -380,21 +378,6 @@ def say_next(phrases: Phrases) -> str:
     """Say which frequencies to compute where a study has one."""
     start, stop = (phrases.number(FREQUENCY, NEXT_BAND[end]) for end in ("start", "stop"))
     return f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)} in {NEXT_BAND['num']} steps."
-
-
-def say_ties(said: Mapping[str, Any]) -> str:
-    """Say how many designs may be as good as the best, and how likely the best is another; nothing where none may."""
-    if not said.get("as_good"):
-        return ""
-    chance = said.get("chance_of_another")
-    likely = "" if chance is None else f"; the best is another with a probability of {_share(chance)}"
-    return f"{counted(said['as_good'], 'more design')} may be as good within the errors{likely}."
-
-
-def _share(chance: float) -> str:
-    if chance < 0.001:
-        return "less than 0.1 %"
-    return f"{100 * chance:.2g} %" if chance < 0.995 else "more than 99 %"
 
 
 def _ends(cube: xr.Dataset, flat: list[dict[str, Any]]) -> dict[str, list[Any]]:

@@ -3,24 +3,29 @@
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from damperlab.studies.brief import notes_document
-from damperlab.studies.design.absorber import DETUNED
+from damperlab.studies.design.absorber import DETUNED, curve
 from damperlab.studies.design.alternatives import OF_DAMPER
 from damperlab.studies.design.backbone import backbone_document
 from damperlab.studies.design.build import Build, design_document
-from damperlab.studies.design.ends import at_ends
-from damperlab.studies.design.found import Found
+from damperlab.studies.design.found import Found, at_ends
 from damperlab.studies.design.front import OfMass, undominated
-from damperlab.studies.design.responses import NO_DAMPER, closed_form_document, response_document
 from damperlab.studies.design.score import Score, binding
+from damperlab.studies.design.spelling import material_of
 from damperlab.studies.design.verdict import acceleration_g, verdict_of
-from damperlab.studies.design.words import details_of, material_of
+from damperlab.studies.design.words import details_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification
+from damperlab.studies.tmd.absorber import NO_DAMPER, Absorber
 
 BINDS = 0.97
 """Share of a limit from which it is said to bind."""
+SAMPLES = 301
+"""Frequencies of a response in closed form."""
 
 
 def answer_document(found: Found) -> dict[str, Any]:
@@ -66,8 +71,8 @@ def answer_document(found: Found) -> dict[str, Any]:
         "points": found.book.spent,
         "budget_points": found.book.budget,
         "words": details_of(found),
-        "response": response_document(found, found.build),
-        "no_damper": {"response": closed_form_document(found, NO_DAMPER)},
+        "response": _response(found, found.build),
+        "no_damper": {"response": _closed_form(found, NO_DAMPER)},
         "amplitudes": backbone_document(found),
         "cases": [
             {
@@ -216,7 +221,7 @@ def _alternative(found: Found, name: str) -> dict[str, Any] | None:
         "worst": worst_document(found.asked, other.score),
         "feasible": other.score.violation == 0.0,
         "ratio": _times(other.score.value, found),
-        "response": response_document(found, other.build),
+        "response": _response(found, other.build),
     }
 
 
@@ -238,7 +243,7 @@ def _absorber(found: Found) -> dict[str, Any] | None:
         "feasible": not beside.exceeded,
         "exceeded": [found.asked.limit_key(name) for name in beside.exceeded],
         "ratio": _times(beside.value, found),
-        "response": closed_form_document(found, beside.absorber),
+        "response": _closed_form(found, beside.absorber),
     }
 
 
@@ -277,3 +282,29 @@ def cases_of(found: Found) -> list[tuple[Case, float]]:
     """Give the measure of the drawn damper under every record at every scale; none of a specification over bands."""
     cases = found.asked.cases
     return [(each, float(found.book.curve(found.build, each).measured[0])) for each in cases]
+
+
+def _response(found: Found, build: Build) -> dict[str, Any]:
+    """Give the response of a damper as drawn at every frequency computed, with its error; empty without a band."""
+    asked = found.asked
+    if not asked.excitations:
+        return {}
+    known = found.book.curve(build, found.binding.largest)
+    return _over(found, known.r, known.measured) | {"error": known.errors.tolist()}
+
+
+def _closed_form(found: Found, absorber: Absorber) -> dict[str, Any]:
+    """Give the response with a tuned mass damper, or with none, on the nominal structure; empty without a band."""
+    if not found.asked.excitations:
+        return {}
+    r = np.linspace(
+        found.binding.low, found.binding.high, SAMPLES if found.binding.high > found.binding.low else 1
+    )
+    return _over(found, r, curve(found.asked, found.binding.largest, absorber, r))
+
+
+def _over(found: Found, r: NDArray[np.float64], values: NDArray[np.float64]) -> dict[str, Any]:
+    known: dict[str, Any] = {"frequency_ratio": r.tolist(), "value": values.tolist()}
+    if found.asked.in_units:
+        known["frequency_hz"] = (r * found.asked.structure.natural_frequency_hz).tolist()
+    return known

@@ -12,10 +12,10 @@ from damperlab.studies.design.alternatives import OF_DAMPER
 from damperlab.studies.design.book import Book, BudgetSpent
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import counted_builds, drawn
-from damperlab.studies.design.corners import amplitudes_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.score import Score, binding, over_bands, score, worst
 from damperlab.studies.design.search import CLOSE, FEW, Search
+from damperlab.studies.design.space import amplitudes_of
 from damperlab.studies.design.starts import started, starts_of
 from damperlab.studies.design.steps import Step, within
 from damperlab.studies.design.surroundings import Surroundings

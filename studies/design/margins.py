@@ -7,9 +7,9 @@ from math import inf
 
 from damperlab.studies.cavity import Cavity
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.corners import corners
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
+from damperlab.studies.design.space import corners
 from damperlab.studies.design.steps import Step
 from damperlab.studies.quantity import PARTICLE_FRICTION
 from damperlab.studies.specification.specification import CHOSEN, Specification, beside_rubbing

@@ -15,11 +15,10 @@ from dataclasses import dataclass, field, replace
 from damperlab.studies.design.band_mean import halved
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.corners import amplitudes_of, corners_of
 from damperlab.studies.design.frequencies import SHOWN, Survey, between, brackets
 from damperlab.studies.design.optimisers import Effort, sought
 from damperlab.studies.design.score import Score, score, worst
-from damperlab.studies.design.space import Candidate, Space
+from damperlab.studies.design.space import Candidate, Space, amplitudes_of, corners_of
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.records import ONCE, Case, Under

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from damperlab.studies.design.kept import Kept, Round, now
-from damperlab.studies.design.shelf_faults import DesignDamaged, DesignNotFound, DesignsFull, damaged
 from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.catalogue.rows import FIRST_DIGITS
+from damperlab.studies.store.faults import StoreFault, lost_files
 from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.sealed import PLACEHOLDER, require_seal, seal
 from damperlab.studies.store.kept_quota import USUAL, KeptQuota
@@ -299,3 +299,25 @@ class Shelf:
 
 def _sealed(document: Mapping[str, Any]) -> bytes:
     return seal(json.dumps({"crc32c": PLACEHOLDER, **document}, allow_nan=False).encode())
+
+
+class DesignNotFound(StoreFault):
+    """No design, or more than one, goes by the name or id that was given."""
+
+
+class DesignDamaged(DesignNotFound):
+    """The files of a design are not what was written."""
+
+
+class DesignBusy(StoreFault):
+    """The design is being worked on, so what was asked has to wait."""
+
+
+class DesignsFull(StoreFault):
+    """No more designs can be kept."""
+
+
+def damaged(design_id: str, why: str) -> DesignDamaged:
+    """Say that the files of a design are not what was written, and why."""
+    advice = "delete it and submit its specification again: its studies are in the store, so nothing is computed twice"
+    return DesignDamaged(lost_files("design", design_id, why, advice))

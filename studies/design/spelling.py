@@ -1,14 +1,17 @@
 """Quantities of a design as a drawing and a report write them."""
 
 from collections import Counter
+from collections.abc import Iterator, Mapping
 from math import ceil, floor, isfinite, log10
+from typing import Any
 
 from damperlab.studies import spelling
+from damperlab.studies.design.build import Build
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import RecordCases
-from damperlab.studies.specification.specification import Specification
+from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification
 from damperlab.studies.spelling import spelled
 
 CALLED = {
@@ -36,6 +39,27 @@ def quantity(asked: Specification, name: str, value: float, digits: int = 4) -> 
     if asked.in_units or name == "restitution":
         return spelling.quantity(name, value, digits)
     return f"{SYMBOLS[name]} = {value:.{digits}g}"
+
+
+def material_of(asked: Specification, build: Build) -> str:
+    """Name the material of a design, where the specification names materials."""
+    return asked.choices["restitution"].called(build.restitution, build.contact_time_s)
+
+
+def damper_words(asked: Specification, build: Build, digits: int = 3) -> str:
+    """Write a damper in a row: mass, clearance, friction, restitution; nothing where it has neither particle nor friction."""
+    parts = []
+    if build.particle_mass_kg:
+        parts = [quantity(asked, "particle_mass_kg", build.particle_mass_kg, digits)]
+        clearance = quantity(asked, "clearance_m", build.clearance_m, digits)
+        parts.append(f"±{clearance} clearance" if asked.in_units else clearance)
+    if build.friction_force_n:
+        friction = quantity(asked, "friction_force_n", build.friction_force_n, digits)
+        parts.append(f"{friction} friction" if asked.in_units else friction)
+    if build.particle_mass_kg:
+        called = material_of(asked, build)
+        parts.append(f"e = {build.restitution:.{digits}g}{f' ({called})' if called else ''}")
+    return ", ".join(parts)
 
 
 def allowing(asked: Specification, noise: float) -> str:
@@ -140,3 +164,37 @@ def spelled_out(asked: Specification, excitation: Excitation) -> str:
     if excitation.highest_m > excitation.lowest_m:
         return f"{over} with {plural(excitation.motion)} from {least} to {most}"
     return f"{over} with a {excitation.motion.words} of {least}"
+
+
+def best_so_far(known: Mapping[str, Any]) -> str:
+    """Write the best damper so far: what it does at worst, as drawn, and what it is.
+
+    Parameters
+    ----------
+    known : mapping
+        As of `damperlab.studies.design.answer.known_document`, which is what a service says of a design under way.
+    """
+    keeps = "" if known["feasible"] else ", exceeds a limit"
+    return f"{_worst(known['worst'])}{keeps}: {', '.join(_quantities(known['design']))}"
+
+
+def _worst(worst: Mapping[str, Any]) -> str:
+    if worst["value"] is None:
+        return "no bounded response"
+    value = spelled(worst["value"], worst["units"])
+    if worst["units"] == "1":
+        value += " times the base amplitude"
+    if worst.get("record"):
+        return f"{value} under {worst.get('record_name') or worst['record']} × {worst['scale']:g}"
+    if worst.get("frequency_hz"):
+        return f"{value} near {worst['frequency_hz']:.4g} Hz"
+    return f"{value} near r = {worst['frequency_ratio']:.4g}" if worst.get("frequency_ratio") else value
+
+
+def _quantities(design: Mapping[str, Any]) -> Iterator[str]:
+    for name in CHOSEN:
+        value, ratio = design.get(name), design.get(RATIO_OF[name])
+        if value is not None:
+            yield f"{CALLED[name]} {spelling.quantity(name, value)}"
+        elif ratio is not None:
+            yield f"{SYMBOLS[name]} = {ratio:.4g}"

@@ -8,9 +8,8 @@ from damperlab.studies.design.front import OfMass, beside_particle_alone, front_
 from damperlab.studies.design.margins import Margin, Together, margins_of, together_of
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
-from damperlab.studies.design.shares import Part, share_out
 from damperlab.studies.design.space import Candidate
-from damperlab.studies.design.steps import Step
+from damperlab.studies.design.steps import Part, Step, share_out
 from damperlab.studies.specification.excitation import Amplitude
 
 MOVED = "each quantity moved alone"

@@ -16,12 +16,11 @@ from damperlab.studies.design.alternatives import Alternative
 from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.curve import Curve
-from damperlab.studies.design.ends import at_ends, locked
-from damperlab.studies.design.found import Found
-from damperlab.studies.design.responses import NO_DAMPER
+from damperlab.studies.design.found import Found, at_ends, locked
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.spelling import (
     OVER,
+    damper_words,
     frequency,
     level,
     limited,
@@ -34,6 +33,7 @@ from damperlab.studies.quantity import PARTICLE_FRICTION
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.spelling import spelled, unit_of
+from damperlab.studies.tmd.absorber import NO_DAMPER
 from damperlab.studies.understood import unusual_specification
 from damperlab.studies.variables import MADE_BY, ResponseClass
 
@@ -140,14 +140,14 @@ def _decision(found: Found, damper: Damper, best: Alternative | Beside | float |
         return _locked(found, build, reach)
     if not asked.free:
         word = "The given damper" if score.violation == 0.0 else "The given damper exceeds a limit: it"
-        return f"{word} ({_damper(asked, build)}) {stays} {reach}."
+        return f"{word} ({damper_words(asked, build)}) {stays} {reach}."
     if score.violation > 0.0:
-        return f"No damper that was looked at keeps every limit. Nearest: {_damper(asked, build)}; it {stays} {reach}."
+        return f"No damper that was looked at keeps every limit. Nearest: {damper_words(asked, build)}; it {stays} {reach}."
     if damper == "friction_alone":
         force = quantity(asked, "friction_force_n", build.friction_force_n, 3)
         return f"No particle needed: a friction force of {force} alone {stays} {reach}."
     what = "a particle without friction" if damper == "particle_alone" else "a particle and friction"
-    return f"Build {what}: {_damper(asked, build)}. That {stays} {reach}."
+    return f"Build {what}: {damper_words(asked, build)}. That {stays} {reach}."
 
 
 def _locked(found: Found, build: Build, reach: str) -> str:
@@ -381,10 +381,10 @@ def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[st
             yield (
                 CALLED[kind],
                 _value(asked, each.score.value),
-                _damper(asked, each.build) + _exceeds(each.score),
+                damper_words(asked, each.build) + _exceeds(each.score),
             )
     if damper != kind_of(found.build) and asked.free:
-        what = _damper(asked, found.build)
+        what = damper_words(asked, found.build)
         ends = [NAMES[name] for name in at_ends(found)]
         at_end = (
             f"; {' and '.join(ends)} at the end of {'its range' if len(ends) == 1 else 'their ranges'}"
@@ -434,22 +434,6 @@ def _value(asked: Specification, value: float) -> str:
     if isinf(value):
         return "grows without bound"
     return response(asked, value, 3) if asked.in_units else f"{value:.3g}{OVER[asked.measure.unit]}"
-
-
-def _damper(asked: Specification, build: Build) -> str:
-    """Write a damper as a row has it: mass, clearance, friction, restitution."""
-    parts = []
-    if build.particle_mass_kg:
-        parts = [quantity(asked, "particle_mass_kg", build.particle_mass_kg, 3)]
-        clearance = quantity(asked, "clearance_m", build.clearance_m, 3)
-        parts.append(f"±{clearance} clearance" if asked.in_units else clearance)
-    if build.friction_force_n:
-        friction = quantity(asked, "friction_force_n", build.friction_force_n, 3)
-        parts.append(f"{friction} friction" if asked.in_units else friction)
-    if build.particle_mass_kg:
-        called = asked.choices["restitution"].called(build.restitution, build.contact_time_s)
-        parts.append(f"e = {build.restitution:.3g}{f' ({called})' if called else ''}")
-    return ", ".join(parts)
 
 
 def _tuned(asked: Specification, beside: Beside) -> str:

@@ -1,31 +1,42 @@
-"""The details of a design, in sentences: its drawing values, what it reaches where, how far it holds, how it is known."""
+"""The details of a design, in sentences: what of its limits it reaches, how far it holds, and how all that is known."""
 
-from collections.abc import Iterator
-from math import isinf
+from collections.abc import Iterator, Mapping
+from math import isfinite, isinf
 
+from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.book import SEED
-from damperlab.studies.design.build import Build
-from damperlab.studies.design.elsewhere import words_of_amplitudes, words_of_starts
-from damperlab.studies.design.ends import at_ends, locked
-from damperlab.studies.design.found import Found
-from damperlab.studies.design.limit_words import limits_in_words
+from damperlab.studies.design.found import Found, at_ends, locked
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.design.spelling import (
     CALLED,
     allowing,
     comes_to,
+    damper_words,
     frequency,
+    length,
+    level,
+    limited,
+    plural,
     quantity,
     response,
     rounded_up,
     spelled_out,
     under_records,
 )
-from damperlab.studies.design.starts import FROM
+from damperlab.studies.design.starts import FROM, Reached, Several, Starts
 from damperlab.studies.faults import counted
+from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import Case
 from damperlab.studies.specification.specification import JUDGES, Specification
 from damperlab.studies.spelling import spelled
+
+ENDED: Mapping[str, str] = {
+    "budget": "The budget ended the search.",
+    "converged": "The search ended where none beside the best was better.",
+    "lists": "These are all combinations of the values listed.",
+    "nothing": "The limits leave one damper.",
+}
+"""Why a search ended."""
 
 
 def details_of(found: Found) -> list[str]:
@@ -33,10 +44,11 @@ def details_of(found: Found) -> list[str]:
     return [
         *_damper(found),
         *_worst(found),
-        *limits_in_words(found),
+        *_limits(found),
+        *_damper_limits(found),
         *_builds(found),
-        *words_of_starts(found),
-        *words_of_amplitudes(found),
+        *_starts(found),
+        *_amplitudes(found),
         *_ends(found),
         *_margins(found),
         *_known(found),
@@ -45,32 +57,19 @@ def details_of(found: Found) -> list[str]:
 
 def _damper(found: Found) -> Iterator[str]:
     asked, build = found.asked, found.build
-    friction = f"a friction force of {quantity(asked, 'friction_force_n', build.friction_force_n)}"
-    if not asked.in_units:
-        friction = f"friction {quantity(asked, 'friction_force_n', build.friction_force_n)}"
-    drawn = "Drawing" if asked.free else "Given"
+    parts = [damper_words(asked, build, 4)]
     if build.particle_mass_kg == 0.0:
-        yield f"{drawn}: {friction}, and no particle."
-        return
-    clearance = quantity(asked, "clearance_m", build.clearance_m)
-    cavity = f" (a free cavity length of {spelled(2 * build.clearance_m, 'm')})" if asked.in_units else ""
-    mass = quantity(asked, "particle_mass_kg", build.particle_mass_kg)
-    touching = f"in contact for {1e3 * build.contact_time_s:.4g} ms" if build.contact_time_s else ""
-    material = ", ".join(filter(None, (material_of(asked, build), touching)))
-    rebound = f"a coefficient of restitution of {build.restitution:.4g}"
-    yield (
-        f"{drawn}: a clearance of {clearance} on either side{cavity}, {friction}, a particle of {mass} and "
-        f"{rebound}{f' ({material})' if material else ''}."
-    )
-
-
-def material_of(asked: Specification, build: Build) -> str:
-    """Name the material of a design, where the specification names materials."""
-    return asked.choices["restitution"].called(build.restitution, build.contact_time_s)
+        parts.append("no particle")
+    elif asked.in_units:
+        parts.append(f"{spelled(2 * build.clearance_m, 'm')} free cavity length")
+    if build.contact_time_s:
+        parts.append(f"in contact for {1e3 * build.contact_time_s:.4g} ms")
+    yield f"{'Drawing' if asked.free else 'Given'}: {', '.join(filter(None, parts))}."
 
 
 def _worst(found: Found) -> Iterator[str]:
     asked, stated = found.asked, found.stated
+    count = len(asked.excitations) + len(asked.records)
     if isinstance(stated.under, Case):
         records = asked.records_of(stated.under)
         shaken, name = under_records(records), records.name
@@ -82,153 +81,218 @@ def _worst(found: Found) -> Iterator[str]:
     else:
         shaken, name = spelled_out(asked, found.binding), found.binding.name
         near = "" if asked.measure.mean else f", near {frequency(asked, stated.frequency_ratio)}"
-    # what is known of a record is as exact as the solver: there is no error to state
-    most = f"{allowing(asked, stated.noise)} it is at most {response(asked, rounded_up(stated.most))}"
-    other = ""
-    if asked.excitations and found.starts is not None and found.starts.beyond:
-        other = f"{FROM[asked.judge]}, and from other starts it reaches {response(asked, found.starts.worst)}"
-    error = f"; {most}{other}" if asked.excitations else ""
-    rest = FROM[asked.judge] if asked.excitations else ""
-    over = f"{shaken[:1].upper()}{shaken[1:]}"
-    count = len(asked.excitations) + len(asked.records)
-    if count > 1:
-        over = f"Of {count} excitations `{name}` binds: {shaken}"
+    over = (
+        f"Of {count} excitations `{name}` binds: {shaken}" if count > 1 else shaken[:1].upper() + shaken[1:]
+    )
     within = " and within the tolerances" if asked.tolerances else ""
     if isinf(stated.value):
         yield f"{over}{within}, nothing bounds the {asked.measure.judged}{near}."
-    elif asked.measure.mean:
-        several = count > 1 or asked.tolerances or found.binding.highest_m > found.binding.lowest_m
-        yield (
-            f"{over}{within}, the {asked.measure.judged} (the root of the mean over its frequencies of the square) comes to "
-            f"{response(asked, stated.value)}{' at its worst' if several else ''}, as far as was computed{error}."
-        )
     else:
-        yield (
-            f"{over}{within}, the largest {asked.measure.judged} that was computed{rest} is "
-            f"{response(asked, stated.value)}{near}{error}."
-        )
+        # what is known of a record is as exact as the solver: there is no error to state
+        most = f"{allowing(asked, stated.noise)} it is at most {response(asked, rounded_up(stated.most))}"
+        rest = FROM[asked.judge] if asked.excitations and not asked.measure.mean else ""
+        reaches = f"{comes_to(asked)} {response(asked, stated.value)}{rest}{near}"
+        yield f"{over}{within}, the {asked.measure.judged} {reaches}{f'; {most}' if asked.excitations else ''}."
     if asked.tolerances:
         yield f"As drawn, without tolerances, it is {response(asked, found.nominal.value)}."
     yield from words_of_structure(asked)
     if count > 1:
-        parts = [
-            f"{response(asked, judged.value)} under `{each.name}` ({spelled_out(asked, each)})"
-            for each, judged in zip(asked.excitations, found.under, strict=True)
+        under = [
+            *(
+                (each.name, spelled_out(asked, each), of)
+                for each, of in zip(asked.excitations, found.under, strict=True)
+            ),
+            *(
+                (each.name, under_records(each), of)
+                for each, of in zip(asked.records, found.under_records, strict=True)
+            ),
         ]
-        parts += [
-            f"{response(asked, judged.value)} under `{each.name}` ({under_records(each)})"
-            for each, judged in zip(asked.records, found.under_records, strict=True)
-        ]
+        parts = [f"{response(asked, of.value)} under `{called}` ({words})" for called, words, of in under]
         yield f"As drawn it {comes_to(asked)} {'; '.join(parts)}."
 
 
 def words_of_structure(asked: Specification) -> Iterator[str]:
     """Say what a tolerance of the mass leaves as it was given."""
-    if "mass_kg" not in asked.tolerances:
-        return
-    structure = asked.structure
-    damping = "dashpot" if structure.dashpot_given else "damping ratio"
-    if structure.stiffness_given:
-        yield f"The tolerance of the mass leaves stiffness and {damping} as given: the natural frequency changes."
-        return
-    yield (
-        f"The tolerance of the mass leaves natural frequency and {damping} as given: the stiffness changes. For a mass on "
-        "given springs give `stiffness_n_per_m`."
-    )
+    if "mass_kg" in asked.tolerances:
+        damping = "dashpot" if asked.structure.dashpot_given else "damping ratio"
+        spring = "stiffness" if asked.structure.stiffness_given else "natural frequency"
+        yield f"The tolerance of the mass leaves {spring} and {damping} as given."
+
+
+def _limits(found: Found) -> Iterator[str]:
+    """Put each limit on a result into a sentence: what of it is reached, and what to do about one that is exceeded."""
+    asked, stated = found.asked, found.stated
+    for name, limit in asked.limits.items():
+        about, reached, at_most = LIMITS[name], stated.reached[name], stated.at_most[name]
+        what = f"{about.words}{' over the bands' if asked.cases and not about.under_record else ''}"
+        allowed, most = _limited(asked, name, limit), _limited(asked, name, rounded_up(at_most))
+        if isinf(reached):
+            yield f"Nothing bounds the {what}, of which {allowed} are allowed."
+            continue
+        begins = f"The {what} reaches {_limited(asked, name, reached)} of the {allowed} allowed ({_share(reached / limit)})"
+        begins += _where(found, name)
+        if reached <= limit:
+            doubt = f"; {allowing(asked, stated.noise)} it is at most {most}, so that it may exceed the limit"
+            yield f"{begins}{doubt if at_most > limit else ''}."
+            continue
+        drawn, wider = found.nominal.reached[name], "let something be chosen"
+        if drawn <= limit:
+            begins += f"; as drawn it reaches {_limited(asked, name, drawn)}"
+            wider = "narrow the tolerances"
+        elif asked.free:
+            wider = "widen what may be chosen"
+        yield f"{begins}. Relax `limits.{asked.limit_key(name)}` to {most}, or {wider}."
+
+
+def _where(found: Found, name: str) -> str:
+    """Say at which frequency a limited result is reached, and under which of several excitations; not of the measure itself."""
+    asked, at = found.asked, found.stated.reached_at.get(name)
+    if at is None or name == asked.measure.limit:
+        return ""
+    under, ratio = at
+    if isinstance(under, Case):
+        return f", under {under.name}"
+    several = len(asked.excitations) + len(asked.records) > 1
+    return f", near {frequency(asked, ratio)}{f' under `{under.excitation.name}`' if several else ''}"
+
+
+def _damper_limits(found: Found) -> Iterator[str]:
+    """Put each limit on the damper itself into a sentence."""
+    asked, build = found.asked, found.build
+    for name, limit in asked.damper_limits.items():
+        about = DAMPER_LIMITS[name]
+        if build.particle_mass_kg == 0.0 and about.quantity != "friction_force_n":
+            continue
+        reached = build.as_built(asked, about)
+        the = "Built at the upper end of its tolerance, the" if about.quantity in asked.tolerances else "The"
+        share = f" ({_share(reached / limit)})" if limit else ""
+        yield f"{the} {about.words} is {_limited(asked, name, reached)} of the {_limited(asked, name, limit)} allowed{share}."
+
+
+def _limited(asked: Specification, name: str, value: float) -> str:
+    """Write a value of what a limit is about."""
+    return limited(asked, name, asked.as_limited(name, value))
+
+
+def _share(ratio: float) -> str:
+    """Write a share of a limit; one of thousands of per cent is read as a multiple."""
+    return f"{100 * ratio:.0f} %" if ratio < 2.0 else f"{ratio:.3g} times"
 
 
 def _builds(found: Found) -> Iterator[str]:
     builds, asked = found.builds, found.asked
     if builds is None:
         return
-    kept = "keep every limit" if asked.limited_at_all else ""
+    kept = ["keep every limit"] if asked.limited_at_all else []
     if builds.bound is not None:
-        bound = response(asked, builds.bound)
-        kept += f"{' and ' if kept else ''}stay within {bound}, the worst of the drawn damper and of the corners of its "
-        kept += "tolerances"
+        kept.append(
+            f"stay within {response(asked, builds.bound)}, the worst as drawn and at the corners of the tolerances"
+        )
+    fewer = f" (of {asked.builds} asked for)" if builds.drawn < asked.builds else ""
     yield (
-        f"Of {counted(builds.drawn, 'build')} drawn evenly within the tolerances (seed {SEED}), {builds.passed} {kept}: the "
-        f"probability is between {builds.low:.3f} and {builds.high:.3f} with a confidence of {asked.confidence:.3g}."
+        f"Of {counted(builds.drawn, 'build')}{fewer} drawn evenly within the tolerances (seed {SEED}), {builds.passed} "
+        f"{' and '.join(kept)}: a probability of {builds.low:.3f} to {builds.high:.3f} (confidence {asked.confidence:.3g})."
     )
-    if builds.drawn < asked.builds:
-        yield f"The budget allowed no more than these of the {asked.builds} builds asked for."
+
+
+def _starts(found: Found) -> Iterator[str]:
+    """Say what other starts than rest lead to, and where they lead to several responses."""
+    asked, starts = found.asked, found.starts
+    if starts is None:
+        return
+    near = f"near {frequency(asked, starts.frequency_ratio)}"
+    at = "1 frequency ratio" if starts.frequencies == 1 else f"each of {starts.frequencies} frequency ratios"
+    reached = "does not exceed what is stated"
+    if starts.beyond is None:
+        reached = f"reaches a displacement of the structure up to {length(asked, starts.worst)}, {near}"
+    elif starts.beyond:
+        reached = f"reaches up to {response(asked, starts.worst)}, {near}: at {starts.beyond} of these more than is stated"
+    yield f"Started in {counted(starts.count, 'way')} at {at}, the damper as drawn {reached}."
+    if starts.worst_of_several is not None:
+        yield _several(asked, starts, starts.worst_of_several)
+
+
+def _several(asked: Specification, starts: Starts, worst: Several) -> str:
+    """Say which responses there are where there are several, at the frequency at which one of them is highest."""
+    led = [(each.share, _reached(asked, each)) for each in worst.responses]
+    led += [(worst.share_left, "others, or failed")] if worst.share_left else []
+    parts = [f"{round(share * starts.count)} to {what}" for share, what in led]
+    return (
+        f"At {starts.several} of these ratios it has more than one response: of the {counted(starts.count, 'start')} near "
+        f"{frequency(asked, worst.frequency_ratio)} lead {', '.join(parts)}."
+    )
+
+
+def _reached(asked: Specification, one: Reached) -> str:
+    about = [one.response_class.replace("_", " ")] if one.response_class else []
+    about += ["the one from rest"] if one.from_rest else []
+    judged = ""
+    if one.value is not None and not asked.measure.of_displacement:
+        judged = f" and {response(asked, one.value)}{asked.measure.kind}"
+    return length(asked, one.displacement) + judged + (f" ({', '.join(about)})" if about else "")
+
+
+def _amplitudes(found: Found) -> Iterator[str]:
+    """Say what the damper does under amplitudes from half the least to twice the largest."""
+    asked, shown = found.asked, found.shown
+    if len(shown) < 2 or not asked.in_units:
+        return
+    worst = [(each, curve.judged) for each, curve, _ in peaks_of(found)]
+    (least, low), (largest, high) = worst[0], worst[-1]
+    if isfinite(low) and isfinite(high):
+        yield (
+            f"Under {plural(least.excitation.motion)} from {level(asked, least)} to {level(asked, largest)} it "
+            f"{comes_to(asked)} {response(asked, low)} to {response(asked, high)}."
+        )
 
 
 def _ends(found: Found) -> Iterator[str]:
-    asked = found.asked
-    held = locked(found)
+    asked, held = found.asked, locked(found)
     for name, end in at_ends(found).items():
-        if held and name == "friction_force_n":
-            continue  # more of it changes nothing
+        # of friction that holds the structure more changes nothing, and less than none there is not
+        if (held and name == "friction_force_n") or not (
+            asked.choices[name].values or getattr(found.build, name)
+        ):
+            continue
         limit = asked.bounds.get(name) if end == "upper" else None
-        if limit:
-            yield f"The {CALLED[name]} is as large as `{limit}` allows: a larger one may do better."
-        elif asked.choices[name].values:
-            yield f"The {CALLED[name]} is the {'least' if end == 'lower' else 'largest'} of its list."
-        elif getattr(found.build, name) > 0.0:
-            yield f"The {CALLED[name]} is at the {end} end of its range; beyond it there may be a better damper."
+        where = f"as large as `{limit}` allows" if limit else f"at the {end} end of its range"
+        yield f"The {CALLED[name]} is {where}: beyond it there may be a better damper."
 
 
 def _margins(found: Found) -> Iterator[str]:
-    asked = found.asked
+    asked, together = found.asked, found.together
     if not found.margins or isinf(found.stated.most):  # what has no bound cannot be exceeded
         return
-    kept = "every limit holds" if asked.limited_at_all else ""
+    holds = ["every limit holds"] if asked.limited_at_all else []
     if found.stated.violation > 0.0:
-        kept = "no limit is exceeded by more than stated above"
-    bound = (
-        ""
-        if asked.limits_measure
-        else f"the response stays within {response(asked, WITHIN * found.stated.most)}"
-    )
+        holds = ["no limit is exceeded by more than stated above"]
+    if not asked.limits_measure:
+        holds.append(f"the response stays within {response(asked, WITHIN * found.stated.most)}")
     parts = [_margin(asked, name, margin) for name, margin in found.margins.items()]
-    holds = " and ".join(part for part in (kept, bound) if part)
-    yield f"With one quantity changed and the others as drawn, {holds} for {'; for '.join(parts)}."
-    together = found.together
-    if together is None:
-        return
-    beyond = "" if together.fails is None else f"{100 * together.fails:.0f} %"
-    if together.share == 0.0:
-        yield f"That does not hold any more where all of them are {beyond} off at once, in one combination or more."
-        return
-    yield (
-        f"The same holds where all of them are {100 * together.share:.0f} % off at once, in every combination"
-        f"{f' (not {beyond})' if beyond else ''}."
-    )
+    yield f"With one quantity changed and the others as drawn, {' and '.join(holds)} for {'; for '.join(parts)}."
+    if together is not None:
+        beyond = "" if together.fails is None else f" (not {100 * together.fails:.0f} %)"
+        yield f"The same holds where all are {100 * together.share:.0f} % off at once, in every combination{beyond}."
 
 
 def _margin(asked: Specification, name: str, margin: Margin) -> str:
     low, high = (quantity(asked, name, value) for value in (margin.low, margin.high))
-    fails = [
-        f"{quantity(asked, name, value)}"
-        for value in (margin.fails_below, margin.fails_above)
-        if value is not None
-    ]
+    fails = [quantity(asked, name, at) for at in (margin.fails_below, margin.fails_above) if at is not None]
     beyond = f" (not at {' or '.join(fails)})" if fails else ""
     return f"a {CALLED[name]} from {low} to {high}{beyond}"
 
 
 def _known(found: Found) -> Iterator[str]:
     """Say what was computed, what ended it, and what it left out."""
-    spent, budget = found.book.spent, found.book.budget
-    computed = f"{counted(spent, 'point')} {'was' if spent == 1 else 'were'} computed"
-    dampers = counted(found.looked_at, "damper")
-    told = {
-        "budget": f"{computed}: the budget of {budget:,} ended the search after {dampers}.",
-        "converged": f"{computed}. The search looked at {dampers} and ended where none beside the best was better.",
-        "lists": f"{computed}. The search looked at every combination of the values listed.",
-        "nothing": f"{computed}. There was nothing to search: the limits leave one damper.",
-    }[found.ended]
-    if not found.asked.free:
-        ended = f", where the budget of {budget:,} ended it" if found.stopped == "budget" else ""
-        told = f"Nothing was to be chosen: this is an assessment of the damper that was given. {computed}{ended}."
-    yield told
+    points, dampers = counted(found.book.spent, "point"), counted(found.looked_at, "damper")
+    if found.asked.free:
+        yield f"Computed: {points}, of {dampers}. {ENDED[found.ended]}"
+    else:
+        yield f"Nothing was to be chosen. Computed: {points}{', all of the budget' if found.stopped == 'budget' else ''}."
     if found.left_out:
         yield f"The budget did not allow: {'; '.join(found.left_out)}."
-    better = (
-        " A better damper elsewhere in the ranges cannot be excluded."
-        if found.ended in ("budget", "converged")
-        else ""
+    better = found.ended in ("budget", "converged")
+    yield (
+        f"Where there are several responses, {JUDGES[found.asked.judge]} counts."
+        f"{' A better damper elsewhere cannot be excluded.' if better else ''}"
     )
-    counts = f"Where there are several responses, {JUDGES[found.asked.judge]} counts."
-    yield f"{'Every response is the one reached from rest.' if found.asked.judge == 'rest' else counts}{better}"

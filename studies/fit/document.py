@@ -1,23 +1,25 @@
 """A question to a measurement as one document: what HTTP is sent."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from damperlab.studies.definition import MAX_NAME
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, unknown_key
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, printable, unknown_key
 from damperlab.studies.fit.asking import make_question
 from damperlab.studies.fit.history.asking import make_history_question
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.history.question import HistoryQuestion
-from damperlab.studies.fit.lines import MOST_BYTES
+from damperlab.studies.fit.history.table import is_history, parse_history
+from damperlab.studies.fit.lines import MOST_BYTES, lines_of, read_bytes
 from damperlab.studies.fit.made import Correction
-from damperlab.studies.fit.measured import Measurement
+from damperlab.studies.fit.measured import Measurement, parse_measurement
 from damperlab.studies.fit.question import FREE, NAMED, FitQuestion
-from damperlab.studies.fit.table import parse_table
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import Quantity, read_count
 from damperlab.studies.specification.reading import parse_specification
+from damperlab.studies.text import load_text, read_file
 
 KEYS = ("measured", "name", "structure", "fit", "deviation", "confidence", "seed", "specification")
 MOST_SEED = 2**32 - 1
@@ -185,3 +187,36 @@ def fit_schema() -> dict[str, Any]:
             },
         },
     }
+
+
+def read_table(path: Path | str) -> Measurement | History:
+    """Read a measured table from a file; raises StudyFaults with every fault of it."""
+    return parse_table(read_bytes(path), Path(path).stem)
+
+
+def parse_table(text: bytes | str, name: str = "measurement") -> Measurement | History:
+    """Read a measured table: one with a column of time is a history."""
+    if is_history(lines_of(text)):
+        return parse_history(text, name)
+    return parse_measurement(text, name)
+
+
+def read_structure(path: Path | str) -> dict[str, Any]:
+    """Read what is known of a prototype from a ``.json``, ``.yaml`` or ``.yml`` file.
+
+    Returns
+    -------
+    dict
+        As it is written; `damperlab.studies.fit.question.make_question` judges it.
+
+    Raises
+    ------
+    StudyFaults
+        Where the file cannot be read or breaks the rules of its format.
+    """
+    document = load_text(*read_file(path, "structure"))
+    if not isinstance(document, dict):
+        told = f"The file {printable(str(path))} holds no mapping."
+        advice = "write names and values, as in a study"
+        raise StudyFaults([Fault("structure", describe(document), "a mapping", advice, told)])
+    return document

@@ -3,14 +3,13 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.faults import Fault, StudyFaults, counted, printable
 from damperlab.studies.fit.columns import CONDITIONS, PERCENT, read_heading, read_headings, says_time
-from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of, read_bytes
+from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
 from damperlab.studies.quantity import FREQUENCY_RATIO
 
 MOST_ROWS = 2_000
@@ -64,11 +63,6 @@ class Measurement:
     def rows(self) -> int:
         """Number of amplitudes."""
         return self.amplitude.size
-
-
-def read_measurement(path: Path | str) -> Measurement:
-    """Read a measured response from a file; raises as `parse_measurement`, and where the file cannot be read."""
-    return parse_measurement(read_bytes(path), Path(path).stem)
 
 
 def parse_measurement(text: bytes | str, name: str = "measurement") -> Measurement:

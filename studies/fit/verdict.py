@@ -6,10 +6,13 @@ import numpy as np
 
 from damperlab.studies.faults import counted, listing
 from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted
-from damperlab.studies.spelling import quantity
+from damperlab.studies.fit.history.fitted import FittedHistory
+from damperlab.studies.spelling import quantity, spelled
 
 TOO_GOOD = 0.999
 """Probability above which they agree better than chance allows."""
+CORRELATED = 1.2
+"""By how much intervals are wider for correlated residuals, from which it is said."""
 POOR = 0.2
 """Scatter about a fit, as a share of the amplitudes, that no measurement of a steady amplitude has."""
 NAMED_ROWS = 5
@@ -20,13 +23,26 @@ def verdict(fitted: Fitted) -> list[str]:
     """Say what a fit is worth: whether the model agrees, what the data do not determine, which rows lie off, and why."""
     return [
         *_agreement(fitted),
-        *undetermined(fitted.estimates),
-        *one_sided(fitted.estimates),
-        *not_told_apart(fitted.alike),
+        *_undetermined(fitted.estimates),
+        *_one_sided(fitted.estimates),
+        *_not_told_apart(fitted.alike),
         *_regimes(fitted),
         *_irregular(fitted),
-        *_others(fitted),
+        *_as_good(fitted.others),
         *_rows(fitted),
+    ]
+
+
+def verdict_of_history(fitted: FittedHistory) -> list[str]:
+    """Say what a fit of a time history is worth: over which stretch, whether the model agrees, what is not determined."""
+    return [
+        *_stretch(fitted),
+        _history_agreement(fitted),
+        *_correlated(fitted),
+        *_undetermined(fitted.estimates),
+        *_one_sided(fitted.estimates),
+        *_not_told_apart(fitted.alike),
+        *_as_good(fitted.others),
     ]
 
 
@@ -38,43 +54,46 @@ def told(confidence: float, each: Estimate) -> str:
 
 
 def _agreement(fitted: Fitted) -> Iterator[str]:
-    probability = fitted.probability
     if fitted.question.deviation is None:
         share = float(np.median(fitted.deviation / fitted.question.measured.amplitude))
-        yield (
-            f"No standard deviation was given, so chi-square cannot say whether the model is right: the measurement scatters "
-            f"about the fit by {100 * share:.2g} %, and the intervals follow from that."
-        )
+        yield _scatters(f"{100 * share:.2g} %,")
         if share > POOR:
             yield (
                 "That is more than a measurement scatters: the model, or what is held known, does not describe this "
                 "prototype, and the parameters are those that come nearest, not those that it has."
             )
-        return
-    if probability is None:
+    elif fitted.probability is None:
         yield "There are no more rows than parameters, so the data cannot say whether the model is right."
-        return
+    else:
+        yield _agrees(fitted, fitted.probability)
+
+
+def _scatters(by: str) -> str:
+    return (
+        "No standard deviation was given, so chi-square cannot say whether the model is right: the measurement scatters "
+        f"about the fit by {by} and the intervals follow from that."
+    )
+
+
+def _agrees(fitted: Fitted | FittedHistory, probability: float) -> str:
+    """Say whether the model agrees with the measurement within the stated deviations."""
     found = f"chi-square is {fitted.chi_square:.4g} for {counted(fitted.freedom, 'degree')} of freedom"
     if probability < DOUBTED:
-        yield (
+        wider = f", and are {fitted.widening:.2g} times as wide for it" if fitted.widening > 1.0 else ""
+        return (
             f"The model does not agree with the measurement within the stated deviations: {found}, and chance alone exceeds "
             f"that with a probability of {probability:.2g}. Either the deviations are too small or the model lacks something; "
-            "the intervals hold only if it is the deviations"
-            + (f", and are {fitted.widening:.2g} times as wide for it." if fitted.widening > 1.0 else ".")
+            f"the intervals hold only if it is the deviations{wider}."
         )
-    elif probability > TOO_GOOD:
-        yield (
+    if probability > TOO_GOOD:
+        return (
             f"The model agrees with the measurement better than chance allows: {found}, which chance exceeds with a "
             f"probability of {probability:.4g}. The stated deviations are too large, and so are the intervals."
         )
-    else:
-        yield (
-            f"The model agrees with the measurement: {found}, and chance exceeds that with a probability of "
-            f"{probability:.2g}."
-        )
+    return f"The model agrees with the measurement: {found}, and chance exceeds that with a probability of {probability:.2g}."
 
 
-def undetermined(estimates: Sequence[Estimate]) -> Iterator[str]:
+def _undetermined(estimates: Sequence[Estimate]) -> Iterator[str]:
     """Name the parameters that the data say nothing about."""
     names = [each.name for each in estimates if not each.determined]
     if names:
@@ -85,7 +104,7 @@ def undetermined(estimates: Sequence[Estimate]) -> Iterator[str]:
         )
 
 
-def one_sided(estimates: Sequence[Estimate]) -> Iterator[str]:
+def _one_sided(estimates: Sequence[Estimate]) -> Iterator[str]:
     """Name the parameters that the data bound on one side only."""
     for each in estimates:
         if each.determined and not (each.bounded_below and each.bounded_above):
@@ -98,7 +117,7 @@ def one_sided(estimates: Sequence[Estimate]) -> Iterator[str]:
             )
 
 
-def not_told_apart(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:
+def _not_told_apart(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:
     """Name the pairs of parameters that the data cannot tell apart."""
     for first, second, correlation in pairs:
         way = "rise" if correlation > 0 else "fall"
@@ -131,11 +150,7 @@ def _irregular(fitted: Fitted) -> Iterator[str]:
         )
 
 
-def _others(fitted: Fitted) -> Iterator[str]:
-    yield from as_good(fitted.others)
-
-
-def as_good(others: Iterable[Mapping[str, float]]) -> Iterator[str]:
+def _as_good(others: Iterable[Mapping[str, float]]) -> Iterator[str]:
     """Name further sets of parameters that agree about as well."""
     for other in others:
         values = listing(f"{name} = {quantity(name, value)}" for name, value in other.items())
@@ -175,3 +190,34 @@ def _row(fitted: Fitted, row: int) -> str:
         f"row {row + 1} at {measured.frequency[row]:.5g}{unit}, {measured.amplitude[row]:.4g}{length} against "
         f"{fitted.model[row]:.4g}{length} ({fitted.residual[row]:+.1f} standard deviations)"
     )
+
+
+def _stretch(fitted: FittedHistory) -> Iterator[str]:
+    before = fitted.question.measured.before_release
+    if before:
+        yield f"{counted(before, 'row')} of the table before the release: left out."
+    whole = fitted.question.measured.duration_s
+    if fitted.whole:
+        yield f"All of the history counts, {whole:.4g} s: the response is predictable throughout."
+        return
+    yield (
+        f"The first {fitted.stretch_s:.4g} s of {whole:.4g} s count. Later on impacts make the response depend on the "
+        "parameters so steeply, within what the data leave open, that what agrees there agrees by chance; or the model "
+        "describes it worse."
+    )
+
+
+def _history_agreement(fitted: FittedHistory) -> str:
+    if fitted.probability is not None:
+        return _agrees(fitted, fitted.probability)
+    deviation = float(np.median(fitted.deviation_m))
+    share = 100 * deviation / fitted.question.measured.largest_m
+    return _scatters(f"{spelled(deviation, 'm', 3)}, {share:.2g} % of its largest displacement,")
+
+
+def _correlated(fitted: FittedHistory) -> Iterator[str]:
+    if fitted.correlated > CORRELATED:
+        yield (
+            "What is left is correlated from sample to sample: noise that is not white, or a model that is not quite right. "
+            f"Intervals are up to {fitted.correlated:.2g} times as wide for it."
+        )

@@ -7,7 +7,6 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from tempfile import NamedTemporaryFile
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from damperlab.studies.faults import Fault, describe, listing, nearest
 from damperlab.studies.ground.builtin import FIRST_COMPONENTS, builtin_ids, builtin_record, whole_id
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.store.faults import StoreFault, lost_files
-from damperlab.studies.store.files.folder import sync_path
+from damperlab.studies.store.files.folder import Folder, sync_path
 from damperlab.studies.store.files.sealed import PLACEHOLDER, is_sealed, require_seal, seal
 from damperlab.studies.store.kept_quota import USUAL, KeptQuota
 from damperlab.studies.store.provenance import SUBMITTED_BY, signed
@@ -216,9 +215,9 @@ class Shelf:
         samples = io.BytesIO()
         np.save(samples, motion.acceleration_m_s2, allow_pickle=False)
         # the summary last: a record is there when its summary is
-        self._keep(f"{record_id}.npy", samples.getvalue())
+        Folder(self.folder).put(f"{record_id}.npy", samples.getvalue())
         summary = {"crc32c": PLACEHOLDER, **signed(motion.summary())}
-        self._keep(f"{record_id}.json", seal(json.dumps(summary).encode()))
+        Folder(self.folder).put(f"{record_id}.json", seal(json.dumps(summary).encode()))
         return record_id, True
 
     def _owner_or_nobody(self, record_id: str) -> str | None:
@@ -226,15 +225,6 @@ class Shelf:
             owner: str | None = self._kept(record_id).get(SUBMITTED_BY)
             return owner
         return None
-
-    def _keep(self, name: str, content: bytes) -> None:
-        """Write a file that is there whole or not at all, also after a power cut."""
-        with NamedTemporaryFile(dir=self.folder, suffix=".new", delete=False) as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        Path(file.name).replace(self.folder / name)
-        sync_path(self.folder)
 
 
 def _damaged(record_id: str, why: str) -> RecordDamaged:

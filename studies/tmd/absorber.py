@@ -49,3 +49,7 @@ class Absorber:
         return replace(
             self, tuning=self.tuning * (1 + frequency), damping_ratio=self.damping_ratio * (1 + damping)
         )
+
+
+NO_DAMPER = Absorber(0.0, 1.0, 1.0)
+"""One without mass."""

@@ -1,8 +1,8 @@
 """The absorber with the least peak on a damped structure, where no closed form exists.
 
-Two stages: a grid that is laid ever closer around its least point, and Newton's method, which sharpens what that finds
-where two peaks are level. Both work in units of the width of the resonance, √μ + ζ_s, so that a light absorber is tuned
-as well as a heavy one.
+Two stages: a simplex from the least point of a grid, and Powell's hybrid method, which sharpens what that finds where two
+peaks are level. Both work in units of the width of the resonance, √μ + ζ_s, so that a light absorber is tuned as well as
+a heavy one.
 """
 
 import math
@@ -20,11 +20,8 @@ Floats = NDArray[np.float64]
 _TUNINGS = np.linspace(-4.0, 2.0, 37)
 """Of the tuning, see `_Problem`; a heavily damped structure wants a slower absorber."""
 _DAMPINGS = np.linspace(math.log(0.05), math.log(30.0), 25)
-_SIDE = np.linspace(-2.0, 2.0, 9)
-"""The grid laid around the least point so far, in steps of the one before."""
-_LOOKS = 200
-_ENOUGH = 1e-4, 1e-8
-"""Steps at which Newton's method is tried, and at which the grid ends."""
+_PLACE = 1e-8
+"""Size of the simplex at which it has found the place."""
 
 
 class _Problem(NamedTuple):
@@ -84,74 +81,39 @@ def minimax(mass_ratio: float, structural_damping: float, excitation: Excitation
         1e-10 of the width of the resonance, √μ + ζ_s. Where a single maximum remains they are known to about 1e-7, and
         its height to rounding.
     """
+    from scipy.optimize import minimize, root  # the light client imports this module, and has no scipy
+
     problem = _Problem(mass_ratio, structural_damping, excitation == "base")
-    x, step = _coarse(problem)
-    lowest = problem.highest(x)[0]
-    tried = False
-    for _ in range(_LOOKS):
-        grid = x + np.stack(np.meshgrid(_SIDE * step[0], _SIDE * step[1]), axis=-1).reshape(-1, 2)
-        values = problem.highest(grid)
-        place = int(values.argmin())
-        if values[place] < lowest:
-            lowest, x = values[place], grid[place]
-        across, down = place % _SIDE.size, place // _SIDE.size
-        if 0 < across < _SIDE.size - 1 and 0 < down < _SIDE.size - 1:
-            step = step / 2
-        if not tried and step.max() < _ENOUGH[0]:
-            tried = True
-            sharp = _sharpen(problem, x)
-            if sharp is not None and problem.highest(sharp)[0] <= lowest:
-                return problem.absorber(sharp)
-        if step.max() < _ENOUGH[1] or lowest <= 1:  # at rest the ratio is 1, whatever the absorber
-            break
-    return problem.absorber(x)
-
-
-def _coarse(problem: _Problem) -> tuple[Floats, Floats]:
-    """Find the valley; give its least point on the grid, and the steps of the grid."""
     grid = np.stack(np.meshgrid(_TUNINGS, _DAMPINGS), axis=-1).reshape(-1, 2)
+    start = grid[int(problem.highest(grid).argmin())]
     step = np.array([_TUNINGS[1] - _TUNINGS[0], _DAMPINGS[1] - _DAMPINGS[0]])
-    return grid[int(problem.highest(grid).argmin())], step
+    simplex = start + step * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    options = {"xatol": _PLACE, "fatol": 0.0, "initial_simplex": simplex}
+    least = minimize(lambda x: problem.highest(x)[0], start, method="Nelder-Mead", options=options)
+    try:
+        level = root(_unlevel, least.x, args=(problem,), tol=1e-13).x
+    except ArithmeticError:
+        return problem.absorber(least.x)
+    return problem.absorber(level if problem.highest(level)[0] <= least.fun else least.x)
 
 
-def _sharpen(problem: _Problem, start: Floats) -> Floats | None:
-    """Newton's method for two level peaks whose gradients are parallel; None where there are not two."""
+def _unlevel(x: Floats, problem: _Problem) -> Floats:
+    """Say how far two peaks are from level, and their gradients from parallel.
 
-    def residual(x: Floats) -> Floats | None:
-        heights = problem.heights(x[None])
-        places, values = all_stationary(heights)
-        if places.size != 3:  # maximum, minimum, maximum
-            return None
-        a, b = _slopes(problem, heights, float(places[0]))
-        c, d = _slopes(problem, heights, float(places[2]))
-        # over the height, and angle instead of area: both of order one however light the absorber
-        return np.array(
-            [math.log(values[0] / values[2]), (a * d - b * c) / (math.hypot(a, b) * math.hypot(c, d))]
-        )
-
-    x = start
-    for _ in range(20):
-        here = residual(x)
-        if here is None:
-            return None
-        jacobian = np.empty((2, 2))
-        for k in range(2):
-            step = np.zeros(2)
-            step[k] = 1e-5
-            up, down = residual(x + step), residual(x - step)
-            if up is None or down is None:
-                return None
-            jacobian[:, k] = (up - down) / 2e-5
-        try:
-            move = np.linalg.solve(jacobian, here)
-        except np.linalg.LinAlgError:
-            return None
-        if not np.all(np.abs(move) < 0.1):
-            return None
-        x = x - move
-        if np.all(np.abs(move) < 1e-12):
-            break
-    return x
+    Raises
+    ------
+    ArithmeticError
+        Where there are not two peaks.
+    """
+    heights = problem.heights(x[None])
+    places, values = all_stationary(heights)
+    if places.size != 3:  # maximum, minimum, maximum
+        raise ArithmeticError
+    a, b = _slopes(problem, heights, float(places[0]))
+    c, d = _slopes(problem, heights, float(places[2]))
+    # over the height, and angle instead of area: both of order one however light the absorber
+    angle = (a * d - b * c) / (math.hypot(a, b) * math.hypot(c, d))
+    return np.array([math.log(values[0] / values[2]), angle])
 
 
 def _slopes(problem: _Problem, heights: Heights, from_one: float) -> tuple[float, float]:

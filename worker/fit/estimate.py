@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, chdtri
+from scipy.stats.qmc import Halton
 
 from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted
 from damperlab.studies.fit.question import FitQuestion
@@ -20,7 +21,6 @@ from damperlab.worker.fit.chain import draw
 from damperlab.worker.fit.model import scenes_of
 from damperlab.worker.fit.region import EDGE, RADIUS, Region
 from damperlab.worker.fit.singular_values import covariance_of, length_of
-from damperlab.worker.fit.spread import halton
 from damperlab.worker.fit.surface import Surface, fit_surface, terms
 from damperlab.worker.warm import warm
 
@@ -85,7 +85,8 @@ class _End:
 def _begin(archive: Archive) -> list[Region]:
     """Fill the ranges, and choose the best places that are apart."""
     number = START[archive.count]
-    archive.add(halton(number, archive.count))
+    # without the corner with which the sequence begins
+    archive.add(Halton(archive.count, scramble=False).random(number + 1)[1:])
     spacing = float(number ** (-1.0 / archive.count))
     chosen: list[Matrix] = []
     for row in np.argsort(archive.coarse_misfit(), kind="stable"):

@@ -28,7 +28,7 @@ from damperlab.studies.fit.history.asking import FREE as FREE_OF_HISTORY
 from damperlab.studies.fit.measured import parse_measurement
 from damperlab.studies.questions import Selection, Tuning
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES, ResponseClass, Status
-from damperlab.worker.fit.fitted_curve import FittedCurve
+from damperlab.worker.fit.model import FittedCurve
 
 X, Y = np.linspace(1.0, 12.0, 12), np.linspace(0.0, 0.9, 10)
 

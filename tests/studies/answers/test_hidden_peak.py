@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from damperlab.studies.answers.hidden_peak import HIGHER, hidden, hidden_note, may_hide
+from damperlab.studies.answers.hidden_peak import HIGHER, hidden, hidden_note, may_hide, whose
 from damperlab.studies.answers.notes import sentences_of
 from damperlab.studies.answers.phrases import RATIOS
-from damperlab.studies.answers.ranked_peaks import whose
 from damperlab.studies.variables import ResponseClass
 
 

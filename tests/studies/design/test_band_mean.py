@@ -69,7 +69,7 @@ def floor() -> Found:
 @pytest.mark.night
 def test_it_is_told_as_over_the_band_and_at_no_frequency(floor) -> None:
     told = details_of(floor)[1]
-    assert "the rms displacement of the structure over the whole band (the root of the mean" in told
+    assert "the rms displacement of the structure over the whole band comes to" in told
     assert ", near" not in told
     worst = answer_document(floor)["worst"]
     assert worst["measure"] == "rms_displacement"

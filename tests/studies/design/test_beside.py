@@ -15,11 +15,11 @@ from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.backbone import backbone_dataset
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import SEED
-from damperlab.studies.design.corners import amplitudes_of
 from damperlab.studies.design.found import Found
 from damperlab.studies.design.front import masses_of, undominated
 from damperlab.studies.design.score import score
 from damperlab.studies.design.search import FEW
+from damperlab.studies.design.space import amplitudes_of
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.worker.point import Design, simulate_ready
 from damperlab.worker.solver.particle import Particle

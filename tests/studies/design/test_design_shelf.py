@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 
 from damperlab.studies.design.kept import Kept, Round
-from damperlab.studies.design.shelf import Shelf
-from damperlab.studies.design.shelf_faults import DesignDamaged, DesignNotFound, DesignsFull
+from damperlab.studies.design.shelf import DesignDamaged, DesignNotFound, DesignsFull, Shelf
 from damperlab.studies.specification.reading import parse_specification, read_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.care.backup import copy_store

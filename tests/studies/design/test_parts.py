@@ -13,8 +13,8 @@ from damperlab.studies.design.absorber_structure import built
 from damperlab.studies.design.alternatives import without
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import clopper_pearson
-from damperlab.studies.design.corners import HADAMARD, corners_of
 from damperlab.studies.design.frequencies import CLOSER, SHOWN, Survey, between, brackets, rise
+from damperlab.studies.design.space import HADAMARD, corners_of
 from damperlab.studies.design.words import words_of_structure
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.tmd.absorber import Absorber

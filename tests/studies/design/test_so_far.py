@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from damperlab.studies.design.so_far import best_so_far
+from damperlab.studies.design.spelling import best_so_far
 
 DESIGN: dict[str, Any] = {
     "clearance_m": 0.0056,

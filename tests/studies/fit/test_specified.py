@@ -10,8 +10,7 @@ from tests.studies.fit.estimates import BENCH, IN_RATIOS, RATIO_TABLE, estimate,
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.fitted import Estimate
 from damperlab.studies.fit.prototype import Question, prototype_of
-from damperlab.studies.fit.specification_text import WIDTH, specification_text
-from damperlab.studies.fit.specified import Specified, specified
+from damperlab.studies.fit.specified import WIDTH, Specified, specification_text, specified
 from damperlab.studies.named import named_specifications
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.text import load_text

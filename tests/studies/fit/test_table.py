@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from damperlab.studies.faults import StudyFaults
+from damperlab.studies.fit.document import parse_table, read_table
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.history.table import parse_history
 from damperlab.studies.fit.lines import MOST_COLUMNS
-from damperlab.studies.fit.measured import Measurement, parse_measurement, read_measurement
-from damperlab.studies.fit.table import parse_table, read_table
+from damperlab.studies.fit.measured import Measurement, parse_measurement
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ def test_units_of_the_headings_become_si_units(
 def test_ratios_and_conditions_are_read_and_an_empty_condition_is_none(tmp_path: Path) -> None:
     path = tmp_path / "bench.csv"
     path.write_text("r, X/Z, friction force (lbf), mass_ratio\n1, 20, 0.1, 0\n0.9, 8, , 0.1\n")
-    found = read_measurement(path)
+    found = read_table(path)
     assert found.name == "bench"
     assert not found.in_hertz
     assert not found.in_metres
@@ -90,7 +90,7 @@ def test_every_fault_is_told_together() -> None:
 
 def test_a_file_that_is_not_there_and_a_long_one_are_refused(tmp_path: Path) -> None:
     with pytest.raises(StudyFaults, match="cannot be read: No such file"):
-        read_measurement(tmp_path / "none.csv")
+        read_table(tmp_path / "none.csv")
     with pytest.raises(StudyFaults, match="at most 2,000 are allowed"):
         parse_measurement("r, X/Z\n" + "1, 2\n" * 2001)
     with pytest.raises(StudyFaults, match="at most 4,194,304 bytes"):

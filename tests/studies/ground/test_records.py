@@ -17,7 +17,6 @@ from damperlab.studies.ground.kanai_tajimi import kanai_tajimi, read_kanai_tajim
 from damperlab.studies.ground.motion import STANDARD_GRAVITY
 from damperlab.studies.ground.question import read_earthquake
 from damperlab.studies.ground.shelf import RecordDamaged, RecordNotFound, Shelf
-from damperlab.studies.vocabulary import ACCELERATION_UNITS
 
 AT2 = """PEER NGA STRONG MOTION DATABASE RECORD
 A quake, 1/1/2000, A station, 90
@@ -55,12 +54,6 @@ def test_the_same_file_as_others_write_it(change) -> None:
     np.testing.assert_allclose(motion.acceleration_m_s2, VALUES, rtol=1e-15)
 
 
-@pytest.mark.parametrize(("written", "factor"), [("CM/SEC/SEC", 0.01), ("M/S/S", 1.0), ("CM/S^2", 0.01)])
-def test_units_that_the_file_states(written: str, factor: float) -> None:
-    motion = read_record(AT2.replace("UNITS OF G", f"UNITS OF {written}"), "at2")
-    np.testing.assert_allclose(motion.acceleration_m_s2, VALUES / STANDARD_GRAVITY * factor, rtol=1e-15)
-
-
 def test_two_columns() -> None:
     for text, units in (
         ("time (s), acc (g)\n0, 0\n0.02, 0.0063\n0.04, -0.00364\n", None),
@@ -75,54 +68,39 @@ def test_two_columns() -> None:
         )
 
 
-def test_times_in_milliseconds_are_read_as_such() -> None:
-    for heading in ("time (ms), acc (g)", "time (ms) acc (g)"):
-        assert read_record(f"{heading}\n0, 0\n20, 0.1\n40, 0.2\n", "csv").step_s == pytest.approx(0.02)
-    motion = read_record("time (ms), acc\n0, 0\n20, 0.1\n40, 0.2\n", "csv", units="g")
-    assert motion.step_s == pytest.approx(0.02, rel=1e-14)
-
-
 def peer(old: str, new: str) -> str:
     return AT2.replace(old, new)
 
 
 @pytest.mark.parametrize(
-    ("text", "field", "found"),
+    ("text", "field"),
     [
-        (peer(".3000000E-02", ".3000x00E-02"), "line 5", ""),
-        (peer(".6000000E-02", "NaN"), "line 6", ""),
-        (peer("NPTS=   7", "NPTS=   6"), "line 6", ""),
-        (peer("NPTS=   7", "NPTS=   8"), "line 7", ""),
-        (peer("NPTS=   7, DT=   .0100 SEC,", "nothing here"), "line 4", ""),
-        (peer("UNITS OF G", "UNITS OF FURLONGS"), "line 3", ""),
-        (peer("DT=   .0100", "DT=   0.0"), "line 4", ""),
-        (peer("DT=   .0100", "DT=   99"), "line 4", ""),
-        (peer(".5000000E-02", ".5000000E+09"), "line 4", ""),
-        (AT2 + "1" * 100_000, "line 7", ""),
-        ("0,0\n0.1,1\n", "units", ""),
-        ("time, acc (furlongs)\n0,0\n0.1,1\n", "line 1", "furlongs"),
-        ("t (s), a (g)\n0,0\n0.1,1\n0.2\n", "line 4", ""),
-        ("t (s), a (g)\n0,0\n0.1,1\n0.2,x\n", "line 4", ""),
-        ("t (s), a (g)\n0.00,0\n0.10,1\n0.30,1\n0.40,1\n0.50,1\n", "line 4", ""),
-        ("t (s), a (g)\n0,0\n0.1,1\n0.3,1\n0.4,1\n0.5,1\n", "line 4", "a step of 0.2 s"),
-        ("t (s), a (g)\n0,0\n0.1,1\n0.05,1\n0.3,2\n", "line 4", ""),
-        ("t (s), a (g)\n0,0\n", "line 3", ""),
-        ("t (s), a (g)\n0,0\n0.1,0\n", "line 2", ""),
-        ("t (s), a (g)\n1,0\n0,1\n", "line 3", ""),
-        ("", "line 1", ""),
-        ("time (ms), acceleration (mgal)\n0,0\n1,1\n", "line 1", 'in "mgal", which is not read'),
-        ("time (min), acceleration (g)\n0,0\n1,1\n", "line 1", 'in "min", which is not read'),
-        ("t (s); a (g)\n0,0; 0\n0,1; 1,5\n", "line 2", "a decimal comma"),
-        ("t (s) a (g)\n0 0\n1 1,5\n", "line 3", "a decimal comma"),
+        (peer(".3000000E-02", ".3000x00E-02"), "line 5"),
+        (peer(".6000000E-02", "NaN"), "line 6"),
+        (peer("NPTS=   7", "NPTS=   6"), "line 6"),
+        (peer("NPTS=   7", "NPTS=   8"), "line 7"),
+        (peer("NPTS=   7, DT=   .0100 SEC,", "nothing here"), "line 4"),
+        (peer("DT=   .0100", "DT=   0.0"), "line 4"),
+        (peer("DT=   .0100", "DT=   99"), "line 4"),
+        (peer(".5000000E-02", ".5000000E+09"), "line 4"),
+        (AT2 + "1" * 100_000, "line 7"),
+        ("0,0\n0.1,1\n", "units"),
+        ("t (s), a (g)\n0,0\n0.1,1\n0.2\n", "line 4"),
+        ("t (s), a (g)\n0,0\n0.1,1\n0.2,x\n", "line 4"),
+        ("t (s), a (g)\n0.00,0\n0.10,1\n0.30,1\n0.40,1\n0.50,1\n", "line 4"),
+        ("t (s), a (g)\n0,0\n0.1,1\n0.05,1\n0.3,2\n", "line 4"),
+        ("t (s), a (g)\n0,0\n", "line 3"),
+        ("t (s), a (g)\n0,0\n0.1,0\n", "line 2"),
+        ("t (s), a (g)\n1,0\n0,1\n", "line 3"),
+        ("", "line 1"),
     ],
 )
-def test_what_is_wrong_with_a_file_is_told_by_its_line(text: str, field: str, found: str) -> None:
+def test_what_is_wrong_with_a_file_is_told_by_its_line(text: str, field: str) -> None:
     layout: Any = "at2" if text.startswith("PEER") else "csv"
     with pytest.raises(StudyFaults) as caught:
         read_record(text, layout)
     (fault,) = caught.value.faults
     assert fault.field == field
-    assert found in fault.sentence
     assert all((fault.found, fault.allowed, fault.advice))
 
 
@@ -304,77 +282,3 @@ def test_every_fault_of_a_comparison_at_once(tmp_path: Path) -> None:
         )
     fields = {fault.field for fault in caught.value.faults}
     assert fields == {"record", "scale", "mass", "restitution", "starts", "cases[0]"}
-
-
-SAMPLES = np.sin(0.3 * np.arange(60))
-
-
-def columns(heading: str, rate_hz: float = 100.0, digits: int = 4, end: str = "\n") -> str:
-    rows = (f"{i / rate_hz:.{digits}f},{value:.9f}" for i, value in enumerate(SAMPLES))
-    return end.join([*([heading] if heading else []), *rows])
-
-
-def at2(third: str) -> str:
-    rows = "\n".join(f"{value:.9E}" for value in SAMPLES)
-    return f"PEER NGA\nA quake, station, 090\n{third}\nNPTS=  60, DT= .0100 SEC\n{rows}\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "unit"),
-    [
-        (at2("The units are (g)"), "g"),
-        (at2("Acceleration in g"), "g"),
-        (at2("ACCELERATION (G'S)"), "g"),
-        (at2("ACCELERATION TIME HISTORY IN UNITS OF CM/SEC**2"), "cm/s2"),
-        (at2("ACCELERATION IN m s-2"), "m/s2"),
-        (at2("ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.2 Hz"), "g"),
-        (columns("time (s), acceleration in g"), "g"),
-        (columns("time (sec), acc (cm/sec**2)"), "cm/s2"),
-        (columns("time (msec), acc (gal)", 0.1, 1), "cm/s2"),
-        (columns("# acceleration in g, from a shaker\ntime, acc"), "g"),
-        (columns("Time [s]; a [m/s^2]", end="\r\n"), "m/s2"),
-        ('"time (s)","acc (g)"\n' + "\n".join(f'"{i / 100}","{a:.9f}"' for i, a in enumerate(SAMPLES)), "g"),
-        (columns("time (s), acc (g)").encode("utf-16"), "g"),
-        ("# acc (g)\n60 0.01\n" + "\n".join(f"{value:.9f}" for value in SAMPLES), "g"),
-    ],
-)
-def test_what_is_written_in_other_words_is_read_all_the_same(text: str | bytes, unit: str) -> None:
-    motion = read_record(text, "csv")
-    assert motion.step_s == pytest.approx(0.01, rel=1e-9)
-    np.testing.assert_allclose(motion.acceleration_m_s2, SAMPLES * ACCELERATION_UNITS[unit], atol=1e-7)
-
-
-@pytest.mark.parametrize(("rate_hz", "digits"), [(128, 3), (200, 3), (60, 2), (100, 2), (1000 / 3, 4)])
-def test_times_that_were_rounded_are_in_equal_steps(rate_hz: float, digits: int) -> None:
-    step = read_record(columns("time (s), acc (g)", rate_hz, digits), "csv").step_s
-    assert step == pytest.approx(1 / rate_hz, rel=1e-3 if rate_hz != round(rate_hz) else 1e-12)
-
-
-@pytest.mark.parametrize("units", [None, "g"])
-@pytest.mark.parametrize(
-    ("text", "field", "found"),
-    [
-        (at2("VELOCITY TIME SERIES IN UNITS OF CM/S"), "line 3", "a velocity"),
-        (at2("DISPLACEMENT TIME SERIES IN UNITS OF CM"), "line 3", "a displacement"),
-        (at2("UNITS: G/10"), "line 3", '"G/10"'),
-        (columns("time (s), velocity (cm/s)"), "line 1", "a velocity"),
-        (columns("time (s), disp (cm)"), "line 1", "a displacement"),
-        (columns("time (s), acc (km/s2)"), "line 1", '"km/s2"'),
-        (columns("time (hours), acc (g)"), "line 1", '"hours"'),
-        (columns("sample, acc (g)", 1, 0), "line 1", "a count of samples"),
-        (columns("", 1, 0), "units", "no unit"),
-        (columns("time (s), acc (g)", 200, 2), "time", "times such as 0.29"),
-        ("0,1,2\n0.1,2,3\n", "line 1", "3 numbers"),
-        ("59 0.01\n" + "\n".join(map(str, SAMPLES)), "units", "no unit"),
-        ("Origin Time       2011/03/11 14:46:00\nLat.   38.1\n", "record", "a file of K-NET"),
-        ("EVENT_NAME: X\nUNITS: cm/s^2\n1.0\n", "record", "a file of ESM"),
-        ("Corrected acceleration   (Format v01.20 with 13 text lines) Src\n", "record", "a file of COSMOS"),
-        ("2 CORRECTED ACCELEROGRAM\n*\n", "record", "a file of SMC"),
-    ],
-)
-def test_nothing_is_read_as_what_it_is_not(text: str, field: str, found: str, units: str | None) -> None:
-    with pytest.raises(StudyFaults) as caught:
-        read_record(text, "csv", units=units)
-    (fault,) = caught.value.faults
-    if found != "no unit" or units is None:
-        assert (fault.field, fault.found) == (field, found)

@@ -15,22 +15,7 @@ from damperlab.worker.fit.singular_values import (
     principal,
     singular_values,
 )
-from damperlab.worker.fit.spread import halton
 from damperlab.worker.fit.surface import fit_surface, terms
-
-
-def test_the_first_points_of_haltons_sequence_are_radical_inverses() -> None:
-    expected = [[1 / 2, 1 / 3], [1 / 4, 2 / 3], [3 / 4, 1 / 9], [1 / 8, 4 / 9], [5 / 8, 7 / 9]]
-    assert np.allclose(halton(5, 2), expected, rtol=0, atol=1e-15)
-
-
-@pytest.mark.parametrize("dimensions", [1, 2, 3, 4, 5])
-def test_they_fill_every_half_of_a_box_evenly(dimensions: int) -> None:
-    points = halton(480, dimensions)
-    assert points.min() > 0
-    assert points.max() < 1
-    # In base b a half of 480 points holds half of them but for at most log_b(480) + 1 ≤ 10.
-    assert np.abs((points < 0.5).sum(axis=0) - 240).max() <= 10
 
 
 def test_a_polynomial_of_second_degree_is_found_exactly_wherever_its_frame_lies() -> None:

@@ -7,6 +7,7 @@ countless minima. A beginning of a few periods has few; each longer one is searc
 from collections.abc import Callable
 
 import numpy as np
+from scipy.stats.qmc import Halton
 
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.fit.history.fitted import FittedHistory
@@ -17,7 +18,6 @@ from damperlab.worker.fit.history.march import scenes_of
 from damperlab.worker.fit.history.spread import Spread, spread_at
 from damperlab.worker.fit.history.stated import stated
 from damperlab.worker.fit.history.trials import Place, Trials
-from damperlab.worker.fit.spread import halton
 from damperlab.worker.warm import warm
 
 START = {1: 96, 2: 400, 3: 1200, 4: 2000, 5: 3000, 6: 4000}
@@ -115,7 +115,8 @@ def beginnings(question: HistoryQuestion) -> list[int]:
 def _begin(trials: Trials, rows: int) -> list[Place]:
     """Fill the ranges, and choose the places that come nearest over the first beginning and over all of it."""
     count = len(trials.question.free)
-    spread = halton(START[count], count)
+    # without the corner with which the sequence begins
+    spread = Halton(count, scramble=False).random(START[count] + 1)[1:]
     measured = trials.question.measured
     near = NEAR * measured.largest_m / trials.unit
     off = np.stack([trials.residual(one, measured.rows) for one in spread]) / near

@@ -7,8 +7,7 @@ from tests.studies.design.test_design import DAMPED, pursued
 
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.book import Book, BudgetSpent, Wanted
-from damperlab.studies.design.shares import Part, share_out
-from damperlab.studies.design.steps import Step
+from damperlab.studies.design.steps import Part, Step, share_out
 from damperlab.studies.specification.reading import parse_specification
 
 
