@@ -11,8 +11,7 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 from damperlab.service.documentation import FIRST, built
 from damperlab.service.scheduler_address import FORM, is_address
 from damperlab.studies.store.opening import default_data_dir
-from damperlab.studies.vocabulary import Scope
-from damperlab.worker.cluster import BatchSystem
+from damperlab.studies.vocabulary import BatchSystem, Scope
 
 if TYPE_CHECKING:
     from damperlab.studies.design.shelf import Shelf as Designs

@@ -138,10 +138,6 @@ class Plan:
             seconds[first : first + len(some)] = self._points_of(some) * cost.mean(axis=1)
         return seconds
 
-    def centres(self, indices: NDArray[np.int64]) -> dict[str, NDArray[Any]]:
-        """Return the coordinates of the points in the middle of some blocks, (N,) for each dimension."""
-        return self._within(indices, np.full((1, len(self.shape)), 0.5))
-
     def _within(self, indices: NDArray[np.int64], places: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
         """Return the coordinates of points at the same relative places of each block, one block after the other."""
         points: dict[str, NDArray[Any]] = {}

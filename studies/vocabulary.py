@@ -17,7 +17,7 @@ SCOPES: tuple[Scope, ...] = get_args(Scope)
 PRIORITIES = -10, 10
 """Lowest and highest priority of a study; 0 where nobody says so."""
 
-BatchSystem = Literal["slurm", "pbs", "lsf", "sge"]
+BatchSystem = Literal["slurm", "pbs"]
 """Batch systems whose jobs may be workers."""
 
 Objective = Literal["peak", "resonance", "band_mean", "band_rms"]

@@ -27,7 +27,7 @@ from damperlab.service.cli.output import duration, note
 from damperlab.service.cli.progress import Shown, StudyProgress, preparation
 from damperlab.service.cli.store import settings_of
 from damperlab.studies.faults import sentence
-from damperlab.worker.cluster import BatchSystem
+from damperlab.studies.vocabulary import BatchSystem
 
 if TYPE_CHECKING:
     from distributed import Client

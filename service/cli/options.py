@@ -17,9 +17,9 @@ from damperlab.studies.spelled_numbers import NUMBER_ALONE, QUOTED, number_advic
 from damperlab.studies.vocabulary import (
     CONTACT_MODELS,
     PRIORITIES,
+    BatchSystem,
     ContactModel,
 )
-from damperlab.worker.cluster import BatchSystem
 
 PLACE = "Where it is computed"
 """The panel of the options of a cluster in the help."""

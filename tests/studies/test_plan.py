@@ -142,19 +142,6 @@ def test_cost_of_a_block_is_not_that_of_its_middle_alone() -> None:
     assert plan.seconds == pytest.approx(55.0, abs=0.9 * 100 / 16)
 
 
-@given(shapes, st.integers(0, 10**6))
-@settings(deadline=None)
-def test_centres_of_blocks_lie_in_them(shape: tuple[int, ...], seed: int) -> None:
-    clearance, friction, frequency = shape[:3]
-    study = grid(clearance, friction, frequency)
-    chunk = tuple(1 + (seed + 7 * place) % length for place, length in enumerate(study.shape))
-    plan = plan_with_chunk(study, chunk, flat(1.0))
-    centres = plan.centres(np.arange(plan.count))
-    for index in range(plan.count):
-        for (name, values), part in zip(study.coordinates.items(), plan.block(index).slices, strict=True):
-            assert centres[name][index] in values[part]
-
-
 def test_plan_depends_on_the_study_alone_and_is_rebuilt_from_its_chunk() -> None:
     study = grid(49, 33, 5)
     plan = make_plan(study, peaked)

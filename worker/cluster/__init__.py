@@ -1,6 +1,1 @@
 """Clusters to compute on: processes of our own, jobs of a batch system, or a scheduler that is there already."""
-
-from typing import Literal
-
-BatchSystem = Literal["slurm", "pbs"]
-"""Batch systems whose jobs may be workers."""

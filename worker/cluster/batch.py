@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from damperlab.studies.faults import Fault
-from damperlab.worker.cluster import BatchSystem
+from damperlab.studies.vocabulary import BatchSystem
 from damperlab.worker.outcomes import ClusterUnusable
 
 COMMAND_SECONDS = 120.0

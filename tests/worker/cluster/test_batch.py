@@ -15,8 +15,8 @@ from tests.batch_system import LASTING, make_queue, wait_until_ended
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.store.store import Store
+from damperlab.studies.vocabulary import BatchSystem
 from damperlab.worker.block import solve_block
-from damperlab.worker.cluster import BatchSystem
 from damperlab.worker.cluster.batch import LEAVE_SECONDS, MARGIN_SECONDS, Jobs, Place, script, submit
 from damperlab.worker.cluster.jobs import AGAIN_SECONDS, Hired, hire
 from damperlab.worker.dispatch.cost_model import seconds_per_point
