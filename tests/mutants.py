@@ -128,9 +128,9 @@ MUTANTS = (
         "tests/studies/store/test_folder.py",
     ),
     Mutant(
-        "studies/ground/shelf.py",
-        "self.folder / name)\n        sync_path(self.folder)",
-        "self.folder / name)",
+        "studies/store/files/folder.py",
+        "            sync_path(target.parent)\n",
+        "            pass\n",
         "tests/studies/store/test_folder.py",
     ),
     Mutant(

@@ -31,7 +31,7 @@ from damperlab.studies.specification.specification import JUDGES, Specification
 from damperlab.studies.spelling import spelled
 
 ENDED: Mapping[str, str] = {
-    "budget": "The budget ended the search.",
+    "budget": "The budget of {points} ended the search.",
     "converged": "The search ended where none beside the best was better.",
     "lists": "These are all combinations of the values listed.",
     "nothing": "The limits leave one damper.",
@@ -214,12 +214,12 @@ def _starts(found: Found) -> Iterator[str]:
 
 def _several(asked: Specification, starts: Starts, worst: Several) -> str:
     """Say which responses there are where there are several, at the frequency at which one of them is highest."""
-    led = [(each.share, _reached(asked, each)) for each in worst.responses]
-    led += [(worst.share_left, "others, or failed")] if worst.share_left else []
-    parts = [f"{round(share * starts.count)} to {what}" for share, what in led]
+    first, *others = [(each.share, _reached(asked, each)) for each in worst.responses]
+    others += [(worst.share_left, "others, or failed")] if worst.share_left else []
+    more = "".join(f", {round(share * starts.count)} to {what}" for share, what in others)
     return (
-        f"At {starts.several} of these ratios it has more than one response: of the {counted(starts.count, 'start')} near "
-        f"{frequency(asked, worst.frequency_ratio)} lead {', '.join(parts)}."
+        f"At {starts.several} of these ratios it has more than one response: near {frequency(asked, worst.frequency_ratio)} "
+        f"{round(first[0] * starts.count)} of the {counted(starts.count, 'start')} lead to {first[1]}{more}."
     )
 
 
@@ -285,8 +285,9 @@ def _margin(asked: Specification, name: str, margin: Margin) -> str:
 def _known(found: Found) -> Iterator[str]:
     """Say what was computed, what ended it, and what it left out."""
     points, dampers = counted(found.book.spent, "point"), counted(found.looked_at, "damper")
+    ended = ENDED[found.ended].format(points=counted(found.book.budget, "point"))
     if found.asked.free:
-        yield f"Computed: {points}, of {dampers}. {ENDED[found.ended]}"
+        yield f"Computed: {points}, of {dampers}. {ended}"
     else:
         yield f"Nothing was to be chosen. Computed: {points}{', all of the budget' if found.stopped == 'budget' else ''}."
     if found.left_out:

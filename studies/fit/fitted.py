@@ -1,8 +1,8 @@
 """What a fit gives: parameters with intervals, what the data cannot tell apart, and how well the model agrees with them."""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -79,27 +79,18 @@ class Estimate:
         return self.share_high < 1.0 - AT_END
 
 
-@dataclass(frozen=True)
-class Fitted:
-    """The outcome of a fit; columns are of shape (rows,), in the measurement's units.
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What every fit gives, of a response or of a time history.
 
     Parameters
     ----------
-    question : FitQuestion
-        What was asked.
     estimates : tuple of Estimate
         In the question's order.
     correlation : ndarray, shape (parameters, parameters)
         Of the parameters.
-    model, model_error : ndarray
-        The response with the best parameters, and what is unknown of it: chaos, and jumps of the response within the
-        parameters' uncertainty. NaN where a response failed.
-    deviation : ndarray
-        Standard deviation of the measurement; as estimated, where none was given.
-    impacts_per_cycle, stick_fraction, response_class : ndarray
-        Of the best responses.
     evaluations : int
-        Sets of parameters whose responses were computed.
+        Sets of parameters whose responses, or histories, were computed.
     widening : float
         By how much the intervals are wider because the model agrees worse than the stated deviations allow; 1 where it
         does not.
@@ -107,23 +98,68 @@ class Fitted:
         Further sets of parameters, elsewhere in the ranges, that agree about as well.
     """
 
-    question: FitQuestion
     estimates: tuple[Estimate, ...]
     correlation: NDArray[np.float64]
+    evaluations: int
+    widening: float = 1.0
+    others: tuple[Mapping[str, float], ...] = ()
+
+    @property
+    def residual(self) -> NDArray[np.float64]:
+        """Measured less computed in standard deviations, of what counts; NaN where there is none."""
+        raise NotImplementedError
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom: what counts, less parameters that the data determine."""
+        return int(np.isfinite(self.residual).sum()) - sum(each.determined for each in self.estimates)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The best parameters."""
+        return {each.name: each.value for each in self.estimates}
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of the squared residuals."""
+        return float(np.nansum(self.residual**2))
+
+    @property
+    def alike(self) -> list[tuple[str, str, float]]:
+        """Pairs of parameters that the data cannot tell apart, with their correlation."""
+        found = []
+        for j, second in enumerate(self.estimates):
+            for i, first in enumerate(self.estimates[:j]):
+                both = first.determined and second.determined
+                if abs(self.correlation[i, j]) > (ALIKE if both else BARELY):
+                    found.append((first.name, second.name, float(self.correlation[i, j])))
+        return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fitted(Outcome):
+    """The outcome of a fit; columns are of shape (rows,), in the measurement's units.
+
+    Parameters
+    ----------
+    question : FitQuestion
+        What was asked.
+    model, model_error : ndarray
+        The response with the best parameters, and what is unknown of it: chaos, and jumps of the response within the
+        parameters' uncertainty. NaN where a response failed.
+    deviation : ndarray
+        Standard deviation of the measurement; as estimated, where none was given.
+    impacts_per_cycle, stick_fraction, response_class : ndarray
+        Of the best responses.
+    """
+
+    question: FitQuestion
     model: NDArray[np.float64]
     model_error: NDArray[np.float64]
     deviation: NDArray[np.float64]
     impacts_per_cycle: NDArray[np.float64]
     stick_fraction: NDArray[np.float64]
     response_class: NDArray[np.int64]
-    evaluations: int
-    widening: float = 1.0
-    others: tuple[Mapping[str, float], ...] = field(default=())
-
-    @property
-    def values(self) -> dict[str, float]:
-        """The best parameters."""
-        return {each.name: each.value for each in self.estimates}
 
     @property
     def residual(self) -> NDArray[np.float64]:
@@ -138,17 +174,6 @@ class Fitted:
         return np.asarray((measured - self.model) / np.hypot(self.deviation, self.model_error))
 
     @property
-    def freedom(self) -> int:
-        """Degrees of freedom: rows that count, less parameters that the data determine."""
-        rows = int(np.isfinite(self.residual).sum())
-        return rows - sum(each.determined for each in self.estimates)
-
-    @property
-    def chi_square(self) -> float:
-        """Sum of the squared residuals."""
-        return float(np.nansum(self.residual**2))
-
-    @property
     def probability(self) -> float | None:
         """Chance of a chi-square as large, if the model is right; None where the deviations were made to agree with it."""
         if self.question.deviation is None or self.freedom < 1:
@@ -161,11 +186,6 @@ class Fitted:
         limit = outlier_limit(self.question.measured.rows)
         off = np.nan_to_num(np.abs(self.residual))
         return [int(row) for row in np.argsort(-off, kind="stable") if off[row] > limit]
-
-    @property
-    def alike(self) -> list[tuple[str, str, float]]:
-        """Pairs of parameters that the data cannot tell apart, with their correlation."""
-        return pairs_alike(self.estimates, self.correlation)
 
     @property
     def irregular(self) -> int:
@@ -218,19 +238,6 @@ class Fitted:
             return []
         names = (each.name for each in self.estimates)
         return [name for name in names if RATIO_OF.get(name, name) in OF_PARTICLE]
-
-
-def pairs_alike(
-    estimates: Sequence[Estimate], correlation: NDArray[np.float64]
-) -> list[tuple[str, str, float]]:
-    """Find the pairs of parameters that data cannot tell apart, with their correlation."""
-    found = []
-    for j, second in enumerate(estimates):
-        for i, first in enumerate(estimates[:j]):
-            both = first.determined and second.determined
-            if abs(correlation[i, j]) > (ALIKE if both else BARELY):
-                found.append((first.name, second.name, float(correlation[i, j])))
-    return found
 
 
 def outlier_limit(rows: int) -> float:

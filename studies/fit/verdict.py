@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import numpy as np
 
 from damperlab.studies.faults import counted, listing
-from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted
+from damperlab.studies.fit.fitted import DOUBTED, Estimate, Fitted, Outcome
 from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.spelling import quantity, spelled
 
@@ -75,7 +75,7 @@ def _scatters(by: str) -> str:
     )
 
 
-def _agrees(fitted: Fitted | FittedHistory, probability: float) -> str:
+def _agrees(fitted: Outcome, probability: float) -> str:
     """Say whether the model agrees with the measurement within the stated deviations."""
     found = f"chi-square is {fitted.chi_square:.4g} for {counted(fitted.freedom, 'degree')} of freedom"
     if probability < DOUBTED:

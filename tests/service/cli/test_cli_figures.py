@@ -276,16 +276,16 @@ def test_the_seven_peaks_of_the_paper_have_seven_colours_and_no_cavity_where_the
     same = np.ones(measured.rows)
     found = estimate("friction_ratio", 0.4, 0.3, 0.5)
     fitted = Fitted(
-        question,
-        (found,),
-        np.eye(1),
-        measured.amplitude,
-        0.1 * same,
-        0.1 * same,
-        same,
-        same,
-        np.ones(7, int),
-        1,
+        question=question,
+        estimates=(found,),
+        correlation=np.eye(1),
+        model=measured.amplitude,
+        model_error=0.1 * same,
+        deviation=0.1 * same,
+        impacts_per_cycle=same,
+        stick_fraction=same,
+        response_class=np.ones(7, int),
+        evaluations=1,
     )
     band = np.array([2.4, 2.6])
     figure = draw_fit(fitted, [FittedCurve(band, np.full(2, 5.0 + at)) for at in range(7)])
