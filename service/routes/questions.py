@@ -19,7 +19,7 @@ from damperlab.service.questions.every import BY_ROUTE, EVERY
 from damperlab.service.questions.question import Question, Subject, in_front
 from damperlab.service.state import TheService, TheStudy
 from damperlab.service.work.apart import is_large, pieces, written
-from damperlab.studies.store.export.export import dimensions_of
+from damperlab.studies.store.export.table import dimensions_of
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import xarray as xr
 
-from damperlab.studies.store.export.export import column_attributes, columns
+from damperlab.studies.store.export.table import column_attributes, columns
 
 
 class _Pieces:

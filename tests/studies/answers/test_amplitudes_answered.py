@@ -24,7 +24,8 @@ from damperlab.studies.plan import plan_with_chunk
 from damperlab.studies.questions import Judging, Ranking, Selection, Tuning
 from damperlab.studies.store.care.verify import verify
 from damperlab.studies.store.cube.cube import stored_variables, write_region
-from damperlab.studies.store.export.export import csv_lines, write_file
+from damperlab.studies.store.export.export import write_file
+from damperlab.studies.store.export.table import csv_lines
 from damperlab.studies.store.store import Store
 from damperlab.studies.units import with_units
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
