@@ -193,65 +193,45 @@ def _query(request: Request, error: Exception) -> Response:
     )
 
 
+STORE_UNAVAILABLE = "store-unavailable"
+_STORE_PROBLEMS: dict[type[StoreFault], tuple[int, str, str]] = {
+    StudyNotFound: (404, "study-not-found", "There is no such study."),
+    StudyBusy: (409, "study-busy", "The study is being worked on."),
+    KeyTaken: (422, "key-taken", "The key stands for another definition."),
+    RevisionGone: (
+        410,
+        "revision-gone",
+        "This revision is no longer available: the study has changed since.",
+    ),
+    NothingToDo: (409, "nothing-to-do", "There is nothing that this could change."),
+    TooManyUnfinished: (429, "too-many-studies", "Too many studies wait or run."),
+    QuotaReached: (507, "quota-reached", "The study would take too much."),
+    RecordDamaged: (503, "record-damaged", "A record cannot be read."),
+    RecordNotFound: (404, "record-not-found", "There is no such record."),
+    RecordKept: (409, "record-kept", "This record stays."),
+    ShelfFull: (507, "records-full", "No more records can be kept."),
+    DesignDamaged: (503, "design-damaged", "A design cannot be read."),
+    DesignNotFound: (404, "design-not-found", "There is no such design."),
+    DesignBusy: (409, "design-busy", "The design has not ended."),
+    DesignsFull: (507, "designs-full", "No more designs can be kept."),
+    CatalogueDamaged: (503, "catalogue-damaged", "The catalogue is damaged."),
+    BlockDamaged: (503, "block-damaged", "Stored results cannot be read."),
+}
+"""Status, kind and detail of the problem that each fault of the store is; the first that fits."""
+_TRY_AGAIN = ("too-many-studies", STORE_UNAVAILABLE)
+
+
 def store_problem(request: Request, error: Exception) -> Response:
     """Answer a request that met a fault of the store."""
     assert isinstance(error, StoreFault)
     error = _deleted_meanwhile(request) or error
-    match error:
-        case StudyNotFound():
-            problem = Problem(404, "study-not-found", "There is no such study.", (error.fault,))
-        case StudyBusy():
-            problem = Problem(409, "study-busy", "The study is being worked on.", (error.fault,))
-        case KeyTaken():
-            problem = Problem(422, "key-taken", "The key stands for another definition.", (error.fault,))
-        case RevisionGone():
-            problem = Problem(
-                410,
-                "revision-gone",
-                "This revision is no longer available: the study has changed since.",
-                (error.fault,),
-            )
-        case NothingToDo():
-            problem = Problem(
-                409, "nothing-to-do", "There is nothing that this could change.", (error.fault,)
-            )
-        case TooManyUnfinished():
-            headers = {"Retry-After": str(RETRY_SECONDS)}
-            problem = Problem(
-                429, "too-many-studies", "Too many studies wait or run.", (error.fault,), headers
-            )
-        case QuotaReached():
-            problem = Problem(507, "quota-reached", "The study would take too much.", (error.fault,))
-        case RecordDamaged():
-            problem = Problem(503, "record-damaged", "A record cannot be read.", (error.fault,))
-        case RecordNotFound():
-            problem = Problem(404, "record-not-found", "There is no such record.", (error.fault,))
-        case RecordKept():
-            problem = Problem(409, "record-kept", "This record stays.", (error.fault,))
-        case ShelfFull():
-            problem = Problem(507, "records-full", "No more records can be kept.", (error.fault,))
-        case DesignDamaged():
-            problem = Problem(503, "design-damaged", "A design cannot be read.", (error.fault,))
-        case DesignNotFound():
-            problem = Problem(404, "design-not-found", "There is no such design.", (error.fault,))
-        case DesignBusy():
-            problem = Problem(409, "design-busy", "The design has not ended.", (error.fault,))
-        case DesignsFull():
-            problem = Problem(507, "designs-full", "No more designs can be kept.", (error.fault,))
-        case CatalogueDamaged():
-            problem = Problem(503, "catalogue-damaged", "The catalogue is damaged.", (error.fault,))
-        case BlockDamaged():
-            problem = Problem(503, "block-damaged", "Stored results cannot be read.", (error.fault,))
-        case _:
-            # Not the request's fault: the disk is full, or its folder cannot be written.
-            problem = Problem(
-                503,
-                "store-unavailable",
-                "The service cannot use its data.",
-                (error.fault,),
-                {"Retry-After": str(RETRY_SECONDS)},
-            )
-    return respond(request, problem)
+    status, kind, detail = next(
+        (told for known, told in _STORE_PROBLEMS.items() if isinstance(error, known)),
+        # not the request's fault: the disk is full, or its folder cannot be written
+        (503, STORE_UNAVAILABLE, "The service cannot use its data."),
+    )
+    again = {"Retry-After": str(RETRY_SECONDS)} if kind in _TRY_AGAIN else {}
+    return respond(request, Problem(status, kind, detail, (error.fault,), again))
 
 
 def _deleted_meanwhile(request: Request) -> StudyNotFound | None:

@@ -8,7 +8,10 @@ def spelled(value: float, unit: str, digits: int = 4) -> str:
     """Write a value with its unit: millimetres and grams where metres and kilograms would be fractions."""
     if unit in ("m", "kg") and abs(value) < 1.0:
         return f"{1e3 * value:.{digits}g} {'mm' if unit == 'm' else 'g'}"
-    return f"{value:.{digits}g} {unit.strip('1')}".rstrip()
+    text = f"{value:.{digits}g}"
+    if "e+" in text and abs(value) < 1e7:
+        text = f"{float(text):.0f}"  # 5000 N, not 5e+03 N
+    return f"{text} {unit.strip('1')}".rstrip()
 
 
 def unit_of(name: str) -> str:

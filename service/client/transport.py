@@ -18,8 +18,6 @@ from damperlab.service.client.faults import refused as refused_here
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.spacing import evenly_spaced
 
-RETRIED = (429, 502, 503, 504)
-"""Statuses that may be another one a moment later; all others are answers."""
 PATIENCE_SECONDS = 60.0
 """How long a service that has answered before may be away: the time of a restart."""
 FIRST_SECONDS = 4.0

@@ -126,9 +126,9 @@ def measure(seconds: float, processes: int, workers: int, threads: int) -> dict[
                 "scheduler_mib": watched.memory_info().rss / 2**20,
             }
         finally:
-            for crew in hosts:
-                crew.kill()
-                crew.communicate()
+            for host in hosts:
+                host.kill()
+                host.communicate()
 
 
 def run() -> dict[str, Any]:

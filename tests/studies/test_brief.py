@@ -2,10 +2,12 @@
 
 import shlex
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from damperlab.studies.brief import Brief, Note, command, lines_of, listed, notes_document
+from damperlab.studies.spelling import spelled
 
 WORDS = st.text("abc ", max_size=12)
 
@@ -39,3 +41,11 @@ def test_a_command_is_one_that_a_shell_takes() -> None:
     assert shlex.split(told) == ["damperlab", "refine", "units map; rm", "--exclude-locked"]
     assert command("run", "pump") == "damperlab run pump"
     assert command("run", "") == "damperlab run STUDY"
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [(5000.0, "N", "5000 N"), (12346.0, "N", "12350 N"), (0.0021, "m", "2.1 mm"), (2e8, "N", "2e+08 N")],
+)
+def test_a_quantity_has_no_exponent_that_nobody_says(value: float, unit: str, text: str) -> None:
+    assert spelled(value, unit) == text
