@@ -142,7 +142,7 @@ def results_along(cube: xr.Dataset) -> list[InUnits]:
 
 
 def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
-    """Give the clearance and friction ratios of a cube over base amplitudes, each over its own dimension and those of Z."""
+    """Give the ratios that a cube over base amplitudes has no dimension of, each over its own dimension and those of Z."""
     if AMPLITUDE not in cube.sizes:
         return {}
     study = json.loads(cube.attrs["study"])
@@ -152,13 +152,15 @@ def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
     points = {name: cube[name].values[own] for name in RATIOS_OF}
     points |= dict(zip(met, np.meshgrid(*(cube[name].values for name in met), indexing="ij"), strict=True))
     ratios = physical.ratios_at(points, study.get("particle", True))
+    over = {ratio: (name, *met) for name, ratio in RATIOS_OF.items()}
+    over |= {ratio: met for ratio in MADE_BY if ratio in ratios}
     return {
         ratio: xr.Variable(
-            (name, *met),
-            np.broadcast_to(ratios[ratio], tuple(cube.sizes[each] for each in (name, *met))).copy(),
+            dimensions,
+            np.broadcast_to(ratios[ratio], tuple(cube.sizes[each] for each in dimensions)).copy(),
             {"units": "1", "long_name": DIMENSION_LONG_NAMES[ratio]},
         )
-        for name, ratio in RATIOS_OF.items()
+        for ratio, dimensions in over.items()
     }
 
 

@@ -26,7 +26,7 @@ from damperlab.service.cli.searches import refine
 from damperlab.service.cli.serve import serve
 from damperlab.service.cli.simulate import simulate
 from damperlab.service.cli.store import warn_of_unknown_variables
-from damperlab.service.cli.studies import cancel, delete, show, studies
+from damperlab.service.cli.studies import cancel, delete, show, studies, undelete
 from damperlab.service.cli.verify import verify
 from damperlab.service.cli.versions import recompute
 from damperlab.service.cli.warm import warm
@@ -91,7 +91,7 @@ GROUPS: tuple[tuple[typer.Typer, str | None, tuple[Command, ...]], ...] = (
     (app, "Compute", (design, run, simulate, fit, earthquake)),
     (app, "Ask a study", (*ASKED[True], write_report, export)),
     (app, "Look around", (studies, show, serve)),
-    (app, "More", (refine, recompute, *ASKED[False], records, cancel, delete)),
+    (app, "More", (refine, recompute, *ASKED[False], records, cancel, delete, undelete)),
     (app, "Operate", (doctor, warm)),
     (store, None, (verify, backup, restore, rebuild, gc)),
     (admin, None, (worker, certificates)),

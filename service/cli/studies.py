@@ -81,6 +81,9 @@ def studies(
         print_json({"studies": [record.document() for record in page.records], "cursor": page.cursor})
         return
     if not page.records and page.cursor is None:
+        if trash:
+            note("No study is in the trash.")
+            return
         narrowed = any(each is not None for each in (state, name, tag, within))
         advice = (
             "Without these options every study is listed."
@@ -211,10 +214,17 @@ def delete(
     study: StudyId,
     data_dir: DataDir = None,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Delete without asking.")] = False,
+    trash: Annotated[bool, typer.Option("--trash", help="Keep it in the trash for a week.")] = False,
 ) -> None:
-    """Delete a study and its cube for good."""
+    """Delete a study and its cube for good, or put it into the trash."""
+    from damperlab.studies.store.record import TRASH_DAYS
+
     store = open_store(data_dir)
     record = store.find(study)
+    if trash:
+        store.delete(record.id, 86_400.0 * TRASH_DAYS)
+        note(f"Study {label(record)} is in the trash. Restore it with: damperlab undelete {record.id}")
+        return
     if not yes:
         question = f"Delete study {label(record)} with {record.points_done} computed points for good?"
         typer.confirm(question, abort=True, err=True)
@@ -222,6 +232,17 @@ def delete(
     note(f"Study {label(record)} is deleted.")
     with working("Removing its files; stopped, it is finished by the service, the next delete or gc"):
         store.bury()
+
+
+def undelete(
+    study: Annotated[
+        str, typer.Argument(metavar="STUDY", help="Id of a study that `damperlab studies --trash` lists.")
+    ],
+    data_dir: DataDir = None,
+) -> None:
+    """Restore a study from the trash."""
+    record = open_store(data_dir).undelete(study)
+    note(f"Study {label(record)} is restored.")
 
 
 def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:

@@ -28,7 +28,7 @@ from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.life_cycle.wanted import Wanted
-from damperlab.studies.store.record import Record
+from damperlab.studies.store.record import TRASH_DAYS, Record
 from damperlab.studies.store.reuse.differences import differences_of
 from damperlab.studies.store.store import Store
 from damperlab.studies.text import Format, load_text
@@ -92,10 +92,6 @@ class ListQuery(BaseModel):
     )
 
     trash: bool = Field(False, description="List those instead that were deleted and can be restored.")
-
-
-TRASH_DAYS = 7
-"""How long a deleted study can be restored."""
 
 
 class DeleteQuery(BaseModel):

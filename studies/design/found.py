@@ -97,6 +97,12 @@ class Found:
         }
         return {name: each for name, each in self.alternatives.items() if not lacks[name]}
 
+    def otherwise(self, limit: str) -> str:
+        """Say what else than a relaxed limit would let the damper keep it."""
+        if self.nominal.reached[limit] <= self.asked.limits[limit]:
+            return "narrow the tolerances"
+        return "widen what may be chosen" if self.asked.free else "let something be chosen"
+
     @cached_property
     def heaviest(self) -> Beside | None:
         """The tuned mass damper of the largest mass allowed, which does most; None where no mass is."""

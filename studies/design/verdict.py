@@ -393,7 +393,7 @@ def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[st
         )
         yield (
             f"best {CALLED[kind_of(found.build)]}",
-            _value(asked, found.compared.value),
+            _value(asked, max(found.compared.value, found.stated.value)),
             what + at_end + _exceeds(found.compared),
         )
 
@@ -404,8 +404,7 @@ def _next(found: Found, notes: list[Note]) -> str:
     if "limit_exceeded" in known:
         name, most = known["limit_exceeded"]["limit"], known["limit_exceeded"]["at_most"]
         enough = limited(asked, name, rounded_up(asked.as_limited(name, most))) if not isinf(most) else "more"
-        wider = ", or widen what may be chosen" if asked.free else ""
-        return f"relax `limits.{asked.limit_key(name)}` to {enough}{wider}."
+        return f"relax `limits.{asked.limit_key(name)}` to {enough}, or {found.otherwise(name)}."
     if not asked.free:
         return f"{report}."
     if known.keys() & {"locked", "nearly_clamped"} and "stick_fraction" not in asked.limits:

@@ -31,7 +31,7 @@ from damperlab.studies.specification.specification import JUDGES, Specification
 from damperlab.studies.spelling import spelled
 
 ENDED: Mapping[str, str] = {
-    "budget": "The budget of {points} ended the search.",
+    "budget": "The search ended with its share of the budget of {points}.",
     "converged": "The search ended where none beside the best was better.",
     "lists": "These are all combinations of the values listed.",
     "nothing": "The limits leave one damper.",
@@ -135,13 +135,10 @@ def _limits(found: Found) -> Iterator[str]:
             doubt = f"; {allowing(asked, stated.noise)} it is at most {most}, so that it may exceed the limit"
             yield f"{begins}{doubt if at_most > limit else ''}."
             continue
-        drawn, wider = found.nominal.reached[name], "let something be chosen"
+        drawn = found.nominal.reached[name]
         if drawn <= limit:
             begins += f"; as drawn it reaches {_limited(asked, name, drawn)}"
-            wider = "narrow the tolerances"
-        elif asked.free:
-            wider = "widen what may be chosen"
-        yield f"{begins}. Relax `limits.{asked.limit_key(name)}` to {most}, or {wider}."
+        yield f"{begins}. Relax `limits.{asked.limit_key(name)}` to {most}, or {found.otherwise(name)}."
 
 
 def _where(found: Found, name: str) -> str:

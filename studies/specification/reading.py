@@ -202,7 +202,7 @@ class _Reader(LimitFields):
         toleranced = self.document.get("tolerances")
         toleranced = toleranced if isinstance(toleranced, dict) else {}
         for field, value in cavity.numbers.items():
-            if value or field in toleranced:
+            if value or (field in toleranced and field in self.document):
                 beside = beside_rubbing(self._in_units, choices)
                 self.faults.extend(rubbing_faults(field, describe(self.document.get(field)), beside))
                 return cavity

@@ -3,7 +3,7 @@
 import math
 
 from damperlab.studies.faults import describe
-from damperlab.studies.quantity import Quantity
+from damperlab.studies.quantity import OF_CAVITY, Quantity
 from damperlab.studies.specification.damper import NAME_OF, DamperFields, scale_of
 from damperlab.studies.specification.measure import ROUNDING
 from damperlab.studies.specification.specification import (
@@ -66,7 +66,8 @@ class ToleranceFields(DamperFields):
         for key, tolerance in self._tolerance_values().items():
             name, field = NAME_OF.get(key, key), f"tolerances.{key}"
             if key in MADE_BY.values():
-                found |= {key: tolerance} if self._is_given(key, field, tolerance) else {}
+                of_cavity = self._of_cavity(field, key, tolerance)
+                found |= {key: of_cavity} if of_cavity else {}
                 continue
             if key in OF_STRUCTURE:
                 of_structure = structure and self._of_structure(field, key, tolerance, structure)
@@ -86,13 +87,23 @@ class ToleranceFields(DamperFields):
             self._fault("tolerances", f"{len(found)}", f"at most {MOST}", "leave out the least of them", told)
         return found
 
-    def _is_given(self, key: str, field: str, tolerance: Tolerance) -> bool:
-        """Whether there is what a tolerance of a cavity is of: its number, and a share of 0 is 0."""
-        if key not in self.document:
+    def _of_cavity(self, field: str, key: str, tolerance: Tolerance) -> Tolerance | None:
+        """Hold the tolerance of a cavity's number against it; None where there is none, or a share of nothing."""
+        about = next(each for each in OF_CAVITY if each.name == key)
+        raw = self.document.get(key)
+        if raw is None:
             told = f"{{field}} needs `{key}`, which it is the tolerance of."
             found = describe(self.document["tolerances"][key])
             self._fault(field, found, f"a tolerance of a given `{key}`", f"add `{key}`", told)
-        return bool(self.document.get(key)) or not tolerance.relative
+            return None
+        if isinstance(raw, bool) or not isinstance(raw, int | float) or not about.admits(float(raw)):
+            return None  # its own fault is told
+        most = about.highest - raw if not raw else min(raw, about.highest - raw)
+        if tolerance.of(raw) > most * (1.0 + ROUNDING):
+            told = f"{{field}} = {tolerance.of(raw):g} takes `{key}`, {raw:g}, out of 0 to {about.highest:g}."
+            self._fault(field, f"{tolerance.of(raw):g}", f"at most {most:g}", "check its unit", told)
+            return None
+        return tolerance if tolerance.of(raw) else None
 
     def _of_structure(
         self, field: str, key: str, tolerance: Tolerance, structure: Structure

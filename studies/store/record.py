@@ -12,6 +12,9 @@ from damperlab.studies.vocabulary import ENDED
 PREPARATIONS: tuple[str, ...] = ("starting", "compiling", "waiting")
 """Phases of a running study that computes no block: its workers start, kernels that they lack are compiled, none is left."""
 
+TRASH_DAYS = 7
+"""How long a study that was put into the trash can be restored."""
+
 
 @dataclass(frozen=True)
 class Totals:

@@ -1,12 +1,16 @@
 """A damper over base amplitudes has at every point the bits of the point alone."""
 
+import json
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from damperlab.studies.definition import Study, parse_study
 from damperlab.studies.plan import Block, make_plan
+from damperlab.studies.store.export.table import columns
+from damperlab.studies.units import ratios_beside
 from damperlab.worker.block import solve_block
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.scenes import scenes
@@ -88,3 +92,28 @@ def test_blocks_cover_its_grid_and_need_the_kernels_of_its_scene() -> None:
         {"base_amplitude_m": AMPLITUDES, "clearance_m": CLEARANCES, "excitation_frequency_hz": 2.5}
     )
     assert [scene.name for scene in scenes(free)] == ["steady-particle-instant"]
+
+
+def test_the_ratios_of_a_cavity_stand_beside_those_of_the_damper() -> None:
+    cavity = {"particle_friction_coefficient": 0.02, "tilt_deg": 5}
+    study = study_of(
+        {
+            "base_amplitude_m": AMPLITUDES,
+            "clearance_m": CLEARANCES,
+            "friction_force_n": FORCES,
+            "excitation_frequency_hz": HERTZ,
+            "constant": "acceleration",
+            **cavity,
+        }
+    )
+    cube = xr.Dataset(
+        {"status": (tuple(study.coordinates), np.zeros(study.shape, "i1"))},
+        study.coordinates,
+        {"study": json.dumps(study.document())},
+    )
+    cube = cube.assign_coords(ratios_beside(cube))
+    (piece,) = columns(cube)
+    z, r = piece["base_amplitude_m"] / piece["frequency_ratio"] ** 2, 2 * np.pi * 2.5
+    weight = 9.80665 / (r * r * z)
+    assert piece["particle_friction_ratio"] == pytest.approx(0.02 * np.cos(np.radians(5)) * weight, rel=1e-14)
+    assert piece["gravity_ratio"] == pytest.approx(np.sin(np.radians(5)) * weight, rel=1e-14)

@@ -8,6 +8,7 @@ import xarray as xr
 
 from damperlab.studies.store.export.slabs import BUDGET, rows
 from damperlab.studies.units import coordinates_in_units, results_in_units
+from damperlab.studies.variables import BEFORE
 
 _FORMATS = {"f": "%.17g", "i": "%d", "U": "%s"}
 
@@ -22,8 +23,10 @@ def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
 
 
 def coordinates_beside(cube: xr.Dataset) -> tuple[str, ...]:
-    """Name the coordinates that lie over several dimensions of a cube."""
-    return tuple(str(name) for name in cube.coords if cube[name].ndim > 1)
+    """Name the ratios of a cube over base amplitudes: coordinates that are no dimensions."""
+    return tuple(
+        str(name) for name in cube.coords if cube[name].ndim > 1 or name in set(BEFORE) - {*cube.sizes}
+    )
 
 
 def chunks_of(variable: xr.DataArray) -> tuple[int, ...]:

@@ -112,12 +112,23 @@ def test_a_study_that_is_done_cannot_be_cancelled(stored: Stored) -> None:
     assert "done" in run("cancel", record["id"], "--data-dir", data_dir, status=1).stderr
 
 
-def test_delete_asks_first(stored: Stored, tmp_path: Path) -> None:
+def test_delete_asks_first_and_the_trash_gives_back(stored: Stored, tmp_path: Path) -> None:
+    def listed(*asked: str) -> list[str]:
+        found = json.loads(run(*asked, "--json", "--data-dir", tmp_path).stdout)["studies"]
+        return [each["id"] for each in found]
+
     study = tmp_path / "other.yaml"
     study.write_text("{name: other, particle: false, axes: {friction_ratio: 0, frequency_ratio: [0.5, 2]}}")
     run("run", study, "--data-dir", tmp_path)
     run("delete", "other", "--data-dir", tmp_path, status=1)  # nobody is there to answer
     run("show", "other", "--data-dir", tmp_path)
+    put_away = run("delete", "other", "--trash", "--data-dir", tmp_path).stderr
+    assert listed("studies") == []
+    (study_id,) = listed("studies", "--trash")
+    assert f"damperlab undelete {study_id}" in put_away
+    run("undelete", study_id, "--data-dir", tmp_path)
+    assert (listed("studies"), listed("studies", "--trash")) == ([study_id], [])
+    assert "trash" in run("studies", "--trash", "--data-dir", tmp_path).stderr
     run("delete", "other", "--yes", "--data-dir", tmp_path)
     run("show", "other", "--data-dir", tmp_path, status=2)
     assert [left.name for left in (tmp_path / "cubes").iterdir()] == ["damperlab.json"]  # the owner marker
