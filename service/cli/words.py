@@ -61,8 +61,24 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: s
     return head, rows[::-1]
 
 
-def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted: bool) -> Brief:
-    """Say where a map is least and largest, or where two differ most; of a class how often each occurs."""
+def map_brief(
+    answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted: bool, sizes: "Mapping[Any, int]"
+) -> Brief:
+    """Say where a map is least and largest, or where two differ most; of a class how often each occurs.
+
+    Parameters
+    ----------
+    answer : Dataset
+        The map.
+    metric : str
+        What it shows.
+    phrases : Phrases
+        Of its study.
+    subtracted : bool
+        Whether it is the difference of two.
+    sizes : mapping of int
+        Of the study's dimensions: of those that have several values it is said which one is shown.
+    """
     import numpy as np
 
     y, x = (str(name) for name in answer[metric].dims)
@@ -73,6 +89,9 @@ def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted:
             None, ("Nothing of this map is known yet.",), (), "damperlab run ID, which computes the rest."
         )
     what = phrases.shown(metric, answer[metric]).partition(" in ")[0]
+    fixed = [name for name in sizes if sizes[name] > 1 and name in answer.coords and not answer[name].ndim]
+    if fixed:
+        what += f" at {', '.join(_at(str(name), answer[name].item(), phrases) for name in fixed)}"
     if (shares := _class_shares(metric, known, "places")) is not None:
         told = f"{what[:1].upper()}{what[1:]} over {known.size:,} places."
         return Brief(None, (told,), shares, "-o map.png")
@@ -80,13 +99,8 @@ def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted:
     def spelled(place: int) -> tuple[str, str]:
         j, i = np.unravel_index(place, values.shape)
         at = ((x, answer[x].values[i]), (y, answer[y].values[j]))
-        where = (
-            f"{phrases.symbol(name)} = {value}"
-            if isinstance(value, str)
-            else phrases.equal(name, float(value), ".3g")
-            for name, value in at
-        )
-        return phrases.value(metric, float(values[j, i]), ".3g"), ", ".join(where)
+        where = ", ".join(_at(name, value, phrases) for name, value in at)
+        return phrases.value(metric, float(values[j, i]), ".3g"), where
 
     finite = np.where(np.isfinite(values), values, np.nan)
     least, largest = spelled(int(np.nanargmin(finite))), spelled(int(np.nanargmax(finite)))
@@ -100,6 +114,13 @@ def map_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted:
         (),
         "-o map.png, or `damperlab optimum` for one damper.",
     )
+
+
+def _at(name: str, value: Any, phrases: "Phrases") -> str:
+    """Say which value of a dimension is meant, text or number."""
+    if isinstance(value, str):
+        return f"{phrases.symbol(name)} = {value}"
+    return phrases.equal(name, float(value), ".3g")
 
 
 def _class_shares(

@@ -107,6 +107,20 @@ def test_a_printed_map_has_a_row_for_each_y_upwards(stored: Stored) -> None:
     assert (text[2].split()[0], text[-1].split()[0]) == ("1.5", "0.5")
 
 
+def test_a_map_says_where_it_lies_along_what_it_does_not_show(tmp_path: Path) -> None:
+    study = tmp_path / "three.yaml"
+    axes = "{friction_ratio: 0, frequency_ratio: [0.5, 2], mass_ratio: 0.1}"
+    study.write_text(f"{{name: three, particle: false, damping_ratio: [0.01, 0.02], axes: {axes}}}")
+    run("run", study, "--data-dir", tmp_path)
+    axes_of_map = ("--x", "frequency_ratio", "--y", "friction_ratio", "--at", "damping_ratio=0.02")
+    told = run("map", "three", *axes_of_map, "--data-dir", tmp_path).stdout
+    first, second = (absolute_amplitude(0.02, r) for r in (2.0, 0.5))
+    begins = told.partition(";")[0]
+    assert begins.endswith(f"least {first:.3g} at r = 2, γ_F = 0")
+    assert f"largest {second:.3g} at r = 0.5" in told
+    assert "ζ = 0.02: least" in begins
+
+
 def test_a_study_that_is_done_cannot_be_cancelled(stored: Stored) -> None:
     data_dir, record = stored
     assert "done" in run("cancel", record["id"], "--data-dir", data_dir, status=1).stderr
