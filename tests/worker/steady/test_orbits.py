@@ -150,7 +150,7 @@ def test_jacobian_where_the_mass_turns_and_lets_go_of_the_particle_that_rode_on_
 def oracle_end(point: Point, start: np.ndarray, cycles: int) -> np.ndarray:
     """State u, u', p, p' after whole cycles, by a march that shares nothing with the solver."""
     friction = 0.0 if point.friction is None else point.friction
-    clearance, restitution, mass, contact_time, wall = point.particle
+    clearance, restitution, mass, contact_time, wall, *_ = point.particle
     common = (point.damping_ratio, point.frequency_ratio, friction, clearance)
     if wall is None:
         assert contact_time is not None
