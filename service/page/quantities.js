@@ -95,14 +95,16 @@ const STANDARD_GRAVITY = 9.80665;
  * @param {any} physical the structure in single numbers
  */
 export function cavityOf({ definition, dimensions }, value, physical) {
-  const given = definition.physical ?? {};
+  const { particle_friction_coefficient: friction, tilt_deg: angle } = definition.physical ?? {};
   const of = (/** @type {string} */ ratio) =>
     dimensions.includes(ratio) ? value(ratio) / weightOf(physical) : 0;
-  const tilt = given.tilt_deg ?? (Math.asin(Math.min(1, of("gravity_ratio"))) * 180) / Math.PI;
+  // of an axis the point has one value
+  const tilt =
+    typeof angle === "number" ? angle : (Math.asin(Math.min(1, of("gravity_ratio"))) * 180) / Math.PI;
   const lying = tilt === 90 ? 0 : Math.cos((tilt * Math.PI) / 180);
   const rubs = dimensions.includes("particle_friction_ratio")
     ? lying && of("particle_friction_ratio") / lying
-    : (given.particle_friction_coefficient ?? 0);
+    : (friction ?? 0);
   return { particle_friction_coefficient: Number(rubs.toPrecision(12)), tilt_deg: tilt };
 }
 

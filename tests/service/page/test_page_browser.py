@@ -27,6 +27,10 @@ from damperlab.worker.point import Design
 
 FIRST_VIEW_BYTES = 150_000
 FIRST_MAP_BYTES = 700_000
+CAVITY = """async ([record, value, physical]) => {
+  const { cavityOf } = await import(new URL("quantities.js", document.querySelector("script[src*='main.js']").src));
+  return cavityOf(record, () => value, physical);
+}"""
 PLACE_OF_TRACE = """(name) => {
   const plot = document.querySelector(".plot");
   const trace = plot.data.find((one) => one.name === name);
@@ -471,6 +475,12 @@ def test_fields_and_json_follow_each_other_and_faults_stand_at_their_fields(
     assert standing["gravity_ratio"] == pytest.approx(
         9.80665 / ((2 * math.pi * 2.5) ** 2 * 0.0015), rel=1e-12
     )
+    # of a tilt that is an axis the point of a study has one value
+    weight = standing["gravity_ratio"]
+    point = {"definition": {"physical": {"tilt_deg": [0, 30]}}, "dimensions": ["gravity_ratio"]}
+    structure = {"natural_frequency_hz": 2.5, "base_amplitude_m": 0.0015}
+    lies = page.evaluate(CAVITY, [point, weight / 2, structure])
+    assert lies == {"particle_friction_coefficient": 0, "tilt_deg": pytest.approx(30)}
     page.get_by_text("Cavity, excitation").click()
     page.get_by_role("group", name="Gravity along").locator("input[type=number]").fill("0")
     assert "gravity_ratio" not in json.loads(text.input_value())
