@@ -19,7 +19,7 @@ from damperlab.worker.scenes import Scene, scenes
 from damperlab.worker.warm import missing
 
 DOUBT, DOUBT_KNOWING = 4.0, 2.5
-"""Factor either way within which a study takes what is expected, by the cost model alone and after one of its family: so in 31
+"""Factor either way within which a study takes what is expected, by the cost model alone and after one of its family: so in 27
 and 31 of 32 drawn at random (560 points of any hybrid scene, the earlier one of 180)."""
 
 

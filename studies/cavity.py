@@ -57,5 +57,8 @@ LEVEL = Cavity()
 
 
 def cavity_of(values: Mapping[str, float | None]) -> Cavity:
-    """Give the cavity of a document's numbers; what they leave out is that of a level one, and none tilts by more than 90°."""
+    """Give the cavity of a document's numbers.
+
+    A number that is missing is 0. One beyond its bound, by a tolerance's rounding, is the bound.
+    """
     return Cavity(*(min(values.get(each.name) or 0.0, each.highest) for each in OF_CAVITY))

@@ -128,7 +128,7 @@ PARTICLE_FRICTION = Quantity(
 )
 TILT = Quantity("tilt_deg", "tilt α of the cavity [°]: 0 lies, 90 stands", 0.0, 90.0, "give it in degrees")
 OF_CAVITY = (PARTICLE_FRICTION, TILT)
-"""What may be said of the cavity of a particle: what makes the two ratios below, in their order."""
+"""The quantities of a cavity. Each makes one of the two ratios below, in this order."""
 PARTICLE_FRICTION_RATIO = Quantity(
     "particle_friction_ratio",
     "friction of the particle κ = μ_i g/(ω_n²·Z)",

@@ -77,7 +77,7 @@ def map_brief(
     subtracted : bool
         Whether it is the difference of two.
     sizes : mapping of int
-        Of the study's dimensions: of those that have several values it is said which one is shown.
+        Of the study's dimensions. The answer names the value at which the map lies along those that have several.
     """
     import numpy as np
 

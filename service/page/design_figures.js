@@ -78,7 +78,7 @@ export function overBand(design, { metres, unit, atFrequency }) {
 }
 
 /**
- * The recommended damper, with its peaks, from half the smallest amplitude to twice the largest.
+ * Draw the response of the recommended damper at each amplitude, from half the smallest to twice the largest.
  *
  * @param {any} design
  */

@@ -1,4 +1,4 @@
-"""How flat an optimum is, each parameter moved alone, and at which ends of axes it lies: a better one may lie beyond."""
+"""How flat an optimum is where one parameter moves, and at which ends of axes it lies."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -169,10 +169,7 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
             for name in OverRecords._fields
         },
         "lowest": (np.fmin.reduce(values, axis=0), "smallest over the records"),
-        "median": (
-            _median(values),
-            "median over the records",
-        ),
+        "median": (_median(values), "median over the records"),
         "highest": (np.fmax.reduce(values, axis=0), "largest over the records"),
     }
     counts = ("exceeded", "probability")

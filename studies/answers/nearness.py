@@ -48,11 +48,11 @@ def check_reach(name: str, values: NDArray[np.float64], wanted: float) -> None:
     Parameters
     ----------
     name : str
-        The dimension, or the quantity in units that stands beside it, as it was asked for.
+        Of the dimension, or of the same quantity in units, as the question names it.
     values : ndarray, shape (n,)
         The axis in the unit of `name`.
     wanted : float
-        What was asked for.
+        The value that the question gives.
     """
     if within_reach(values, wanted):
         return

@@ -1,4 +1,4 @@
-"""What stands beside the ratios and codes of an answer in files and Datasets: values in SI units, and words."""
+"""Values in SI units and names of classes, which files and Datasets have beside the ratios and codes of an answer."""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar

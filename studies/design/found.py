@@ -140,7 +140,12 @@ def at_ends(found: Found) -> dict[str, str]:
 def locked(found: Found, build: Build | None = None) -> bool:
     """Whether friction holds the structure at its base at every frequency computed, as drawn and under the largest amplitude.
 
-    Asked of the recommended damper, or of another build that is given.
+    Parameters
+    ----------
+    found : Found
+        The search.
+    build : Build, optional
+        The damper; the recommended one by default.
     """
     build = build or found.build
     curves = (found.book.curve(build, case) for case in found.asked.cases)

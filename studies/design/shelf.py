@@ -310,7 +310,7 @@ class DesignDamaged(DesignNotFound):
 
 
 class DesignBusy(StoreFault):
-    """The design is being worked on, so what was asked has to wait."""
+    """Something works on the design; the request has to wait until it ends."""
 
 
 class DesignsFull(StoreFault):

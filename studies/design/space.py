@@ -1,4 +1,4 @@
-"""The dampers that may be chosen, as shares of the ranges; what each is judged under, and the corners of its tolerances."""
+"""The dampers that may be chosen, the amplitudes that judge each, and the corners of its tolerances."""
 
 import math
 from collections.abc import Sequence

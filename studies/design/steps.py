@@ -1,4 +1,4 @@
-"""Steps of a search: what each must know next, and the budget that is divided among what is said beside its result."""
+"""Steps of a search: each asks for points that it needs. What comes after the search shares the budget that is left."""
 
 from collections.abc import Callable, Generator
 from math import inf
@@ -37,7 +37,7 @@ def share_out(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
     book : Book
         Whose budget is divided.
     parts : dict of Part
-        By what is said of each where the budget did not allow it.
+        By name; an answer lists the names of those that the budget did not allow.
 
     Returns
     -------

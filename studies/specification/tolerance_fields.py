@@ -98,7 +98,7 @@ class ToleranceFields(DamperFields):
             return None
         if isinstance(raw, bool) or not isinstance(raw, int | float) or not about.admits(float(raw)):
             return None  # its own fault is told
-        most = about.highest - raw if not raw else min(raw, about.highest - raw)
+        most = min(raw, about.highest - raw) if raw else about.highest
         if tolerance.of(raw) > most * (1.0 + ROUNDING):
             told = f"{{field}} = {tolerance.of(raw):g} takes `{key}`, {raw:g}, out of 0 to {about.highest:g}."
             self._fault(field, f"{tolerance.of(raw):g}", f"at most {most:g}", "check its unit", told)

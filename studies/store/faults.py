@@ -31,7 +31,7 @@ class StudyNotFound(StoreFault):
 
 
 class StudyBusy(StoreFault):
-    """The study is being worked on, so what was asked has to wait."""
+    """Something works on the study; the request has to wait until it ends."""
 
 
 class KeyTaken(StoreFault):

@@ -3,7 +3,7 @@
 Nothing goes that cannot be proved to be this catalogue's own and superseded. A file of a block goes when the block's
 mark names another one. A cube goes when its study was deleted, or when a submission that was cut short left it: the
 catalogue has no study for it, and it holds no result. Such a cube stays for long, lest the catalogue has lost its study.
-Whatever else lies about is told, and left alone.
+All other files are listed, and stay.
 """
 
 import math

@@ -24,9 +24,8 @@ def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
 
 def coordinates_beside(cube: xr.Dataset) -> tuple[str, ...]:
     """Name the ratios of a cube over base amplitudes: coordinates that are no dimensions."""
-    return tuple(
-        str(name) for name in cube.coords if cube[name].ndim > 1 or name in set(BEFORE) - {*cube.sizes}
-    )
+    of_cavity = [name for name in BEFORE if name not in cube.sizes]
+    return tuple(str(name) for name in cube.coords if cube[name].ndim > 1 or name in of_cavity)
 
 
 def chunks_of(variable: xr.DataArray) -> tuple[int, ...]:
