@@ -12,7 +12,6 @@ import xarray as xr
 
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.answers.frequency_response import frequency_response
-from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.leading import leading
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import QueryFault
@@ -22,7 +21,7 @@ from damperlab.studies.answers.selection import dimensions_of, main_metric
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.kinds import HARMONIC, kind_of
-from damperlab.studies.questions import Judging, Ranking, Selection, Varied
+from damperlab.studies.questions import Judging, Ranking, Selection
 from damperlab.studies.rounding import ROUNDING_WORD, is_rounding
 from damperlab.studies.store.provenance import PRIVATE
 from damperlab.studies.store.record import Record
@@ -64,12 +63,8 @@ def study_report(record: Record, cube: xr.Dataset) -> str:
     if not worst_case:
         parts += _best(cube, ranked)
     parts += [
-        "<h2>What matters</h2>",
-        *_matters(cube),
         "<h2>Accuracy and cost</h2>",
         *_cost(record, cube, worst_case),
-    ]
-    parts += [
         "<h2>Definition</h2>",
         f"<pre>{escape(json.dumps(record.definition, indent=2, ensure_ascii=False))}</pre>",
     ]
@@ -223,21 +218,6 @@ def _in_metres(answer: xr.Dataset, units: Mapping[str, InUnits]) -> xr.Dataset:
     exact |= {name: [x * each.factor for x in exact[name]] for name in ("tmd", "no_damper")}
     answer.attrs = {**answer.attrs, "exact": exact}
     return answer
-
-
-def _matters(cube: xr.Dataset) -> Iterable[str]:
-    from damperlab.service.figures.importance import draw_importance
-
-    metric = main_metric(cube)
-    units = _units(cube)
-    answer = importance(cube, Varied(metric=units[metric].name if metric in units else metric))
-    if answer.sizes["dimension"] and np.isfinite(answer["share"]).all():
-        names = [
-            units[name].long_name if name in units else name for name in answer["dimension"].values.tolist()
-        ]
-        yield drawing(draw_importance(answer.assign_coords(dimension=names)), _words(answer)["note"])
-    else:
-        yield said(_words(answer)["note"])
 
 
 def _cost(record: Record, cube: xr.Dataset, worst_case: bool) -> Iterable[str]:

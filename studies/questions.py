@@ -160,21 +160,6 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Varied:
-    """Whose variance is shared out among the parameters, and over which part of the grid."""
-
-    metric: str | None = asked(
-        None,
-        "Result whose variance is explained; amplitude_ratio by default, amplitude_m over base amplitudes, "
-        "peak_relative_displacement_m for a ground-motion suite.",
-        allowed=EVERY_METRIC,
-    )
-    ranges: Ranges = asked(
-        NONE, "Consider only this range of a dimension.", form="NAME=LO,HI", options=("--within",)
-    )
-
-
-@dataclass(frozen=True)
 class Fragile:
     """Which limit is exceeded, by what, and of which damper of a ground-motion suite."""
 

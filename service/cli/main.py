@@ -48,6 +48,7 @@ RENAMED = {
 }
 """Commands by the names of version 0.1, which work until 0.3."""
 GONE = {
+    "importance": "`damperlab map` shows how a result changes with two parameters, `damperlab response` along the frequency.",
     "race": "Submit the designs again with a smaller `steady.tolerance`.",
     "robust": "Give a study several values of base_amplitude_m and ask `damperlab optimum`, or let `damperlab design` choose.",
 }

@@ -11,7 +11,6 @@ from damperlab.service.client.figure import finished
 from damperlab.service.questions.forms import array_of
 from damperlab.service.questions.fragility import FRAGILITY
 from damperlab.service.questions.frequency_response import FREQUENCY_RESPONSE
-from damperlab.service.questions.importance import IMPORTANCE
 from damperlab.service.questions.optimal_designs import OPTIMAL_DESIGNS
 from damperlab.service.questions.question import A, Question
 from damperlab.service.questions.resonance_map import RESONANCE_MAP
@@ -88,13 +87,6 @@ class TmdComparison(Answer):
 
     __slots__ = ()
     _question = TMD_COMPARISON
-
-
-class Importance(Answer):
-    """Shares of a result's variance along ``dimension``, and the span of the mean."""
-
-    __slots__ = ()
-    _question = IMPORTANCE
 
 
 class Fragility(Answer):

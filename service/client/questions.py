@@ -9,7 +9,6 @@ from damperlab.service.client.asked import Asked, explained, parameters, values_
 from damperlab.service.questions.every import EVERY
 from damperlab.service.questions.fragility import FRAGILITY
 from damperlab.service.questions.frequency_response import FREQUENCY_RESPONSE
-from damperlab.service.questions.importance import IMPORTANCE
 from damperlab.service.questions.optimal_designs import OPTIMAL_DESIGNS
 from damperlab.service.questions.question import A, Question
 from damperlab.service.questions.resonance_map import RESONANCE_MAP
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
         Designs,
         Fragility,
         FrequencyResponse,
-        Importance,
         ResonanceMap,
         TmdComparison,
         WorkPrecision,
@@ -147,17 +145,6 @@ class Questions(Asked):
             See `damperlab.studies.answers.tmd_comparison`; the peaks and their ratio are attributes.
         """
         return self._answer(TMD_COMPARISON, locals())
-
-    @explained(*IMPORTANCE.asks)
-    def importance(self, metric: str | None = None, **ranges: Range) -> "Importance":
-        """Share out the variance of a result over the grid: what each parameter explains alone, and what combinations do.
-
-        Returns
-        -------
-        Importance
-            See `damperlab.studies.answers.importance`.
-        """
-        return self._answer(IMPORTANCE, locals())
 
     @explained(*FRAGILITY.asks)
     def fragility(

@@ -4,7 +4,6 @@ from typing import Any
 
 from damperlab.service.questions.fragility import FRAGILITY
 from damperlab.service.questions.frequency_response import FREQUENCY_RESPONSE
-from damperlab.service.questions.importance import IMPORTANCE
 from damperlab.service.questions.optimal_designs import OPTIMAL_DESIGNS
 from damperlab.service.questions.question import Question
 from damperlab.service.questions.resonance_map import RESONANCE_MAP
@@ -16,7 +15,6 @@ EVERY: tuple[Question[Any], ...] = (
     FREQUENCY_RESPONSE,
     OPTIMAL_DESIGNS,
     TMD_COMPARISON,
-    IMPORTANCE,
     FRAGILITY,
     WORK_PRECISION,
 )

@@ -17,7 +17,6 @@ from damperlab.service.simulation import compute, read_simulation
 from damperlab.studies.answers.compared_response import compared_response
 from damperlab.studies.answers.fragility import fragility
 from damperlab.studies.answers.frequency_response import frequency_response
-from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.map_difference import map_difference
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
@@ -35,7 +34,6 @@ from damperlab.studies.questions import (
     Search,
     Selection,
     Tuning,
-    Varied,
 )
 from damperlab.studies.store.export.export import without_names
 from damperlab.studies.store.store import Store
@@ -172,11 +170,6 @@ HYBRIDS: dict[str, Asked] = {
         lambda study: study.tmd_comparison("hinf", excitation="force", **AT),
         lambda cube: tmd_comparison(cube, Tuning("hinf", excitation="force"), at=AT),
     ),
-    "importance": Asked(
-        "importance", "importance", {"frequency_ratio": "0.95,1"},
-        lambda study: study.importance(frequency_ratio=(0.95, 1)),
-        lambda cube: importance(cube, Varied(ranges={"frequency_ratio": (0.95, 1)})),
-    ),
     "work and precision": Asked(
         "work-precision", "precision", {}, lambda study: study.work_precision(), work_precision
     ),
@@ -198,9 +191,6 @@ SUITES: dict[str, Asked] = {
             cube, Judging(ranges={"clearance_m": (0.002, 1)}), Ranking(top=2, records=("northridge-360",)), dict
         ),
         top="2", record="northridge-360", clearance_m="0.002,1",
-    ),
-    "importance in a suite": Asked(
-        "importance", "importance", {}, lambda study: study.importance(), lambda cube: importance(cube, Varied())
     ),
     "fragility": Asked(
         "fragility", "fragility", {"threshold": "0.02"},
@@ -391,7 +381,6 @@ DRAWN: list[tuple[str, Callable[[Study], Any], str]] = [
     ("response --with SAME", lambda study: study.frequency_response(with_=study, **AT), "Frequency ratio"),
     ("optimum", lambda study: study.optimal_designs(), "argest amplitude ratio in the band"),
     ("tmd", lambda study: study.tmd_comparison(**AT), "tuned mass damper"),
-    ("importance", lambda study: study.importance(), "hare of the variance"),
     ("", lambda study: study.work_precision(), "Run time of a point"),
 ]
 

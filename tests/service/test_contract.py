@@ -164,13 +164,11 @@ OF_A_CURVE: list[tuple[str, str, dict[str, Any]]] = [
     ("get", f"{STUDY}/optimal-designs", {}),
     ("get", f"{STUDY}/tmd-comparison", {"mass_ratio": 0.1}),
     ("get", f"{STUDY}/work-precision", {}),
-    ("get", f"{STUDY}/importance", {}),
 ]  # fmt: skip
 OF_A_SUITE: list[tuple[str, str, dict[str, Any]]] = [
     ("get", f"{STUDY}/axes", {}),
     ("get", f"{STUDY}/resonance-map", {"x": "clearance_m", "y": "friction_force_n"}),
     ("get", f"{STUDY}/optimal-designs", {}),
-    ("get", f"{STUDY}/importance", {}),
     ("get", f"{STUDY}/fragility", {"threshold": 0.02}),
 ]
 

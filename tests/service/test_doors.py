@@ -28,7 +28,6 @@ from damperlab.studies.questions import (
     Selection,
     Simulated,
     Step,
-    Varied,
 )
 from damperlab.studies.unit_names import RESULTS
 from damperlab.studies.variables import BEFORE, DIMENSIONS, VARIABLES
@@ -164,7 +163,6 @@ def test_what_a_command_shows_by_default_is_said_of_each_kind_of_study() -> None
             ("map", Selection),
             ("response", Followed),
             ("optimum", Ranking),
-            ("importance", Varied),
         )
     }
     suite, amplitudes, harmonic = SUITE.metric, AMPLITUDES.metric, HARMONIC.metric

@@ -102,8 +102,6 @@ def test_every_result_is_shown_with_its_unit_or_what_it_is_over(
             caption, _, _ = detailed.partition(". ")
             assert unit_in(caption) == UNIT_OF.get(metric), caption
     printed("optimum", scene)
-    for metric in ACCELERATIONS:
-        printed("importance", scene, "--metric", metric)
 
 
 UNIT_OF = {

@@ -58,7 +58,9 @@ def test_the_service_begins_without_the_library_of_figures() -> None:
     assert ended.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("line", ["race study --dry-run", "robust study --amplitudes 1,2"])
+@pytest.mark.parametrize(
+    "line", ["race study --dry-run", "importance study", "robust study --amplitudes 1,2"]
+)
 def test_a_command_that_is_gone_says_what_to_do_instead(line: str) -> None:
     name, *more = line.split()
     said = run(name, *more, status=2)

@@ -12,7 +12,6 @@ import xarray as xr
 
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
 from damperlab.studies.answers.frequency_response import frequency_response
-from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.one_amplitude import at_one_amplitude, said_of_it
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.ranking import ranked_designs
@@ -198,11 +197,6 @@ def test_dampers_are_ranked_by_their_worst_amplitude_and_frequency(cube: xr.Data
     )
     np.testing.assert_array_equal(band["value"], np.sort(values[:, :, 1:, 1:3].max(axis=(2, 3)).ravel()))
     assert "2 base amplitudes, 2 frequencies" in band.attrs["note"]
-
-
-def test_the_base_amplitude_is_one_of_the_parameters_that_matter(cube: xr.Dataset) -> None:
-    names = importance(cube)["dimension"].values.tolist()
-    assert set(names) == {"base_amplitude_m", "clearance_m", "friction_force_n"}
 
 
 @pytest.mark.parametrize("constant", ["displacement", "velocity", "acceleration"])

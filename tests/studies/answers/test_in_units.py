@@ -2,15 +2,12 @@
 
 import json
 import re
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from damperlab.studies.answers.frequency_response import frequency_response
-from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.quantities import with_quantities
@@ -18,7 +15,7 @@ from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.faults import nearest
-from damperlab.studies.questions import Judging, Selection, Tuning, Varied
+from damperlab.studies.questions import Judging, Selection, Tuning
 from damperlab.studies.unit_names import COORDINATE_SOURCES
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
@@ -128,14 +125,9 @@ def test_the_name_of_a_frequency_in_a_study_means_the_one_in_a_question_and_back
     )
 
 
-@pytest.mark.parametrize("ask", [optimal_designs, importance])
-def test_a_range_in_units_without_a_value_is_refused_in_units(
-    cube: xr.Dataset, ask: Callable[..., Any]
-) -> None:
-    ranges = {"clearance_m": (1.0, 12.0)}
-    question = Judging(ranges=ranges) if ask is optimal_designs else Varied(ranges=ranges)
+def test_a_range_in_units_without_a_value_is_refused_in_units(cube: xr.Dataset) -> None:
     with pytest.raises(QueryFault) as caught:
-        ask(cube, question)
+        optimal_designs(cube, Judging(ranges={"clearance_m": (1.0, 12.0)}))
     fault = caught.value.fault
     assert (fault.field, fault.found) == ("clearance_m", "1 to 12")
     assert fault.advice == "widen it; the nearest value is 0.03"
@@ -165,7 +157,6 @@ def test_words_in_units_hold_no_ratio_and_the_numbers_of_the_cube(cube: xr.Datas
         frequency_response(cube, Selection(at={"clearance_ratio": 3.0}, interpolate=True)),
         tmd_comparison(cube, Tuning(mass_ratio=0.07)),
         tmd_comparison(alone),
-        importance(cube),
         pareto_front(cube, ("amplitude", "-mass", "clearance")),
         pareto_front(cube.isel(frequency_ratio=[1]), ("amplitude", "impact_speed")),
     ]

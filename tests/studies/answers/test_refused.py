@@ -11,7 +11,6 @@ import xarray as xr
 from damperlab.studies.answers.compared_response import compared_response
 from damperlab.studies.answers.fragility import fragility
 from damperlab.studies.answers.frequency_response import frequency_response
-from damperlab.studies.answers.importance import importance
 from damperlab.studies.answers.map_difference import map_difference
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
@@ -20,7 +19,7 @@ from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.definition import Study, parse_study
-from damperlab.studies.questions import Fragile, Judging, Search, Selection, Tuning, Varied
+from damperlab.studies.questions import Fragile, Judging, Search, Selection, Tuning
 from damperlab.studies.store.store import Store
 
 Ask = Callable[[xr.Dataset], object]
@@ -126,8 +125,6 @@ REFUSED: list[tuple[str, str, Ask]] = [
     ("with", "", beside(lambda cube: cube.isel(frequency_ratio=slice(3)))),
     ("with", "", beside(lambda cube: cube.assign_coords(mass_ratio=[0.2]))),
     ("metric", "a quantity", beside(lambda cube: cube, metric="response_class")),
-    ("metric", "no variance", lambda cube: importance(cube, Varied("status"))),
-    ("amplitude_ratio", "", lambda cube: importance(cube, Varied(ranges={"amplitude_ratio": (0, 1)}))),
     ("study", "needs a ground-motion suite", lambda cube: fragility(cube, Fragile(0.02))),
     ("tolerance", "", lambda cube: refine_optimum(study_of(cube), {"a": cube}, Search(0.0))),
     (
