@@ -211,11 +211,6 @@ _ESTIMATED: dict[str, Schema] = {
     "widening": NUMBER,
     "others": _list(_by_name(NUMBER)),
     "evaluations": COUNT,
-    "specification": {
-        "type": ["object", "null"],
-        "description": "A specification of a corrected design; null where none can be made.",
-    },
-    "specification_words": TEXTS | {"description": "About the specification, or why there is none."},
     "words": TEXTS,
 }
 _FITTED = _object(
@@ -269,7 +264,6 @@ _DESIGN_ANSWER = _object(
     probability_interval=_or_null(RANGE),
     builds=COUNT,
     margins=_by_name(_by_name(NUMBER)),
-    margin_together=_or_null(_object(share=NUMBER, fails=NUMBER)),
     friction_alone=_or_null(_object(design=_BUILT, worst=_WORST, feasible=FLAG, ratio=NUMBER)),
     particle_alone=_or_null(_object(design=_BUILT, worst=_WORST, feasible=FLAG, ratio=NUMBER)),
     tuned_mass_damper=_or_null(

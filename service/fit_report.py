@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.service.html import drawing, page, said, table
+from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.fitted import Estimate, Fitted
-from damperlab.studies.fit.made import Made
-from damperlab.studies.fit.specified import specification_text
+from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.fit.verdict import told, verdict
 from damperlab.studies.spelling import unit_of
 from damperlab.worker.fit.model import FittedCurve
@@ -19,8 +19,8 @@ from damperlab.worker.fit.model import FittedCurve
 COLUMNS = ("parameter", "value", "low", "high", "deviation", "range")
 
 
-def fit_document(fitted: Fitted, made: Made) -> dict[str, Any]:
-    """Put a fit into a document of plain data: parameters, correlations, goodness, rows, sentences, and what it makes."""
+def fit_document(fitted: Fitted) -> dict[str, Any]:
+    """Put a fit into a document of plain data: parameters, correlations, goodness, rows, a study, sentences."""
     question = fitted.question
     measured = question.measured
     return {
@@ -52,18 +52,17 @@ def fit_document(fitted: Fitted, made: Made) -> dict[str, Any]:
             "frequency": "Hz" if measured.in_hertz else "1",
             "amplitude": "m" if measured.in_metres else "1",
         },
-        **made_document(made),
+        "study": study_of(fitted),
         "words": [*(told(question.confidence, each) for each in fitted.estimates), *verdict(fitted)],
     }
 
 
-def made_document(made: Made) -> dict[str, Any]:
-    """Put what a fit makes into a document: study and specification, None where there is none, and words about it."""
-    return {
-        "study": made.study,
-        "specification": None if made.specification is None else made.specification.document,
-        "specification_words": list(made.words),
-    }
+def study_of(fitted: Fitted | FittedHistory) -> dict[str, Any] | None:
+    """Write the prototype as a study; None where none can be made of it."""
+    try:
+        return fitted.study()
+    except StudyFaults:
+        return None
 
 
 def estimates_document(estimates: Sequence[Estimate], correlation: NDArray[np.float64]) -> dict[str, Any]:
@@ -111,19 +110,16 @@ def parameter_rows(estimates: Sequence[Estimate]) -> list[tuple[str, ...]]:
     ]
 
 
-def made_parts(made: Made) -> list[str]:
-    """Give the parts of a page that show what a fit makes."""
-    parts = []
-    if made.study is not None:
-        study = json.dumps(made.study, indent=2, ensure_ascii=False)
-        parts += ["<h2>The prototype as a study</h2>", f"<pre>{escape(study)}</pre>"]
-    parts.append("<h2>The specification of a corrected design</h2>")
-    if made.specification is None:
-        return [*parts, *(said(sentence) for sentence in made.words)]
-    return [*parts, f"<pre>{escape(specification_text(made.specification))}</pre>"]
+def study_parts(fitted: Fitted | FittedHistory) -> list[str]:
+    """Give the parts of a page that show the prototype as a study, where one can be made of it."""
+    study = study_of(fitted)
+    if study is None:
+        return []
+    text = json.dumps(study, indent=2, ensure_ascii=False)
+    return ["<h2>The prototype as a study</h2>", f"<pre>{escape(text)}</pre>"]
 
 
-def fit_report(fitted: Fitted, curves: list[FittedCurve], made: Made) -> str:
+def fit_report(fitted: Fitted, curves: list[FittedCurve]) -> str:
     """Write a fit as one page of HTML that loads nothing.
 
     Parameters
@@ -132,8 +128,6 @@ def fit_report(fitted: Fitted, curves: list[FittedCurve], made: Made) -> str:
         The outcome.
     curves : list of FittedCurve
         Of `damperlab.worker.fit.model.curves_of`.
-    made : Made
-        What the fit makes.
     """
     from damperlab.service.figures.fit import caption_of, draw_fit
 
@@ -169,6 +163,6 @@ def fit_report(fitted: Fitted, curves: list[FittedCurve], made: Made) -> str:
         "<h2>Measured and computed</h2>",
         drawing(draw_fit(fitted, curves), caption_of(fitted.question)),
         table("Rows", head, ([f"{value:.4g}" for value in row] for row in zip(*columns, strict=True))),
-        *made_parts(made),
+        *study_parts(fitted),
     ]
     return page(title, parts)

@@ -3,20 +3,13 @@
 from html import escape
 from typing import Any
 
-from damperlab.service.fit_report import (
-    COLUMNS,
-    estimates_document,
-    made_document,
-    made_parts,
-    parameter_rows,
-)
+from damperlab.service.fit_report import COLUMNS, estimates_document, parameter_rows, study_of, study_parts
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.fit.history.fitted import FittedHistory
-from damperlab.studies.fit.made import Made
 from damperlab.studies.fit.verdict import told, verdict_of_history
 
 
-def history_document(fitted: FittedHistory, made: Made) -> dict[str, Any]:
+def history_document(fitted: FittedHistory) -> dict[str, Any]:
     """Put a fit of a time history into a document of plain data."""
     question = fitted.question
     measured = question.measured
@@ -38,7 +31,7 @@ def history_document(fitted: FittedHistory, made: Made) -> dict[str, Any]:
         "measured_m": measured.displacement_m.tolist(),
         "model_m": fitted.model_m.tolist(),
         "deviation_m": fitted.deviation_m.tolist(),
-        **made_document(made),
+        "study": study_of(fitted),
         "words": [
             *(told(question.confidence, each) for each in fitted.estimates),
             *verdict_of_history(fitted),
@@ -46,7 +39,7 @@ def history_document(fitted: FittedHistory, made: Made) -> dict[str, Any]:
     }
 
 
-def history_report(fitted: FittedHistory, made: Made) -> str:
+def history_report(fitted: FittedHistory) -> str:
     """Write a fit of a time history as one page of HTML that loads nothing."""
     from damperlab.service.figures.history_fit import draw_history_fit
 
@@ -64,6 +57,6 @@ def history_report(fitted: FittedHistory, made: Made) -> str:
         said(counted, "quiet"),
         "<h2>Measured and computed</h2>",
         drawing(draw_history_fit(fitted), caption),
-        *made_parts(made),
+        *study_parts(fitted),
     ]
     return page(title, parts)

@@ -1,24 +1,17 @@
 """The command fit: parameters of a prototype from its measured frequency response or time history."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
 from damperlab.service.cli.asked import Values, names_a_design
-from damperlab.service.cli.fit_files import (
-    Wanted,
-    check_output,
-    read_correction,
-    write_fit,
-    write_history_fit,
-)
+from damperlab.service.cli.fit_files import check_output, write_fit, write_history_fit, write_study
 from damperlab.service.cli.options import (
     AsJson,
     Contact,
     ContactTime,
-    DataDir,
     check_file,
     contact_document,
     read_number,
@@ -28,14 +21,12 @@ from damperlab.service.cli.output import print_json, print_table, say, working
 from damperlab.service.cli.places import file_option
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.warm import have_ready
-from damperlab.studies.faults import StudyFaults
 from damperlab.studies.field import option_of
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, MADE_BY
 
 if TYPE_CHECKING:
     from damperlab.studies.fit.fitted import Fitted
     from damperlab.studies.fit.history.fitted import FittedHistory
-    from damperlab.studies.fit.made import Made
     from damperlab.worker.scenes import Scene
 
 STUDIES = (".yaml", ".yml", ".json")
@@ -115,19 +106,6 @@ def fit(
             help="Write what was found as a study, for `run`.",
         ),
     ] = None,
-    specification: Annotated[
-        Path | None,
-        file_option(
-            help="Write it as a specification, for `design`.",
-        ),
-    ] = None,
-    correct: Annotated[
-        str | None,
-        typer.Option(
-            metavar="SPEC",
-            help="Correct this specification with what was found.",
-        ),
-    ] = None,
     output: Annotated[
         Path | None,
         file_option(
@@ -136,7 +114,6 @@ def fit(
             help="Write a .png or .svg figure, or a .html or .pdf report.",
         ),
     ] = None,
-    data_dir: DataDir = None,
     as_json: AsJson = False,
 ) -> None:
     """Estimate parameters of a prototype from a measurement.
@@ -145,10 +122,6 @@ def fit(
     """
     check_output(output)
     check_file(study, STUDIES)
-    check_file(specification, STUDIES)
-    if correct is not None and specification is None and not as_json:
-        message = "says what is corrected, and nothing says where to write it. Add --specification FILE."
-        raise typer.BadParameter(message, param_hint="--correct")
     ranges = _ranges(free)
     with working("Reading the measurement"):
         from damperlab.studies.fit.document import read_structure, read_table
@@ -162,25 +135,24 @@ def fit(
             swept = {"kind": "continuation", "direction": start}
             known["start"] = "rest" if start == "rest" else swept
         table = read_table(measured)
-        correction = None if correct is None else read_correction(correct, data_dir)
-    wanted = Wanted(output, study, specification, correction, as_json)
     way = _of_history() if isinstance(table, History) else _of_response()
     with in_options(OPTIONS):
         share = _share(deviation)
         question = way.ask(table, known, ranges, known=design, share=share, confidence=confidence, seed=seed)
-        wanted.check(question)
+        if study is not None:
+            way.check_study(question)
         have_ready(way.scenes(question))
         computed = [0]
         with working(lambda: f"Fitting, {computed[0]} {way.computed} computed"):
             fitted = way.fit(question, lambda number: computed.__setitem__(0, number))
-        shown = _Shown(fitted, way.computed, way.verdict(fitted))
-        made = _made(wanted, shown)
+        if study is not None:
+            write_study(fitted.study(), study)
         if output is not None:
-            way.write(fitted, made, output)
+            way.write(fitted, output)
         if as_json:
-            print_json(way.document(fitted, made))
+            print_json(way.document(fitted))
         else:
-            _print(shown, made if specification else None)
+            _print(fitted, way)
 
 
 class _Way(NamedTuple):
@@ -192,6 +164,7 @@ class _Way(NamedTuple):
     verdict: Callable[[Any], list[str]]
     document: Callable[..., dict[str, Any]]
     write: Callable[..., None]
+    check_study: Callable[[Any], object]
     computed: str
 
 
@@ -203,19 +176,37 @@ def _of_response() -> _Way:
     from damperlab.worker.fit.model import scenes_of
 
     return _Way(
-        make_question, scenes_of, fit_response, verdict, fit_document, write_fit, "sets of parameters"
+        make_question,
+        scenes_of,
+        fit_response,
+        verdict,
+        fit_document,
+        write_fit,
+        # a study can be made of every frequency response
+        lambda question: None,
+        "sets of parameters",
     )
 
 
 def _of_history() -> _Way:
     from damperlab.service.history_report import history_document
     from damperlab.studies.fit.history.asking import make_history_question
+    from damperlab.studies.fit.history.harmonic import check_study
     from damperlab.studies.fit.verdict import verdict_of_history
     from damperlab.worker.fit.history.estimate import fit_history
     from damperlab.worker.fit.history.march import scenes_of
 
     says, document = verdict_of_history, history_document
-    return _Way(make_history_question, scenes_of, fit_history, says, document, write_history_fit, "histories")
+    return _Way(
+        make_history_question,
+        scenes_of,
+        fit_history,
+        says,
+        document,
+        write_history_fit,
+        check_study,
+        "histories",
+    )
 
 
 def _ranges(free: list[str] | None) -> dict[str, tuple[float, float] | None]:
@@ -238,32 +229,11 @@ def _share(text: str | None) -> float | None:
     return read_number("--deviation", text)
 
 
-class _Shown(NamedTuple):
-    """What is printed of a fit: itself, what was computed for it, and what is to be said of it."""
-
-    fitted: "Fitted | FittedHistory"
-    computed: str
-    verdict: Iterable[str]
-
-
-def _made(wanted: Wanted, shown: _Shown) -> "Made":
-    """Make the files; where what was measured allows no corrected specification, the fit itself stands and is printed."""
-    try:
-        return wanted.make(shown.fitted)
-    except StudyFaults:
-        if not wanted.as_json:
-            _print(shown, None)
-        raise
-
-
-def _print(shown: _Shown, made: "Made | None") -> None:
-    """Print the parameters, what is to be said of them, and of the specification that was written."""
+def _print(fitted: "Fitted | FittedHistory", way: _Way) -> None:
+    """Print the parameters, and what is to be said of them."""
     from damperlab.service.fit_report import COLUMNS, parameter_rows
 
-    fitted = shown.fitted
     print_table(COLUMNS, parameter_rows(fitted.estimates))
-    say(
-        f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} {shown.computed} computed."
-    )
-    for sentence in (*shown.verdict, *(made.words if made else ())):
+    say(f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} {way.computed} computed.")
+    for sentence in way.verdict(fitted):
         say(sentence)

@@ -341,7 +341,6 @@ class Client:
         deviation: float | None = None,
         confidence: float | None = None,
         seed: int | None = None,
-        specification: Mapping[str, Any] | str | Path | None = None,
     ) -> dict[str, Any]:
         """Estimate parameters of a prototype from its measured response or time history, as `damperlab fit` does.
 
@@ -359,23 +358,18 @@ class Client:
             Of the intervals; 0.95 where nothing is said.
         seed : int, optional
             Of the draws.
-        specification : mapping, path or str, optional
-            The specification of a design that is to be corrected, as `design` takes one; without it one is made anew.
 
         Returns
         -------
         dict
-            What `damperlab fit --json` prints: ``parameters``, ``words``, ``rows``, the prototype as a ``study``, the
-            ``specification`` of a corrected design, which `design` takes …
+            What `damperlab fit --json` prints: ``parameters``, ``words``, ``rows``, the prototype as a ``study`` …
 
         Raises
         ------
         Refused
             With every fault of the request; or if it takes longer than a request may, which the command line does not mind.
         """
-        document = question(
-            measured, fit, structure, specification, deviation=deviation, confidence=confidence, seed=seed
-        )
+        document = question(measured, fit, structure, deviation=deviation, confidence=confidence, seed=seed)
         answer: dict[str, Any] = self._transport.ask("POST", "/fits", **body(document))
         return answer
 

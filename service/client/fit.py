@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from damperlab.service.client.faults import refused
-from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.faults import Fault, describe
 
 if TYPE_CHECKING:
     Ranges = Mapping[str, tuple[float, float] | None] | Iterable[str]
@@ -15,7 +15,6 @@ def question(
     measured: str | Path,
     fit: "Ranges",
     structure: Mapping[str, Any] | None,
-    specification: Mapping[str, Any] | str | Path | None = None,
     **numbers: float | None,
 ) -> dict[str, Any]:
     """Give the document of a fit; see `Client.fit`."""
@@ -30,8 +29,6 @@ def question(
         raise refused(tuple(faults))
     given = {name: None if span is None else [float(end) for end in span] for name, span in ranges.items()}
     document = _measured(measured) | {"structure": dict(structure or {}), "fit": given}
-    if specification is not None:
-        document["specification"] = _specification(specification)
     return document | {name: value for name, value in numbers.items() if value is not None}
 
 
@@ -47,20 +44,6 @@ def _no_range(name: str, span: object) -> Fault:
     allowed = "lowest and highest value, or None for the usual range"
     advice = "give what is known, with its values, as `structure`, the third argument"
     return Fault(f"fit.{name}", describe(span), allowed, advice)
-
-
-def _specification(specification: Mapping[str, Any] | str | Path) -> Any:
-    """Read the specification that is to be corrected; the service judges it."""
-    from damperlab.studies.specification.reading import load_specification, specification_document
-
-    if isinstance(specification, Mapping):
-        return dict(specification)
-    text = str(specification)
-    try:
-        written_out = "\n" in text or text.startswith("{")
-        return load_specification(text, "yaml") if written_out else specification_document(text)
-    except StudyFaults as error:
-        raise refused(error.faults) from None
 
 
 def _measured(measured: str | Path) -> dict[str, str]:

@@ -185,7 +185,6 @@ function answered(place, found) {
         grid("What was found", heads, rows),
         found.words.map((/** @type {string} */ sentence) => el("p", {}, prose(sentence))),
         json("A study of it, as JSON", found.study),
-        json("A specification of a damper for it, as JSON", found.specification),
       ),
       chart.element,
     ),

@@ -30,7 +30,7 @@ async def ask_fit(request: Request, service: TheService, query: Annotated[Comput
     """Answer what `damperlab fit --json` prints; a fit that takes longer than a request may is for the command line."""
     media_type(request, JSON_TYPES)
     body = await read_body(request, service.settings.body_limit_bytes)
-    asked, wanted = await service.work.run(request, fit_asked, body, service.settings.records)
+    asked, wanted = await service.work.run(request, fit_asked, body)
     if query.dry_run:
         return Document(readiness_document(wanted))
     await run_sync(service.kernels.require, wanted, limiter=service.compiling)

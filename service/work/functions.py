@@ -1,6 +1,6 @@
 """What is computed for requests; the answer is made into JSON beside it, so that the service only hands it on."""
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -12,10 +12,8 @@ from damperlab.service.history_report import history_document
 from damperlab.service.motions import forces_on, harmonics_of
 from damperlab.service.simulation import Asked, compute
 from damperlab.studies.design.design import designing
-from damperlab.studies.faults import Fault, StudyFaults
-from damperlab.studies.fit.document import read_correction, read_fit
+from damperlab.studies.fit.document import read_fit
 from damperlab.studies.fit.history.question import HistoryQuestion
-from damperlab.studies.fit.made import Correction, check_specification, made_of
 from damperlab.studies.fit.question import FitQuestion
 from damperlab.studies.ground.files import Layout, read_record
 from damperlab.studies.ground.motion import GroundMotion
@@ -48,40 +46,19 @@ def comparison_body(asked: Earthquake, samples: int = 0) -> bytes:
     return bytes(Document(answer_comparison(asked, samples)).body)
 
 
-class AskedFit(NamedTuple):
-    """A question to a measurement, and the specification that its answer corrects."""
-
-    question: FitQuestion | HistoryQuestion
-    correction: Correction | None
-
-
-def fit_asked(body: bytes, records: Shelf) -> tuple[AskedFit, list[Scene]]:
-    """Read what is asked of a measurement, and say what it needs compiled; every fault of both is named."""
-    document = load_text(body, "json")
-    correction, faults = None, list[Fault]()
-    try:
-        correction = read_correction(document, records)
-    except StudyFaults as error:
-        faults += error.faults
-    try:
-        question = read_fit(document)
-    except StudyFaults as error:
-        raise StudyFaults([*error.faults, *faults]) from None
-    if faults:
-        raise StudyFaults(faults)
-    if correction is not None:
-        check_specification(question, correction)
-    wanted = scenes_of_history(question) if isinstance(question, HistoryQuestion) else scenes_of(question)
-    return AskedFit(question, correction), wanted
+def fit_asked(body: bytes) -> tuple[FitQuestion | HistoryQuestion, list[Scene]]:
+    """Read what is asked of a measurement, and say what it needs compiled."""
+    question = read_fit(load_text(body, "json"))
+    if isinstance(question, HistoryQuestion):
+        return question, scenes_of_history(question)
+    return question, scenes_of(question)
 
 
-def fit_body(asked: AskedFit) -> bytes:
+def fit_body(question: FitQuestion | HistoryQuestion) -> bytes:
     """Estimate the parameters of a prototype; the JSON of the answer."""
-    if isinstance(asked.question, HistoryQuestion):
-        found = fit_history(asked.question)
-        return bytes(Document(history_document(found, made_of(found, asked.correction))).body)
-    fitted = fit_response(asked.question)
-    return bytes(Document(fit_document(fitted, made_of(fitted, asked.correction))).body)
+    if isinstance(question, HistoryQuestion):
+        return bytes(Document(history_document(fit_history(question))).body)
+    return bytes(Document(fit_document(fit_response(question))).body)
 
 
 def uploaded(body: bytes, layout: Layout, name: str, units: AccelerationUnits | None) -> GroundMotion:

@@ -55,7 +55,6 @@ def answer_document(found: Found) -> dict[str, Any]:
         "starts": _starts(found),
         "at_range_end": at_ends(found),
         "margins": {name: asdict(margin) for name, margin in found.margins.items()},
-        "margin_together": found.together and asdict(found.together),
         **{name: _alternative(found, name) for name in OF_DAMPER},
         "tuned_mass_damper": _absorber(found),
         "compared": worst_document(asked, found.compared),

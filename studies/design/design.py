@@ -181,7 +181,6 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         stated=stated,
         builds=counted_builds(asked, scores, worst(judged).most) if scores else None,
         margins=beside.margins or {},
-        together=beside.together,
         alternatives={name: beside.alternatives[name] for name in OF_DAMPER if name in beside.alternatives},
         absorber=tuned_beside(asked, build.particle_mass_kg / asked.structure.mass_kg),
         front=beside.front,

@@ -9,7 +9,7 @@ from damperlab.studies.design.book import Book
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import Builds
 from damperlab.studies.design.front import OfMass
-from damperlab.studies.design.margins import Margin, Together
+from damperlab.studies.design.margins import Margin
 from damperlab.studies.design.score import Score, binding, score
 from damperlab.studies.design.starts import Starts
 from damperlab.studies.specification.excitation import Amplitude, Excitation
@@ -34,8 +34,6 @@ class Found:
         None without tolerances.
     margins : dict of Margin
         By quantity.
-    together : Together or None
-        Of all of them at once; None of a single one, and where the budget did not allow it.
     alternatives : dict of Alternative
         `friction_alone`, `particle_alone`.
     absorber : Beside or None
@@ -70,7 +68,6 @@ class Found:
     stated: Score
     builds: Builds | None
     margins: dict[str, Margin]
-    together: Together | None
     alternatives: dict[str, Alternative]
     absorber: Beside | None
     front: tuple[OfMass, ...]

@@ -1,4 +1,4 @@
-"""How far each quantity of a damper may move alone, and how far all of them together."""
+"""How far each quantity of a damper may move alone."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -9,7 +9,6 @@ from damperlab.studies.cavity import Cavity
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
-from damperlab.studies.design.space import corners
 from damperlab.studies.design.steps import Step
 from damperlab.studies.quantity import PARTICLE_FRICTION
 from damperlab.studies.specification.specification import CHOSEN, Specification, beside_rubbing
@@ -32,14 +31,6 @@ class Margin:
     high: float
     fails_below: float | None
     fails_above: float | None
-
-
-@dataclass(frozen=True)
-class Together:
-    """By which share of themselves all quantities may be off at once; 0 and the least share that was looked at where none."""
-
-    share: float
-    fails: float | None
 
 
 def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Margin]]:
@@ -89,48 +80,6 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
     return found
 
 
-def together_of(
-    search: Search, build: Build, stated: Score, alone: dict[str, Margin]
-) -> Step[Together | None]:
-    """Move all quantities at once, in every combination of up and down, until a limit or the bound is exceeded.
-
-    Parameters
-    ----------
-    search, build, stated
-        As of `margins_of`.
-    alone : dict of Margin
-        What that found: no share by which one of them fails alone is looked at.
-
-    Returns
-    -------
-    Together or None
-        None of a single quantity, which is moved alone.
-    """
-    alone = {name: margin for name, margin in alone.items() if name != PARTICLE_FRICTION.name}
-    if len(alone) < 2:
-        return None
-    seen = [
-        abs(value - getattr(build, name)) / _size(search, build, name)
-        for name, margin in alone.items()
-        for value in (margin.fails_below, margin.fails_above)
-        if value is not None
-    ]
-    fails = min(MOVES, key=lambda share: abs(share - min(seen))) if seen else None
-    for share in reversed(MOVES):
-        if fails is not None and share >= fails:
-            continue
-        here = [_off(search, build, signs, share) for signs in corners(list(alone))]
-        for level in (0, CLOSE):
-            if _in_doubt(search, [here], stated) == here:
-                yield from search.known(here, level)
-            if any(_fails(search, each, stated) for each in here):
-                break
-        else:
-            return Together(share, fails)
-        fails = share
-    return Together(0.0, fails)
-
-
 def _moved(search: Search, build: Build) -> list[str]:
     """Name the quantities of a damper that are chosen, or are not exact."""
     asked = search.asked
@@ -158,12 +107,6 @@ def _value(search: Search, build: Build, name: str, share: float) -> float | Non
     low = 0.0 if name in ("friction_force_n", "restitution") else 1e-3 * size
     moved = float(value + share * size)
     return moved if low <= moved <= top else None
-
-
-def _off(search: Search, build: Build, signs: dict[str, float], share: float) -> Build:
-    """Give a build whose quantities are off at once; one that has no such value stays as drawn."""
-    values = {name: _value(search, build, name, sign * share) for name, sign in signs.items()}
-    return build.with_values({name: value for name, value in values.items() if value is not None})
 
 
 def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> list[Build]:

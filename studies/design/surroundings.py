@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from damperlab.studies.design.alternatives import CALLED, OF_DAMPER, Alternative, alternative
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.front import OfMass, beside_particle_alone, front_of, masses_of
-from damperlab.studies.design.margins import Margin, Together, margins_of, together_of
+from damperlab.studies.design.margins import Margin, margins_of
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.space import Candidate
@@ -14,7 +14,6 @@ from damperlab.studies.specification.excitation import Amplitude
 
 MOVED = "each quantity moved alone"
 OF_MASS = "response against mass"
-AT_ONCE = "all quantities moved at once"
 
 
 @dataclass
@@ -39,7 +38,6 @@ class Surroundings:
     shown: tuple[Amplitude, ...] = ()
     alternatives: dict[str, Alternative] = field(default_factory=dict)
     margins: dict[str, Margin] | None = None
-    together: Together | None = None
     front: tuple[OfMass, ...] = ()
 
     @property
@@ -59,7 +57,6 @@ class Surroundings:
         if self.shown:
             parts["amplitudes beyond the range"] = self._shown
         left_out = yield from share_out(self.search.book, parts)
-        left_out += yield from share_out(self.search.book, {AT_ONCE: self._together})
         self.search.cap = self.search.book.budget
         self.front = beside_particle_alone(self.front, self.search, self.alternatives.get("particle_alone"))
         if OF_MASS in left_out and self.front:
@@ -84,13 +81,6 @@ class Surroundings:
     def _margins(self, most: int) -> Step[bool]:
         self.search.cap = most
         self.margins = yield from margins_of(self.search, self.build, self.stated)
-        return True
-
-    def _together(self, most: int) -> Step[bool]:
-        self.search.cap = most
-        if self.margins is None:
-            return False
-        self.together = yield from together_of(self.search, self.build, self.stated, self.margins)
         return True
 
     def _front(self, most: int) -> Step[bool]:

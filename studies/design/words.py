@@ -257,7 +257,7 @@ def _ends(found: Found) -> Iterator[str]:
 
 
 def _margins(found: Found) -> Iterator[str]:
-    asked, together = found.asked, found.together
+    asked = found.asked
     if not found.margins or isinf(found.stated.most):  # what has no bound cannot be exceeded
         return
     holds = ["every limit holds"] if asked.limited_at_all else []
@@ -267,9 +267,6 @@ def _margins(found: Found) -> Iterator[str]:
         holds.append(f"the response stays within {response(asked, WITHIN * found.stated.most)}")
     parts = [_margin(asked, name, margin) for name, margin in found.margins.items()]
     yield f"With one quantity changed and the others as drawn, {' and '.join(holds)} for {'; for '.join(parts)}."
-    if together is not None:
-        beyond = "" if together.fails is None else f" (not {100 * together.fails:.0f} %)"
-        yield f"The same holds where all are {100 * together.share:.0f} % off at once, in every combination{beyond}."
 
 
 def _margin(asked: Specification, name: str, margin: Margin) -> str:

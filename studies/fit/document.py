@@ -12,16 +12,13 @@ from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.history.question import HistoryQuestion
 from damperlab.studies.fit.history.table import is_history, parse_history
 from damperlab.studies.fit.lines import MOST_BYTES, lines_of, read_bytes
-from damperlab.studies.fit.made import Correction
 from damperlab.studies.fit.measured import Measurement, parse_measurement
 from damperlab.studies.fit.question import FREE, NAMED, FitQuestion
-from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import Quantity, read_count
-from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.text import load_text, read_file
 
-KEYS = ("measured", "name", "structure", "fit", "deviation", "confidence", "seed", "specification")
+KEYS = ("measured", "name", "structure", "fit", "deviation", "confidence", "seed")
 MOST_SEED = 2**32 - 1
 DEVIATION = Quantity(
     "deviation", "standard deviation as a share of each amplitude", 1e-12, 1.0, "write 0.05 for 5 %"
@@ -36,8 +33,7 @@ def read_fit(document: object) -> FitQuestion | HistoryQuestion:
     ----------
     document : object
         As read from JSON: `measured` (the text of the table), `structure` (what is known, as a study), `fit` (what is
-        estimated: a range or null by name), and optionally `name`, `deviation`, `confidence`, `seed`. What
-        `read_correction` reads is left to it.
+        estimated: a range or null by name), and optionally `name`, `deviation`, `confidence`, `seed`.
 
     Raises
     ------
@@ -73,34 +69,6 @@ def read_fit(document: object) -> FitQuestion | HistoryQuestion:
     if isinstance(measured, History):
         return make_history_question(measured, structure, ranges, **numbers)
     return make_question(measured, structure, ranges, **numbers)
-
-
-def read_correction(document: object, shelf: Shelf | None = None) -> Correction | None:
-    """Read the specification that the fit shall correct; None where there is none.
-
-    Parameters
-    ----------
-    document : object
-        As of `read_fit`; `specification` is a specification.
-    shelf : Shelf, optional
-        Where its ground-motion records are.
-
-    Raises
-    ------
-    StudyFaults
-        With every fault of it.
-    """
-    raw = document.get("specification") if isinstance(document, Mapping) else None
-    if raw is None:
-        return None
-    try:
-        asked = parse_specification(raw, shelf)
-    except StudyFaults as error:
-        raise StudyFaults(
-            fault if fault.field == "specification" else fault.under("specification")
-            for fault in error.faults
-        ) from None
-    return Correction(asked, shelf)
 
 
 def _measured(document: Mapping[str, Any], faults: list[Fault]) -> Measurement | History | None:
@@ -180,11 +148,6 @@ def fit_schema() -> dict[str, Any]:
             "deviation": DEVIATION.schema(),
             "confidence": CONFIDENCE.schema(0.95),
             "seed": {"type": "integer", "minimum": 0, "maximum": MOST_SEED, "default": 0},
-            "specification": {
-                "type": ["object", "null"],
-                "description": "A specification of a design, whose structure, given values and tolerances become what is "
-                "estimated; without it a new one is made.",
-            },
         },
     }
 

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from math import pi
 from typing import Any
 
+import numpy as np
+
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
@@ -50,15 +52,15 @@ def harmonic_document(question: HistoryQuestion, values: Mapping[str, float]) ->
     return study_document(settings, given, band)
 
 
-def band_hz(given: Mapping[str, float]) -> tuple[float, float]:
-    """Give the ends of the band [Hz]."""
-    own = given["natural_frequency_hz"]
-    return BAND[0] * own, BAND[1] * own
+def check_study(question: HistoryQuestion) -> None:
+    """Refuse, before anything is computed, a question from whose answer no study can be made.
 
-
-def peak_m_s2(measured: History) -> float | None:
-    """Largest |acceleration| of the base [m/s²]; None where the structure is released."""
-    return None if measured.base_m_s2 is None else float(abs(measured.base_m_s2).max())
+    Raises
+    ------
+    StudyFaults
+        As `base_amplitude_m` does.
+    """
+    harmonic_document(question, question.values(np.full(len(question.free), 0.5)))
 
 
 def base_amplitude_m(measured: History, given: Mapping[str, float]) -> float:
@@ -81,9 +83,8 @@ def base_amplitude_m(measured: History, given: Mapping[str, float]) -> float:
         Where nothing but a particle takes energy from the structure that was released.
     """
     omega = 2.0 * pi * given["natural_frequency_hz"]
-    peak = peak_m_s2(measured)
-    if peak is not None:
-        return peak / omega**2
+    if measured.base_m_s2 is not None:
+        return float(abs(measured.base_m_s2).max()) / omega**2
     mass = given.get("mass_kg", 1.0)
     damping = given.get("damping_ratio", given.get("damping_n_s_per_m", 0.0) / (2.0 * mass * omega))
     friction = 4.0 * given.get("friction_force_n", 0.0) / (pi * mass * omega**2)

@@ -10,7 +10,6 @@ from tests.service.cli.commands import run
 
 from damperlab.studies.definition import Study
 from damperlab.studies.reading import read_study
-from damperlab.studies.specification.reading import read_specification
 from damperlab.studies.tmd.transfer import without_absorber
 
 ZETA = 0.05
@@ -81,68 +80,3 @@ def test_a_file_says_what_is_known_and_an_axis_in_it_is_sought(measured: Path, t
     )
     document = json.loads(run("fit", measured, "--structure", known, "--json").stdout)
     assert document["parameters"]["damping_ratio"]["range"] == [0.01, 0.2]
-
-
-SOUGHT = ("--fit", "damping_ratio=0.01,0.2", "--fit", "natural_frequency_hz=2.3,2.7")
-BARE = ("--no-particle", "--friction-ratio", "0", "--base-amplitude-m", str(BASE_MM / 1e3))
-PLANNED = {
-    "name": "planned",
-    "structure": {"mass_kg": 1.7, "natural_frequency_hz": 2.4, "damping_ratio": 0.02},
-    "excitation": {"base_amplitude_m": 0.0015, "frequency_hz": 2.5},
-    "choose": {"clearance_m": [0.004, 0.008, 0.016]},
-    "friction_force_n": 0.0,
-    "particle_mass_kg": 0.16,
-    "restitution": 0.5,
-    "tolerances": {"clearance_m": 0.0005},
-    "measure": "worst_displacement",
-    "budget_points": 300,
-    "builds": 2,
-}
-
-
-def test_a_fit_makes_a_specification_that_is_accepted(measured: Path, tmp_path: Path) -> None:
-    anew = tmp_path / "anew.yaml"
-    ended = run("fit", measured, *SOUGHT, *BARE, "--mass-kg", "1.6", "--specification", anew)
-    assert f"Wrote {anew}; `damperlab design {anew}` searches a damper for it." in ended.stderr
-    guessed = "Guessed are the clearance, the friction force, the mass of the particle and the restitution"
-    assert guessed in ended.stdout
-    assert "GUESS, to be edited: 1 to 20 times the amplitude of the base" in anew.read_text()
-    dry = run("design", anew, "--dry-run").stdout
-    assert dry.startswith("bench, corrected is complete. Chosen: clearance_m, friction_force_n.")
-    asked = read_specification(str(anew))
-    for name, true in (("damping_ratio", ZETA), ("natural_frequency_hz", NATURAL_HZ)):
-        value = getattr(asked.structure, name)
-        # twice an interval of 95 % is four standard deviations
-        assert abs(value - true) <= 2 * asked.tolerances[name].of(value) < 0.1 * true
-
-
-@pytest.mark.night
-def test_a_fit_corrects_a_specification_and_a_design_of_it_runs(measured: Path, tmp_path: Path) -> None:
-    planned, corrected = tmp_path / "planned.json", tmp_path / "corrected.json"
-    planned.write_text(json.dumps(PLANNED))
-    ended = run("fit", measured, *SOUGHT, *BARE, "--correct", planned, "--specification", corrected, "--json")
-    document, answer = json.loads(corrected.read_text()), json.loads(ended.stdout)
-    assert answer["specification"] == document
-    assert answer["specification_words"][0] == (
-        "Replaced by what was measured, or is known with it: the natural frequency, the damping ratio and the friction force."
-    )
-    structure = document["structure"]
-    assert structure["mass_kg"] == 1.7
-    assert abs(structure["damping_ratio"] - ZETA) < 0.05 * ZETA
-    assert set(document["tolerances"]) == {"clearance_m", "natural_frequency_hz", "damping_ratio"}
-    kept = {name: document[name] for name in PLANNED if name not in ("structure", "tolerances")}
-    assert PLANNED | kept == PLANNED
-    ended = run("design", corrected, "--data-dir", tmp_path / "data", "--json")
-    assert json.loads(ended.stdout)["design"]["particle_mass_kg"] == 0.16
-
-
-def test_what_was_measured_is_told_where_it_allows_no_corrected_specification(
-    measured: Path, tmp_path: Path
-) -> None:
-    planned, corrected = tmp_path / "planned.json", tmp_path / "corrected.json"
-    planned.write_text(json.dumps(PLANNED | {"limits": {"friction_force_n": 1e-4}}))
-    rubs = ["0.001" if each == "0" else each for each in BARE]  # which is 6e-4 N
-    ended = run("fit", measured, *SOUGHT, *rubs, "--correct", planned, "--specification", corrected, status=2)
-    assert "Intervals of 95 %" in ended.stdout
-    assert "friction_force_n" in ended.stderr
-    assert not corrected.exists()

@@ -89,7 +89,6 @@ NAMED = [
     ("design prototype -o report.docx", ".html"),
     ("earthquake -o x.gif", ".png"),
     ("fit HERE/peaks.csv KNOWN --fit damping_ratio -o fit.csv", ".png"),
-    ("fit HERE/peaks.csv KNOWN --fit damping_ratio --specification c.csv", ".yaml"),
     ("studies --state lost", "queued, running, done, cancelled, failed"),
     # a place, a range, a number
     ("map x --at clearance_ratio", "dimension=value"),
@@ -152,8 +151,6 @@ NAMED = [
     ("fit HERE/peaks.csv KNOWN --fit damping_ratio --deviation many", "a finite number"),
     ("fit HERE/peaks.csv KNOWN --fit damping_ratio --deviation 0%", "standard deviation"),
     ("fit HERE/peaks.csv KNOWN --fit damping_ratio --structure none.yaml", "none.yaml"),
-    ("fit HERE/peaks.csv KNOWN --fit damping_ratio --correct none.yaml --specification HERE/c.yaml", "cannot be read"),
-    ("fit HERE/peaks.csv KNOWN --fit damping_ratio --correct HERE/wrong.json --specification HERE/c.yaml", "`structure`"),
     ("fit HERE/bad.csv KNOWN --fit damping_ratio", "`line 2.amplitude_m`"),
 ]  # fmt: skip
 
@@ -178,7 +175,6 @@ def test_a_refusal_names_the_option_or_what_is_to_be_written(refused: Refused, l
         ("run figur-11", "figure-11"),
         ("earthquake --at clearanc_m=1", "clearance_m"),
         ("earthquake --case tmd --case hybrd", "hybrid"),
-        ("fit HERE/peaks.csv KNOWN --fit damping_ratio --correct prototipe --specification HERE/c.yaml", "prototype"),
         # a per cent is answered with its share
         ("simulate --damping-ratio 1.1%", "1.1 % is 0.011"),
         ("response x --at 'restitution=1.1 %'", "1.1 % is 0.011"),
@@ -241,7 +237,7 @@ PLACES = [
     "map x -o PLACE.png", "response x --output PLACE.csv", "optimum x -o PLACE.svg",
     "export x -o PLACE.csv", "export x -o PLACE.nc",
     "report x -o PLACE.html", "simulate -o PLACE.csv", "earthquake -o PLACE.csv", "design prototype -o PLACE.html",
-    "fit no-such.csv --study PLACE.yaml", "fit no-such.csv --specification PLACE.yaml", "fit no-such.csv -o PLACE.png",
+    "fit no-such.csv --study PLACE.yaml", "fit no-such.csv -o PLACE.png",
     "check accuracy -o PLACE", "check paper -o PLACE",
 ]  # fmt: skip
 """Commands that write; nothing is read or computed for a file that cannot be written."""
@@ -266,11 +262,6 @@ def test_a_place_that_cannot_be_written_is_refused_before_anything_is_read(
         assert system not in said
     for fault in document.get("errors", ()):
         assert fault["field"] in line.replace("-o", "--output")
-
-
-def test_a_corrected_specification_needs_a_file_or_a_document(refused: Refused) -> None:
-    said, _ = refused("fit HERE/peaks.csv KNOWN --fit damping_ratio --correct prototype", as_json=False)
-    assert "--specification FILE" in said
 
 
 def test_a_folder_is_no_file(refused: Refused, tmp_path: Path) -> None:

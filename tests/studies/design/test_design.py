@@ -132,28 +132,6 @@ def test_the_answer_says_what_was_found(damped) -> None:
 
 
 @pytest.mark.night
-def test_all_quantities_may_be_off_at_once_as_far_as_brute_force_says(damped) -> None:
-    found, _ = damped
-    together, bound = found.together, 1.1 * found.stated.most
-    assert together is not None
-    assert 0.0 < together.share < (together.fails or 1.0)
-
-    def worst_at(share: float) -> float:
-        clearance, force = (
-            np.array([1.0 - share, 1.0 + share]) * value
-            for value in (found.build.clearance_m, found.build.friction_force_n)
-        )
-        return float(brute(DAMPED, clearance, force).max())
-
-    # the grid of brute force has other frequencies than the search, whose peaks are known to its error
-    assert worst_at(together.share) <= bound + found.stated.error
-    if together.fails is not None:
-        assert worst_at(together.fails) > bound - found.stated.error
-    (told,) = [each for each in answer_document(found)["words"] if each.startswith("The same holds")]
-    assert f"{100 * together.share:.0f} % off at once" in told
-
-
-@pytest.mark.night
 def test_an_infeasible_specification_says_which_limit_to_relax_and_to_what() -> None:
     document = DAMPED | {
         "limits": {"displacement_m": 1e-4},
