@@ -27,7 +27,7 @@ def refused(tmp_path: Path) -> Refused:
         line: str, data_dir: Path = tmp_path / "data", status: int = 2, as_json: bool = True
     ) -> tuple[str, dict[str, Any]]:
         words: list[str | Path] = [*shlex.split(line.replace("HERE", str(tmp_path)).replace("KNOWN", KNOWN))]
-        if words[0] not in ("simulate", "admin"):
+        if words[0] not in ("simulate", "fit", "admin"):
             words += ["--data-dir", data_dir]
         document: dict[str, Any] = {}
         said = run(*words, status=status)
