@@ -1,7 +1,6 @@
 """Table A1: the dampers under an earthquake."""
 
-from functools import partial
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -10,13 +9,23 @@ from damperlab.service.histories import histories_of
 from damperlab.service.reproduction.section import Row, Section, Solve
 from damperlab.studies.choices import InstantContact
 from damperlab.studies.ground.builtin import builtin_record
-from damperlab.studies.ground.paper import SOURCE_NOTE
+from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.paper import (
+    BASE_AMPLITUDES_M,
+    CLEARANCES_M,
+    SOURCE_NOTE,
+    TABLE_A1,
+    friction_force_n,
+)
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.question import Earthquake
 from damperlab.studies.paper import PaperNumber, paper_numbers
+from damperlab.studies.tmd.tunings import den_hartog
 from damperlab.studies.vocabulary import CASES
-from damperlab.worker.ground.comparison import paper_factor
-from damperlab.worker.ground.comparison import table_a1 as compute
+from damperlab.worker.ground.absorber import absorber_response
+from damperlab.worker.ground.comparison import spread
+from damperlab.worker.ground.design import Damper, Structure
+from damperlab.worker.ground.response import GroundResponse, ground_response
 
 RECORD = "loma-prieta-000"
 STARTS = 8
@@ -27,23 +36,20 @@ def table_a1(solve: Solve, quick: bool) -> Section:
     section = Section("Table A1: dampers under an earthquake")
     known = paper_numbers()
     motion = builtin_record(RECORD)
-    factor = paper_factor(motion)
-    table = compute(motion, factor, starts=0 if quick else STARTS)
-    for row in table["rows"]:
-        case = row["damper"]
-        assumed = [row["assumption"]] if row["assumption"] else []
-        if row.get("sensitive"):
-            assumed.append(
-                f"sensitive to its start: peak {row['peak_lowest_m']:.4g} to {row['peak_highest_m']:.4g} m"
-            )
-        assumption = "; ".join(assumed) or f"the record times {factor:.4g}, so that this peak is the paper's"
+    factor = _paper_factor(motion)
+    peaks: dict[str, list[float]] = {}
+    for case, assumption, found in _tried(motion, factor, 0 if quick else STARTS):
+        values = {"peak": found.peak_relative_displacement_m, "rms": found.rms_relative_displacement_m}
+        peaks.setdefault(case, []).append(values["peak"])
         section.rows += [
-            Row(f"{CASES[case]}, {what} [m]", known[f"earthquake_{what}_{case}_m"], row[f"{what}_m"], assumption,
+            Row(f"{CASES[case]}, {what} [m]", known[f"earthquake_{what}_{case}_m"], values[what], assumption,
                 None, "instant" if case in ("pid", "hybrid") else "")
             for what in ("peak", "rms")
         ]  # fmt: skip
-    rows = table["rows"]
-    less = partial(_least_below_absorber, rows)
+
+    def less(case: str) -> float:
+        return 1 - min(peaks[case]) / peaks["tmd"][0]
+
     section.rows += [
         Row("best hybrid's peak below the tuned mass damper's, share", known["earthquake_less_than_tmd"],
             less("hybrid"), "least peak over all cavities and forces tried", None, "instant"),
@@ -73,7 +79,7 @@ def figure_a2(solve: Solve, quick: bool) -> Section:
     section = Section("Figure A2: displacement under an earthquake")
     known = paper_numbers()
     motion = builtin_record(RECORD)
-    values = {name: default for name, (_, default) in QUANTITIES.items()} | {"scale": paper_factor(motion)}
+    values = {name: default for name, (_, default) in QUANTITIES.items()} | {"scale": _paper_factor(motion)}
     asked = Earthquake(RECORD, motion, values, "den_hartog", tuple(CASES), 0, 0, InstantContact())
     for case, history in histories_of(asked).items():
         x = history["relative_displacement_m"]
@@ -94,8 +100,37 @@ def figure_a2(solve: Solve, quick: bool) -> Section:
     return section
 
 
-def _least_below_absorber(rows: list[dict[str, Any]], case: str) -> float:
-    peak = {
-        name: float(min(row["peak_m"] for row in rows if row["damper"] == name)) for name in (case, "tmd")
+def _tried(motion: GroundMotion, factor: float, starts: int) -> Iterator[tuple[str, str, GroundResponse]]:
+    """Compute every damper of the table, for each reading of what the paper leaves open: case, reading, response."""
+    structure = Structure()
+    mass = 0.1 * structure.mass_kg
+    forces = {
+        z: friction_force_n(z, structure.stiffness_n_per_m, structure.damping_ratio)
+        for z in BASE_AMPLITUDES_M
     }
-    return 1 - peak[case] / peak["tmd"]
+    none = f"the record times {factor:.4g}, so that this peak is the paper's"
+    yield "none", none, ground_response(structure, Damper(), motion, factor)
+    yield "tmd", "den_hartog, mass ratio 0.1", absorber_response(structure, den_hartog(0.1), motion, factor)
+    tried = [("pid", f"d = {1e3 * d:g} mm", Damper(0.0, mass, d)) for d in CLEARANCES_M]
+    tried += [
+        ("fd", f"F_f = {force:.3g} N (Z = {1e3 * z:.3g} mm)", Damper(force)) for z, force in forces.items()
+    ]
+    tried += [
+        ("hybrid", f"d = {1e3 * d:g} mm, F_f = {force:.3g} N", Damper(force, mass, d))
+        for d in CLEARANCES_M
+        for force in forces.values()
+    ]
+    for case, assumption, damper in tried:
+        found = ground_response(structure, damper, motion, factor)
+        if starts:
+            over = spread(structure, damper, motion, found, factor, starts=starts)
+            if over["sensitive"]:
+                low, high = (over["peak_relative_displacement_m"][end] for end in ("lowest", "highest"))
+                assumption += f"; sensitive to its start: peak {low:.4g} to {high:.4g} m"
+        yield case, assumption, found
+
+
+def _paper_factor(motion: GroundMotion) -> float:
+    """Factor on a record that gives the structure without damper the paper's peak, against the base."""
+    none = ground_response(Structure(), Damper(), motion)
+    return TABLE_A1["none"][0] / none.peak_relative_displacement_m

@@ -3,7 +3,7 @@
 import math
 
 from damperlab.studies.paper import paper_numbers
-from damperlab.studies.vocabulary import CASES as CASES  # also by its place of before
+from damperlab.studies.vocabulary import CASES
 
 TABLE_A1: dict[str, tuple[float, float]] = {
     case: (

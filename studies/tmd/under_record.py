@@ -49,11 +49,11 @@ def measures_under(
     base = np.interp(places, np.arange(ground.size), ground)
     # after the record the base has no acceleration: it moves on as it did
     base = np.concatenate([base, np.zeros(round(tail_s / step))])
-    matrix, forced, row = _system(absorber, damping_ratio, angular_frequency)
-    # unknowns, the acceleration of the base, and its slope over a step
-    whole = np.zeros((8, 8))
-    whole[:6, :6], whole[:6, 6], whole[6, 7] = matrix * step, forced * step, 1.0
-    advance = expm(whole)[:6]
+    system, row = linear_system(absorber, damping_ratio, angular_frequency)
+    # in units of the step, so that the slope is that over a step
+    system = system * step
+    system[6, 7] = 1.0
+    advance = expm(system)[:6]
     states = np.zeros((base.size, 6))
     inputs = np.column_stack([base[:-1], np.diff(base)]) @ advance[:, 6:].T
     free = advance[:, :6].T
@@ -62,7 +62,7 @@ def measures_under(
     results = {
         "relative_displacement_m": states[:, 0],
         "absolute_displacement_m": states[:, 0] + states[:, 4],
-        "absolute_acceleration_m_s2": states @ row,
+        "absolute_acceleration_m_s2": states @ row[:6],
     }
     weights = np.full(base.size, 1.0)
     weights[[0, -1]] = 0.5
@@ -74,21 +74,22 @@ def measures_under(
     return {STROKE: float(np.abs(states[:, 2]).max()), **peaks, **rms}
 
 
-def _system(
+def linear_system(
     absorber: Absorber, damping_ratio: float, omega: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Give matrix, input column and the row of x''.
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give the matrix of the motion, (8, 8), and the row that makes the absolute acceleration x'' of the unknowns, (8,).
 
-    Unknowns are v and v' of the structure against its base, q and q' of the absorber against the structure, z and z'.
+    Unknowns are v and v' of the structure against its base, q and q' of the absorber against the structure, displacement,
+    velocity, acceleration and jerk of the base: v'' = x'' − a with x'' = −2ζωv' − ω²v + μ(2ζ_aγωq' + γ²ω²q), and
+    q'' = −(2ζ_aγωq' + γ²ω²q) − x''.
     """
-    link = np.zeros(6)
+    link = np.zeros(8)
     own = absorber.tuning * omega
     link[[2, 3]] = own**2, 2.0 * absorber.damping_ratio * own
     row = absorber.mass_ratio * link
     row[[0, 1]] = -(omega**2), -2.0 * damping_ratio * omega
-    matrix = np.zeros((6, 6))
-    matrix[0, 1] = matrix[2, 3] = matrix[4, 5] = 1.0
+    matrix = np.zeros((8, 8))
+    matrix[[0, 2, 4, 5, 6], [1, 3, 5, 6, 7]] = 1.0
     matrix[1], matrix[3] = row, -link - row
-    forced = np.zeros(6)
-    forced[[1, 5]] = -1.0, 1.0
-    return matrix, forced, row
+    matrix[1, 6] = -1.0
+    return matrix, row

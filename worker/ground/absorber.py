@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from damperlab.studies.ground.motion import GroundMotion
-from damperlab.studies.tmd.absorber import Absorber
+from damperlab.studies.tmd.absorber import NO_DAMPER, Absorber
+from damperlab.studies.tmd.under_record import linear_system
 from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Structure, scale_of
-from damperlab.worker.ground.response import GroundResponse
-from damperlab.worker.solver.excitation.record_base import RecordBase, make_record_base
+from damperlab.worker.ground.response import GroundResponse, record_base
+from damperlab.worker.solver.excitation.record_base import RecordBase
 from damperlab.worker.solver.motion.taylor import TERMS
 from damperlab.worker.solver.observe.quadrature import GAUSS_NODES, GAUSS_WEIGHTS
 
@@ -48,16 +49,10 @@ def absorber_response(
         Without impacts and stick; `loss_viscous_j` is that of both dashpots.
     """
     scale = scale_of(structure, motion, factor)
-    base = make_record_base(
-        (1.0 if factor > 0 else -1.0) * motion.acceleration_m_s2 / motion.peak_m_s2,
-        scale.omega * motion.step_s,
-        structure.damping_ratio,
-        scale.omega * tail_s,
-        1.0
-        if absorber is None
-        else max(1.0, absorber.tuning * (1.0 + absorber.damping_ratio)) * (1.0 + absorber.mass_ratio),
-    )
-    matrix, acceleration = _system(structure.damping_ratio, absorber)
+    absorber = absorber or NO_DAMPER
+    stretch = max(1.0, absorber.tuning * (1.0 + absorber.damping_ratio)) * (1.0 + absorber.mass_ratio)
+    base = record_base(structure, motion, factor, tail_s, stretch if absorber.mass_ratio else 1.0)
+    matrix, acceleration = linear_system(absorber, structure.damping_ratio, 1.0)
     states = _states(matrix, base)
     relative, absolute = np.eye(8)[_V], np.eye(8)[_V] + np.eye(8)[_S]
     peaks = [_peak(matrix, states, c, base.window) for c in (relative, absolute, acceleration)]
@@ -68,9 +63,7 @@ def absorber_response(
         return float(np.sum(weights * (at @ c) ** 2))
 
     time = base.windows * base.window
-    mu, zeta_a, gamma = (0.0, 0.0, 1.0) if absorber is None else (
-        absorber.mass_ratio, absorber.damping_ratio, absorber.tuning,
-    )  # fmt: skip
+    mu, zeta_a, gamma = absorber.mass_ratio, absorber.damping_ratio, absorber.tuning
     two_zeta = 2.0 * structure.damping_ratio
     transmitted = -(two_zeta * at[..., _W] + at[..., _V])
     work = float(np.sum(weights * transmitted * at[..., _S_RATE]))
@@ -114,44 +107,14 @@ def absorber_history(
 ) -> dict[str, NDArray[np.float64]]:
     """Return time [s], relative displacement [m] and absolute acceleration [m/s²] at the window ends."""
     scale = scale_of(structure, motion, factor)
-    base = make_record_base(
-        (1.0 if factor > 0 else -1.0) * motion.acceleration_m_s2 / motion.peak_m_s2,
-        scale.omega * motion.step_s,
-        structure.damping_ratio,
-        scale.omega * tail_s,
-    )
-    matrix, acceleration = _system(structure.damping_ratio, absorber)
+    base = record_base(structure, motion, factor, tail_s)
+    matrix, acceleration = linear_system(absorber or NO_DAMPER, structure.damping_ratio, 1.0)
     states = _states(matrix, base)
     return {
         "time_s": np.arange(base.windows + 1.0) * (base.window / scale.omega),
         "relative_displacement_m": states[:, _V] * scale.length_m,
         "absolute_acceleration_m_s2": (states @ acceleration) * scale.acceleration_m_s2,
     }
-
-
-def _system(
-    damping_ratio: float, absorber: Absorber | None
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Matrix M, and the row that makes the absolute acceleration u'' of the unknowns.
-
-    With q of the absorber against the structure: u'' = −2ζv' − v + μ(2ζ_aγq' + γ²q), v'' = u'' − s'',
-    q'' = −(2ζ_aγq' + γ²q) − u''.
-    """
-    mu, gamma, zeta_a = 0.0, 0.0, 0.0
-    if absorber is not None:
-        mu, gamma, zeta_a = absorber.mass_ratio, absorber.tuning, absorber.damping_ratio
-    link = np.zeros(8)
-    link[[_Q, _Q_RATE]] = gamma**2, 2.0 * zeta_a * gamma
-    acceleration = mu * link
-    acceleration[[_V, _W]] = -1.0, -2.0 * damping_ratio
-    base = np.eye(8)[_A]
-    matrix = np.zeros((8, 8))
-    matrix[_V, _W] = matrix[_Q, _Q_RATE] = matrix[_S, _S_RATE] = 1.0
-    matrix[_S_RATE, _A] = matrix[_A, _J] = 1.0
-    matrix[_W] = acceleration - base
-    if absorber is not None:
-        matrix[_Q_RATE] = -link - acceleration
-    return matrix, acceleration
 
 
 def _states(matrix: NDArray[np.float64], base: RecordBase) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Dampers beside each other under one record: Table A1, with how much of it is chance."""
+"""Dampers beside each other under one record, with how much of it is chance."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -8,18 +8,10 @@ import numpy as np
 
 from damperlab.studies.cavity import cavity_of
 from damperlab.studies.ground.motion import GroundMotion
-from damperlab.studies.ground.paper import (
-    BASE_AMPLITUDES_M,
-    CASES,
-    CLEARANCES_M,
-    SOURCE_NOTE,
-    TABLE_A1,
-    friction_force_n,
-)
 from damperlab.studies.ground.question import Earthquake
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.tunings import tuned
-from damperlab.studies.vocabulary import Criterion
+from damperlab.studies.vocabulary import CASES
 from damperlab.worker.ground.absorber import absorber_response
 from damperlab.worker.ground.design import Damper, Structure, scale_of
 from damperlab.worker.ground.response import GroundResponse, Perturbation, Ready, ground_response
@@ -183,89 +175,3 @@ def spread(
     change = max(float(np.max(np.abs(np.array(found[name]) - rest[name]))) for name in SPREAD[:4])
     growth = change / size_m if size_m > 0.0 else 0.0
     return {"starts": starts, "size_m": size_m, "growth": growth, "sensitive": growth > CHAOTIC, **answer}
-
-
-def table_a1(
-    motion: GroundMotion,
-    factor: float = 1.0,
-    tail_s: float = 0.0,
-    criterion: Criterion = "den_hartog",
-    starts: int = 8,
-) -> dict[str, Any]:
-    """Recompute Table A1 under one record: for `damperlab check paper`.
-
-    Parameters
-    ----------
-    motion, factor, tail_s
-        The record, what it is multiplied by, and the free vibration after it [s].
-    criterion : str
-        How the mass damper is tuned; Den Hartog's is the paper's.
-    starts : int
-        Perturbed starts of each case with a particle.
-
-    Returns
-    -------
-    dict
-        ``rows``: one for each damper of the table and each assumption that was tried, with ``damper``, ``assumption``,
-        ``paper_peak_m``, ``paper_rms_m``, ``peak_m``, ``rms_m`` (against the base), ``absolute_peak_m``,
-        ``absolute_rms_m``, and the same over no damper: ``paper_peak_share``, ``paper_rms_share``, ``peak_share``,
-        ``rms_share``; ``peak_lowest_m`` and ``peak_highest_m`` over the perturbed starts. ``note``: why digits differ.
-    """
-    structure = Structure()
-    none = ground_response(structure, Damper(), motion, factor, tail_s)
-    mass = 0.1 * structure.mass_kg
-    absorber = tuned(criterion, 0.1, structure.damping_ratio)
-    forces = [
-        friction_force_n(z, structure.stiffness_n_per_m, structure.damping_ratio) for z in BASE_AMPLITUDES_M
-    ]
-    rows = [
-        _row("none", "", none, none),
-        _row("tmd", f"{criterion}, mass ratio 0.1", absorber_response(structure, absorber, motion, factor, tail_s), none),
-    ]  # fmt: skip
-    tried = [("pid", f"d = {1e3 * d:g} mm", Damper(0.0, mass, d)) for d in CLEARANCES_M]
-    tried += [
-        ("fd", f"F_f = {force:.3g} N (Z = {1e3 * z:.3g} mm)", Damper(force))
-        for z, force in zip(BASE_AMPLITUDES_M, forces, strict=True)
-    ]
-    tried += [
-        ("hybrid", f"d = {1e3 * d:g} mm, F_f = {force:.3g} N", Damper(force, mass, d))
-        for d in CLEARANCES_M
-        for force in forces
-    ]
-    for case, assumption, damper in tried:
-        response = ground_response(structure, damper, motion, factor, tail_s)
-        row = _row(case, assumption, response, none)
-        if starts:
-            over = spread(structure, damper, motion, response, factor, tail_s, starts)
-            peak = over["peak_relative_displacement_m"]
-            row |= {"peak_lowest_m": peak["lowest"], "peak_highest_m": peak["highest"]}
-            row["sensitive"] = over["sensitive"]
-        rows.append(row)
-    return {"record": motion.summary(), "factor": factor, "rows": rows, "note": SOURCE_NOTE}
-
-
-def _row(case: str, assumption: str, response: GroundResponse, none: GroundResponse) -> dict[str, Any]:
-    paper, paper_none = TABLE_A1[case], TABLE_A1["none"]
-    peak, rms = response.peak_relative_displacement_m, response.rms_relative_displacement_m
-    return {
-        "damper": case,
-        "assumption": assumption,
-        "paper_peak_m": paper[0],
-        "paper_rms_m": paper[1],
-        "peak_m": peak,
-        "rms_m": rms,
-        "absolute_peak_m": response.peak_absolute_displacement_m,
-        "absolute_rms_m": response.rms_absolute_displacement_m,
-        "paper_peak_share": paper[0] / paper_none[0],
-        "paper_rms_share": paper[1] / paper_none[1],
-        "peak_share": peak / none.peak_relative_displacement_m,
-        "rms_share": rms / none.rms_relative_displacement_m,
-        "energy_residual": response.energy_residual,
-        "status": response.status,
-    }
-
-
-def paper_factor(motion: GroundMotion) -> float:
-    """Factor on a record that gives the structure without damper the paper's peak, against the base."""
-    none = ground_response(Structure(), Damper(), motion)
-    return TABLE_A1["none"][0] / none.peak_relative_displacement_m

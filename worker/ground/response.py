@@ -140,14 +140,23 @@ class Ready(NamedTuple):
     free: Any
 
 
-def made_ready(structure: Structure, motion: GroundMotion, factor: float, tail_s: float) -> Ready:
-    """Make a record ready for runs that differ in their damper, start and size of the factor alone."""
-    base = make_record_base(
-        (1.0 if factor > 0 else -1.0) * motion.acceleration_m_s2 / motion.peak_m_s2,
+def record_base(
+    structure: Structure, motion: GroundMotion, factor: float, tail_s: float, fastest: float = 1.0
+) -> RecordBase:
+    """Cut a record into windows for a structure; `fastest` is what moves fastest on it, over its natural frequency."""
+    sign = 1.0 if factor > 0 else -1.0
+    return make_record_base(
+        sign * motion.acceleration_m_s2 / motion.peak_m_s2,
         structure.omega * motion.step_s,
         structure.damping_ratio,
         structure.omega * tail_s,
+        fastest,
     )
+
+
+def made_ready(structure: Structure, motion: GroundMotion, factor: float, tail_s: float) -> Ready:
+    """Make a record ready for runs that differ in their damper, start and size of the factor alone."""
+    base = record_base(structure, motion, factor, tail_s)
     return Ready(base, make_linear_motion(base, 1.0, None))
 
 

@@ -22,7 +22,7 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.ground.block import draw_of, solve_suite_block
-from damperlab.worker.ground.comparison import CHAOTIC, spread, table_a1
+from damperlab.worker.ground.comparison import CHAOTIC, spread
 from damperlab.worker.ground.design import Damper, Structure
 from damperlab.worker.ground.response import ground_response
 from damperlab.worker.provenance import code_hash, provenance
@@ -201,17 +201,3 @@ def test_spread_is_small_without_a_particle_and_large_in_chaos() -> None:
     assert peak["lowest"] <= peak["mean"] <= peak["highest"]
     again = spread(structure, rattling, motion, ground_response(structure, rattling, motion), starts=4)
     assert again == wild
-
-
-def test_table_a1_says_the_paper_and_ours_side_by_side() -> None:
-    table = table_a1(builtin_record("loma-prieta-000"), starts=1)
-    rows = table["rows"]
-    assert {row["damper"] for row in rows} == {"none", "tmd", "pid", "fd", "hybrid"}
-    none = rows[0]
-    assert (none["paper_peak_m"], none["paper_rms_m"]) == (0.1671, 0.0335)
-    assert none["peak_share"] == none["rms_share"] == 1.0
-    for row in rows:
-        assert row["peak_share"] == pytest.approx(row["peak_m"] / none["peak_m"], rel=1e-15)
-        assert row["energy_residual"] < 1e-9
-        assert row["status"] == 0
-    assert np.ptp([row["peak_m"] for row in rows if row["damper"] == "hybrid"]) > 0
