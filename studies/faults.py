@@ -4,12 +4,15 @@ import difflib
 import json
 import math
 import re
-from collections.abc import Container, Iterable
+from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 from damperlab.studies.user_error import UserError
 from damperlab.studies.variables import MADE_BY
+
+T = TypeVar("T")
+U = TypeVar("U")
 
 MAX_FAULTS = 100
 """Faults listed in one answer; the rest is counted. Keeps the answer to a hostile document small."""
@@ -110,6 +113,15 @@ class StudyFaults(UserError, ValueError):
     def __reduce__(self) -> tuple[type["StudyFaults"], tuple[tuple[Fault, ...]]]:
         """Let the faults travel between processes."""
         return StudyFaults, (self.faults,)
+
+
+def attempt(reading: Callable[[], T], otherwise: U, faults: list[Fault]) -> T | U:
+    """Read something; where it is refused, add what is wrong with it to `faults`, and give something else."""
+    try:
+        return reading()
+    except StudyFaults as refused:
+        faults.extend(refused.faults)
+        return otherwise
 
 
 def join(parent: str, child: str) -> str:

@@ -216,8 +216,4 @@ def trapezoid(frequencies: np.ndarray) -> np.ndarray:
     """Give the weights of the trapezoidal rule over ascending frequencies; 1 of a single one."""
     if frequencies.size == 1:
         return np.ones(1)
-    steps = np.diff(frequencies)
-    weights = np.zeros(frequencies.size)
-    weights[:-1] += steps / 2
-    weights[1:] += steps / 2
-    return weights
+    return np.convolve(np.diff(frequencies), [0.5, 0.5])

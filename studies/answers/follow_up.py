@@ -62,10 +62,8 @@ class Refinement:
         return sentences_of(self.notes, phrases)
 
 
-def follow_up(
-    study: Study, axes: Mapping[str, Any], kind: str, steady: Mapping[str, Any] | None = None
-) -> Study:
-    """Make the study on other axes, and with other settings of the steady search where they are given."""
+def follow_up(study: Study, axes: Mapping[str, Any], kind: str) -> Study:
+    """Make the study on other axes."""
     document = study.document()
     # the ratios are given themselves: of the physical block stays what gives them their units, and makes none
     physical = document.pop("physical", None) or {}
@@ -77,8 +75,6 @@ def follow_up(
     document["damping_ratio"] = axes["damping_ratio"]
     document |= {name: axes[name] for name in BEFORE if name in axes}
     document["axes"] = {name: axes[name] for name in kept if name != "damping_ratio"}
-    if steady is not None:
-        document["steady"] = {**document.get("steady", {}), **steady}
     return parse_harmonic(document)
 
 

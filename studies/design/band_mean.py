@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.answers.design_question import trapezoid
 from damperlab.studies.design.frequencies import DIGITS, NARROW
 
 MOST = 12
@@ -46,8 +47,7 @@ def band_mean(r: NDArray[np.float64], values: NDArray[np.float64], errors: NDArr
     if r.size == 1 or not np.isfinite(values).all():
         return BandMean(float(values.max()), 0.0, float(errors[int(values.argmax())]))
     width = float(r[-1] - r[0])
-    steps = np.diff(r)
-    weights = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps)) / width
+    weights = trapezoid(r) / width
     square = float((weights * values**2).sum())
     if square == 0.0:
         return BandMean(0.0, 0.0, 0.0)

@@ -1,6 +1,6 @@
 """From a specification to an answer: the search, what builds do, how far each dimension may move, and what else there is."""
 
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Generator, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,7 @@ from damperlab.studies.ground.suite import Suite
 from damperlab.studies.specification.excitation import Amplitude, Excitation
 from damperlab.studies.specification.specification import STARTS, Specification
 
-__all__ = ["Ask", "Found", "Rounds", "designing", "next_round"]
+__all__ = ["Ask", "Found", "Rounds", "designing"]
 
 AMPLITUDES = 7
 """Base amplitudes under which the recommended damper is looked at."""
@@ -98,32 +98,6 @@ def designing(asked: Specification, budget: int) -> Rounds:
 def _ahead(book: Book) -> tuple[Build, Score] | None:
     best = book.ahead
     return None if best is None else (best, score(book, best, amplitudes_of(book.asked, FEW)))
-
-
-def next_round(asked: Specification, budget: int, cubes: Mapping[str, xr.Dataset]) -> Ask | Found:
-    """Give what a search needs next, or what it has found.
-
-    Parameters
-    ----------
-    asked, budget
-        As in `designing`.
-    cubes : mapping of Dataset
-        What is done, by the digest of its study; more than is needed does no harm.
-
-    Returns
-    -------
-    Ask or Found
-        The first round of which a cube is missing, with all its studies.
-    """
-    rounds = designing(asked, budget)
-    try:
-        ask = next(rounds)
-        while all(study.digest in cubes for study in ask.studies):
-            ask = rounds.send([cubes[study.digest] for study in ask.studies])
-    except StopIteration as end:
-        found: Found = end.value
-        return found
-    return ask
 
 
 def _steps(asked: Specification, book: Book) -> Step[Found]:

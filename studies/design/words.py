@@ -1,11 +1,10 @@
 """The details of a design, in sentences: what of its limits it reaches, how far it holds, and how all that is known."""
 
 from collections.abc import Iterator, Mapping
-from math import isfinite, isinf
+from math import isinf
 
-from damperlab.studies.design.backbone import peaks_of
 from damperlab.studies.design.book import SEED
-from damperlab.studies.design.found import Found, at_ends, locked
+from damperlab.studies.design.found import Found
 from damperlab.studies.design.margins import WITHIN, Margin
 from damperlab.studies.design.spelling import (
     CALLED,
@@ -14,9 +13,7 @@ from damperlab.studies.design.spelling import (
     damper_words,
     frequency,
     length,
-    level,
     limited,
-    plural,
     quantity,
     response,
     rounded_up,
@@ -48,8 +45,6 @@ def details_of(found: Found) -> list[str]:
         *_damper_limits(found),
         *_builds(found),
         *_starts(found),
-        *_amplitudes(found),
-        *_ends(found),
         *_margins(found),
         *_known(found),
     ]
@@ -227,33 +222,6 @@ def _reached(asked: Specification, one: Reached) -> str:
     if one.value is not None and not asked.measure.of_displacement:
         judged = f" and {response(asked, one.value)}{asked.measure.kind}"
     return length(asked, one.displacement) + judged + (f" ({', '.join(about)})" if about else "")
-
-
-def _amplitudes(found: Found) -> Iterator[str]:
-    """Say what the damper does under amplitudes from half the least to twice the largest."""
-    asked, shown = found.asked, found.shown
-    if len(shown) < 2 or not asked.in_units:
-        return
-    worst = [(each, curve.judged) for each, curve, _ in peaks_of(found)]
-    (least, low), (largest, high) = worst[0], worst[-1]
-    if isfinite(low) and isfinite(high):
-        yield (
-            f"Under {plural(least.excitation.motion)} from {level(asked, least)} to {level(asked, largest)} it "
-            f"{comes_to(asked)} {response(asked, low)} to {response(asked, high)}."
-        )
-
-
-def _ends(found: Found) -> Iterator[str]:
-    asked, held = found.asked, locked(found)
-    for name, end in at_ends(found).items():
-        # of friction that holds the structure more changes nothing, and less than none there is not
-        if (held and name == "friction_force_n") or not (
-            asked.choices[name].values or getattr(found.build, name)
-        ):
-            continue
-        limit = asked.bounds.get(name) if end == "upper" else None
-        where = f"as large as `{limit}` allows" if limit else f"at the {end} end of its range"
-        yield f"The {CALLED[name]} is {where}: beyond it there may be a better damper."
 
 
 def _margins(found: Found) -> Iterator[str]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing, nearest
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, listing, nearest
 from damperlab.studies.fit.measured import Measurement
 from damperlab.studies.fit.question import BESIDE_AXES, FREE, NAMED, RATIO_OF, FitQuestion, Free, drop
 from damperlab.studies.quantity import RATIOS
@@ -136,11 +136,7 @@ def taken_apart(
 def read_number(name: str, raw: object, faults: list[Fault]) -> dict[str, float]:
     """Read one number of a prototype; none, and a fault, where it is wrong."""
     if name in NAMED:
-        try:
-            return {name: NAMED[name].read(raw, name)}
-        except StudyFaults as error:
-            faults.extend(error.faults)
-            return {}
+        return attempt(lambda: {name: NAMED[name].read(raw, name)}, {}, faults)
     near = nearest(str(name), NAMED)
     advice = f"did you mean `{near}`? Otherwise remove it" if near else "remove it"
     allowed = f"one of {listing(NAMED)}"

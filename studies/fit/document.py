@@ -1,11 +1,12 @@
 """A question to a measurement as one document: what HTTP is sent."""
 
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from damperlab.studies.definition import MAX_NAME
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, printable, unknown_key
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, printable, unknown_key
 from damperlab.studies.fit.asking import make_question
 from damperlab.studies.fit.history.asking import make_history_question
 from damperlab.studies.fit.history.history import History
@@ -53,16 +54,10 @@ def read_fit(document: object) -> FitQuestion | HistoryQuestion:
     ranges = _ranges(document.get("fit", {}), faults)
     numbers: dict[str, Any] = {"deviation": None, "confidence": 0.95, "seed": 0}
     for quantity in (DEVIATION, CONFIDENCE):
-        if document.get(quantity.name) is not None:
-            try:
-                numbers[quantity.name] = quantity.read(document[quantity.name], quantity.name)
-            except StudyFaults as error:
-                faults += error.faults
-    if document.get("seed") is not None:
-        try:
-            numbers["seed"] = read_count(document["seed"], 0, MOST_SEED, "seed")
-        except StudyFaults as error:
-            faults += error.faults
+        if (raw := document.get(quantity.name)) is not None:
+            numbers[quantity.name] = attempt(partial(quantity.read, raw, quantity.name), None, faults)
+    if (raw := document.get("seed")) is not None:
+        numbers["seed"] = attempt(partial(read_count, raw, 0, MOST_SEED, "seed"), None, faults)
     if faults or measured is None:
         raise StudyFaults(faults)
     numbers["share"] = numbers.pop("deviation")
@@ -82,11 +77,7 @@ def _measured(document: Mapping[str, Any], faults: list[Fault]) -> Measurement |
         advice = "give the rows as one text, the first line with the names of the columns"
         faults.append(Fault("measured", found, "the text of a table", advice))
         return None
-    try:
-        return parse_table(text, str(name))
-    except StudyFaults as error:
-        faults += error.faults
-        return None
+    return attempt(lambda: parse_table(text, str(name)), None, faults)
 
 
 def _ranges(raw: object, faults: list[Fault]) -> dict[str, tuple[float, float] | None]:
@@ -101,11 +92,8 @@ def _ranges(raw: object, faults: list[Fault]) -> dict[str, tuple[float, float] |
         if ends is None:
             found[str(name)] = None
         elif isinstance(ends, list) and len(ends) == 2 and name in NAMED:
-            try:
-                low, high = (NAMED[name].read(end, f"fit.{name}") for end in ends)
-                found[str(name)] = (low, high)
-            except StudyFaults as error:
-                faults += error.faults
+            low, high = (attempt(partial(NAMED[name].read, end, f"fit.{name}"), 0.0, faults) for end in ends)
+            found[str(name)] = (low, high)
         elif name in NAMED:
             advice = f'write "{name}": [LOW, HIGH], or null for a usual range'
             faults.append(Fault(f"fit.{name}", describe(span), "a range", advice))

@@ -17,8 +17,6 @@ MOST_ROWS = 2_000
 LARGEST = 1e12
 """Bound on every number: beyond it the unit is wrong."""
 
-Columns = dict[str, NDArray[np.float64]]
-
 
 @dataclass(frozen=True)
 class Measurement:

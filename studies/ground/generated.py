@@ -4,7 +4,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.faults import Fault, attempt
 from damperlab.studies.ground.kanai_tajimi import kanai_tajimi_schema, read_kanai_tajimi
 from damperlab.studies.ground.motion import GroundMotion, checked
 from damperlab.studies.ground.random_vibration import (
@@ -77,12 +77,8 @@ def each_of(entry: object) -> tuple[list[object], list[Fault]]:
     if not isinstance(entry, dict) or way not in SEEDED or not isinstance(entry[way], dict):
         return [entry], []
     one = {key: value for key, value in entry[way].items() if key != "seeds"}
-    count = 1
     faults: list[Fault] = []
-    try:
-        count = read_count(entry[way].get("seeds", 1), 1, MOST_SEEDS, f"{way}.seeds")
-    except StudyFaults as caught:
-        faults = list(caught.faults)
+    count = attempt(lambda: read_count(entry[way].get("seeds", 1), 1, MOST_SEEDS, f"{way}.seeds"), 1, faults)
     first = one.get("seed", 0)
     first = int(first) if isinstance(first, float) and first.is_integer() else first
     if count == 1 or isinstance(first, bool) or not isinstance(first, int):

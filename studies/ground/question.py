@@ -1,13 +1,22 @@
 """A question about earthquakes as validated data: a structure, its dampers, a record, and how to compare them."""
 
 from dataclasses import dataclass
+from functools import partial
 from math import isnan
 from typing import Any
 
 from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.consistency import cavity_faults, compliant_fault
 from damperlab.studies.contact import parse_contact
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key, write_nearest
+from damperlab.studies.faults import (
+    Fault,
+    StudyFaults,
+    attempt,
+    describe,
+    listing,
+    unknown_key,
+    write_nearest,
+)
 from damperlab.studies.field import fields_of
 from damperlab.studies.ground.generated import GENERATED, WRITTEN, recipe_in
 from damperlab.studies.ground.motion import GroundMotion
@@ -83,10 +92,8 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
     values: dict[str, float] = {}
     for name, (quantity, default) in QUANTITIES.items():
         raw = held.get(name)
-        try:
-            values[name] = default if raw is None else quantity.read(raw, name)
-        except StudyFaults as caught:
-            faults.extend(caught.faults)
+        value = default if raw is None else attempt(partial(quantity.read, raw, name), None, faults)
+        values |= {} if value is None else {name: value}
     criterion = held.get("tmd_criterion", Compared.tmd_criterion)
     if criterion not in tuple(CRITERIA):
         faults.append(
@@ -99,30 +106,25 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
         if mass >= most:
             allowed = f"a mass damper below {most:g} kg for h2"
             faults.append(Fault("tmd_mass_kg", f"{mass:g} kg", allowed, "choose another `tmd_criterion`"))
-    counts = {"starts": Compared.starts, "seed": Compared.seed}
-    for name, most in (("starts", MOST_STARTS), ("seed", MOST_SEED)):
-        try:
-            counts[name] = read_count(held.get(name, counts[name]), 0, most, name)
-        except StudyFaults as caught:
-            faults.extend(caught.faults)
-    contact: Contact = InstantContact()
-    try:
-        contact = parse_contact(held.get("contact", {"model": "instant"}))
-    except StudyFaults as caught:
-        faults.extend(caught.faults)
+    starts, seed = (
+        attempt(partial(read_count, held.get(name, usual), 0, most, name), usual, faults)
+        for name, usual, most in (
+            ("starts", Compared.starts, MOST_STARTS),
+            ("seed", Compared.seed, MOST_SEED),
+        )
+    )
+    instant: Contact = InstantContact()
+    contact = attempt(lambda: parse_contact(held.get("contact", {"model": "instant"})), instant, faults)
     if contact.model == "compliant" and "restitution" in values:
         fault = compliant_fault(values["restitution"], "restitution")
         faults += [] if fault is None else [fault]
     faults += cavity_faults(held, values, contact)
-    record_id, motion = "", None
-    try:
-        record_id, motion = read_record_reference(held.get("record", Compared.record), shelf)
-    except StudyFaults as caught:
-        faults.extend(caught.faults)
-    if faults or motion is None:
+    named = held.get("record", Compared.record)
+    record = attempt(lambda: read_record_reference(named, shelf), None, faults)
+    if faults or record is None:
         raise StudyFaults(faults)
     tuning: Any = criterion
-    return Earthquake(record_id, motion, values, tuning, cases, counts["starts"], counts["seed"], contact)
+    return Earthquake(*record, values, tuning, cases, starts, seed, contact)
 
 
 def read_record_reference(raw: object, shelf: Shelf) -> tuple[str, GroundMotion]:

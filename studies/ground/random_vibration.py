@@ -2,14 +2,14 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing
+from damperlab.studies.faults import Fault, StudyFaults, attempt, describe, listing
 from damperlab.studies.ground.motion import STANDARD_GRAVITY, GroundMotion
 from damperlab.studies.ground.ramp import ramps
 from damperlab.studies.ground.recipe import (
@@ -211,12 +211,11 @@ def _column(quantity: Quantity, document: object, faults: list[Fault]) -> tuple[
             Fault(field, describe(raw), allowed, f"write `{quantity.name}: {SHOWN[quantity.name]}`")
         )
         return ()
-    before, column = len(faults), []
-    for place, each in enumerate(raw):
-        try:
-            column.append(quantity.read(each, f"{field}[{place}]"))
-        except StudyFaults as caught:
-            faults.extend(caught.faults)
+    before = len(faults)
+    column = [
+        attempt(partial(quantity.read, each, f"{field}[{place}]"), math.nan, faults)
+        for place, each in enumerate(raw)
+    ]
     return tuple(column) if len(faults) == before else ()
 
 

@@ -1,10 +1,11 @@
 """What is generated, read from a document: its numbers and its name, with every fault of them."""
 
 from collections.abc import Mapping
+from functools import partial
 from math import isnan
 from typing import Any
 
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, path, unknown_key
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, path, unknown_key
 from damperlab.studies.ground.motion import MOST_SAMPLES
 from damperlab.studies.quantity import Quantity, read_count
 
@@ -60,10 +61,8 @@ def read_numbers(
     found: dict[str, float] = {}
     for key, (quantity, default) in numbers.items():
         if key in document:
-            try:
-                found[key] = quantity.read(document[key], f"{place}.{key}")
-            except StudyFaults as caught:
-                faults.extend(caught.faults)
+            value = attempt(partial(quantity.read, document[key], f"{place}.{key}"), None, faults)
+            found |= {} if value is None else {key: value}
         elif default is None:
             faults.append(Fault(f"{place}.{key}", NOTHING, quantity.allowed, f"add `{key}`"))
         elif not isnan(default):
@@ -93,11 +92,7 @@ def schema_of(
 
 def read_seed(document: Mapping[Any, Any], place: str, faults: list[Fault]) -> int:
     """Read the seed of what is drawn; 0 where none is given."""
-    try:
-        return read_count(document.get("seed", 0), 0, LARGEST_SEED, f"{place}.seed")
-    except StudyFaults as caught:
-        faults.extend(caught.faults)
-        return 0
+    return attempt(lambda: read_count(document.get("seed", 0), 0, LARGEST_SEED, f"{place}.seed"), 0, faults)
 
 
 def too_many_samples(field: str, samples: int, why: str, advice: str) -> list[Fault]:

@@ -16,15 +16,12 @@ PLACE = "shock"
 SHAPES = {"half_sine": "half-sine", "sawtooth": "terminal-peak sawtooth", "trapezoid": "trapezoidal"}
 """Shapes of a pulse by IEC 60068-2-27, and each as an adjective."""
 NUMBERS: dict[str, tuple[Quantity, float | None]] = {
-    "peak_g": (Quantity("peak_g", "largest acceleration [g]", 1e-6, 1000.0, "give it in g"), None),
-    "duration_ms": (
-        Quantity("duration_ms", "duration of the pulse [ms]", 0.5, 1000.0, "give it in ms"),
-        None,
-    ),
-    "rest_s": (
-        Quantity("rest_s", "rest after the pulse [s]", 0.0, 1000.0, "some natural periods are enough"),
-        2.0,
-    ),
+    name: (Quantity(name, meaning, low, high, advice), default)
+    for name, meaning, low, high, advice, default in (
+        ("peak_g", "largest acceleration [g]", 1e-6, 1000.0, "give it in g", None),
+        ("duration_ms", "duration of the pulse [ms]", 0.5, 1000.0, "give it in ms", None),
+        ("rest_s", "rest after the pulse [s]", 0.0, 1000.0, "some natural periods are enough", 2.0),
+    )
 }
 SAMPLES_PER_PULSE = 50
 """Straight lines between them miss a half sine by at most (π/50)²/8 = 4.9e-4 of its peak; the other shapes are straight."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing, unknown_key
+from damperlab.studies.faults import Fault, StudyFaults, attempt, describe, listing, unknown_key
 from damperlab.studies.ground.generated import GENERATED, RECIPES, Recipe, each_of, recipe_in
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import read_record_reference
@@ -150,11 +150,7 @@ def read_sources(raw: object, shelf: Shelf | None) -> list[tuple[RecordSource, G
         As `read_source`.
     """
     entries, faults = each_of(raw)
-    found = []
-    try:
-        found = [read_source(each, shelf) for each in entries]
-    except StudyFaults as caught:
-        faults = [*faults, *caught.faults]
+    found = attempt(lambda: [read_source(each, shelf) for each in entries], [], faults)
     if faults:
         raise StudyFaults(faults)
     return found

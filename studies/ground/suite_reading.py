@@ -1,15 +1,14 @@
 """A ground-motion suite read from a document, with every fault of it."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import TypeVar
 
 from damperlab.studies.axes import AxisSpec, axis_count, axis_values, read_axis
 from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.consistency import cavity_faults, compliant_fault
 from damperlab.studies.contact import parse_contact
-from damperlab.studies.faults import Fault, StudyFaults, counted, describe, unknown_key
+from damperlab.studies.faults import Fault, StudyFaults, attempt, counted, describe, unknown_key
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.ground.shelf import Shelf
@@ -21,8 +20,6 @@ from damperlab.studies.metrics import read_metrics
 from damperlab.studies.quantity import PARTICLE_FRICTION, read_count
 from damperlab.studies.questions import MOST_STARTS
 from damperlab.studies.variables import MADE_BY
-
-T = TypeVar("T")
 
 KEYS = ("name", "records", "axes", *NUMBERS, "starts", "seed", "contact", "metrics")
 
@@ -65,35 +62,29 @@ def read_suite(document: object, shelf: Shelf | None = None) -> Suite:
         allowed = f"a text of at most {MOST_NAME} printable characters"
         faults.append(Fault("name", describe(name), allowed, "write a short text on one line"))
 
-    def read(reading: Callable[[], T], otherwise: T) -> T:
-        try:
-            return reading()
-        except StudyFaults as caught:
-            faults.extend(caught.faults)
-            return otherwise
-
     def quantity(key: str) -> float:
         bounds, default = QUANTITIES[key]
-        return read(lambda: bounds.read(held.get(key, default), key), default)
+        return attempt(lambda: bounds.read(held.get(key, default), key), default, faults)
 
     def axis(key: str) -> AxisSpec:
-        bounds, number = QUANTITIES[key]
-        default: AxisSpec = number
-        return read(lambda: read_axis(given.get(key, default), bounds, f"axes.{key}"), default)
+        bounds, default = QUANTITIES[key]
+        return attempt(lambda: read_axis(given.get(key, default), bounds, f"axes.{key}"), default, faults)
 
     axes = {key: axis(key) for key in AXES}
     numbers = {key: quantity(key) for key in NUMBERS}
     numbers = {key: value for key, value in numbers.items() if value or key not in MADE_BY.values()}
-    starts = read(lambda: read_count(held.get("starts", 0), 0, MOST_STARTS, "starts"), 0)
-    seed = read(lambda: read_count(held.get("seed", 0), 0, LARGEST_SEED, "seed"), 0)
+    starts = attempt(lambda: read_count(held.get("starts", 0), 0, MOST_STARTS, "starts"), 0, faults)
+    seed = attempt(lambda: read_count(held.get("seed", 0), 0, LARGEST_SEED, "seed"), 0, faults)
     instant: Contact = InstantContact()
-    contact = read(lambda: parse_contact(held.get("contact", instant.model_dump())), instant)
+    contact = attempt(lambda: parse_contact(held.get("contact", instant.model_dump())), instant, faults)
     if contact.model == "compliant":
         fault = compliant_fault(float(axis_values(axes["restitution"]).min()), "axes.restitution")
         faults += [] if fault is None else [fault]
     faults += cavity_faults(held, numbers, contact)
     available = available_variables(starts, numbers.get(PARTICLE_FRICTION.name, 0.0) > 0.0)
-    metrics = read(lambda: read_metrics(held.get("metrics", available), available, "metrics"), available)
+    metrics = attempt(
+        lambda: read_metrics(held.get("metrics", available), available, "metrics"), available, faults
+    )
     found = _records(held.get("records"), shelf, faults)
     if not faults:
         faults += _too_much([source for source, _ in found], axes, numbers, starts)

@@ -12,8 +12,6 @@ from damperlab.studies.portable import cos, exp, expm1, sin
 
 Floats = NDArray[np.float64]
 
-INTERPOLATION = 1e-3
-"""How far a straight line from sample to sample is from the acceleration, at most, over its largest value."""
 SAMPLES_PER_CYCLE = 72
 """Of the highest frequency. A line over a step h misses a by at most h²/8·max |a''|, so of a sine (ωh)²/8 = 9.5e-4 of the
 amplitude; what ramps of `FEWEST_RAMP_CYCLES` add to a'' is less than a twentieth of it."""

@@ -1,12 +1,10 @@
 """A document read field by field: what cannot be read becomes a fault, and reading goes on."""
 
-from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from collections.abc import Mapping
+from typing import Any
 
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, join, listing, unknown_key
+from damperlab.studies.faults import NOTHING, Fault, attempt, describe, join, listing, unknown_key
 from damperlab.studies.quantity import Quantity, read_count
-
-T = TypeVar("T")
 
 
 class Fields:
@@ -30,7 +28,7 @@ class Fields:
     def _count(self, key: str, lowest: int, highest: int, default: int | None) -> int | None:
         if key not in self.document:
             return default
-        return self._try(lambda: read_count(self.document[key], lowest, highest, key))
+        return attempt(lambda: read_count(self.document[key], lowest, highest, key), None, self.faults)
 
     def _span(self, field: str, raw: object, quantity: Quantity) -> tuple[float, float] | None:
         """Read a number, or ``{start, stop}``."""
@@ -75,14 +73,7 @@ class Fields:
         return isinstance(held, Mapping) and any(name in held for name in names)
 
     def _read(self, field: str, raw: object, quantity: Quantity) -> float | None:
-        return self._try(lambda: quantity.read(raw, field))
-
-    def _try(self, read: Callable[[], T]) -> T | None:
-        try:
-            return read()
-        except StudyFaults as error:
-            self.faults.extend(error.faults)
-            return None
+        return attempt(lambda: quantity.read(raw, field), None, self.faults)
 
     def _unknown(self, field: str, raw: Mapping[str, Any], known: tuple[str, ...]) -> None:
         self.faults.extend(unknown_key(join(field, key), key, known, raw) for key in raw if key not in known)

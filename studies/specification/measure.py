@@ -55,106 +55,40 @@ class Measure:
         return f"{self.words} over the whole band" if self.mean else self.words
 
 
+RMS = math.sqrt(0.5)
+"""Rms over amplitude of a sine."""
+_MOVED, _STROKE = "displacement of the structure", "displacement of the structure against its base"
+_SHAKEN = "acceleration of the structure"
+
 MEASURES = {
     each.name: each
     for each in (
+        Measure("worst_displacement", "amplitude_ratio", 1.0, _MOVED, "displacement_m"),
+        Measure("worst_relative_displacement", "relative_amplitude_ratio", 1.0, _STROKE, "relative_displacement_m"),
+        Measure("worst_rms_displacement", "amplitude_ratio_rms", RMS, f"rms {_MOVED}"),
+        Measure("worst_acceleration", "acceleration_ratio", 1.0, _SHAKEN, "acceleration_m_per_s2", "m/s²", 2),
         Measure(
-            "worst_displacement", "amplitude_ratio", 1.0, "displacement of the structure", "displacement_m"
+            "worst_rms_acceleration", "acceleration_ratio_rms", RMS, f"rms {_SHAKEN}", "rms_acceleration_m_per_s2", "m/s²", 2
         ),
-        Measure(
-            "worst_relative_displacement",
-            "relative_amplitude_ratio",
-            1.0,
-            "displacement of the structure against its base",
-            "relative_displacement_m",
-        ),
-        Measure(
-            "worst_rms_displacement",
-            "amplitude_ratio_rms",
-            math.sqrt(0.5),
-            "rms displacement of the structure",
-        ),
-        Measure(
-            "worst_acceleration",
-            "acceleration_ratio",
-            1.0,
-            "acceleration of the structure",
-            "acceleration_m_per_s2",
-            "m/s²",
-            2,
-        ),
-        Measure(
-            "worst_rms_acceleration",
-            "acceleration_ratio_rms",
-            math.sqrt(0.5),
-            "rms acceleration of the structure",
-            "rms_acceleration_m_per_s2",
-            "m/s²",
-            2,
-        ),
-        Measure(
-            "rms_displacement",
-            "amplitude_ratio_rms",
-            math.sqrt(0.5),
-            "rms displacement of the structure",
-            mean=True,
-        ),
-        Measure(
-            "rms_acceleration",
-            "acceleration_ratio_rms",
-            math.sqrt(0.5),
-            "rms acceleration of the structure",
-            unit="m/s²",
-            order=2,
-            mean=True,
-        ),
+        Measure("rms_displacement", "amplitude_ratio_rms", RMS, f"rms {_MOVED}", mean=True),
+        Measure("rms_acceleration", "acceleration_ratio_rms", RMS, f"rms {_SHAKEN}", "", "m/s²", 2, mean=True),
     )
-}
+}  # fmt: skip
 """What can be asked for; each the largest over the amplitudes, and over the band or of its rms there."""
 RECORD_MEASURES = {
     each.name: each
     for each in (
+        Measure("worst_relative_displacement", "peak_relative_displacement_m", 1.0, _STROKE, "relative_displacement_m"),
+        Measure("worst_displacement", "peak_absolute_displacement_m", 1.0, _MOVED, "displacement_m"),
+        Measure("worst_acceleration", "peak_absolute_acceleration_m_s2", 1.0, _SHAKEN, "acceleration_m_per_s2", "m/s²"),
+        Measure("worst_rms_relative_displacement", "rms_relative_displacement_m", 1.0, f"rms {_STROKE}"),
+        Measure("worst_rms_displacement", "rms_absolute_displacement_m", 1.0, f"rms {_MOVED}"),
         Measure(
-            "worst_relative_displacement",
-            "peak_relative_displacement_m",
-            1.0,
-            "displacement of the structure against its base",
-            "relative_displacement_m",
-        ),
-        Measure(
-            "worst_displacement",
-            "peak_absolute_displacement_m",
-            1.0,
-            "displacement of the structure",
-            "displacement_m",
-        ),
-        Measure(
-            "worst_acceleration",
-            "peak_absolute_acceleration_m_s2",
-            1.0,
-            "acceleration of the structure",
-            "acceleration_m_per_s2",
-            "m/s²",
-        ),
-        Measure(
-            "worst_rms_relative_displacement",
-            "rms_relative_displacement_m",
-            1.0,
-            "rms displacement of the structure against its base",
-        ),
-        Measure(
-            "worst_rms_displacement", "rms_absolute_displacement_m", 1.0, "rms displacement of the structure"
-        ),
-        Measure(
-            "worst_rms_acceleration",
-            "rms_absolute_acceleration_m_s2",
-            1.0,
-            "rms acceleration of the structure",
-            "rms_acceleration_m_per_s2",
-            "m/s²",
+            "worst_rms_acceleration", "rms_absolute_acceleration_m_s2", 1.0, f"rms {_SHAKEN}",
+            "rms_acceleration_m_per_s2", "m/s²",
         ),
     )
-}
+}  # fmt: skip
 """What can be asked for under records; each the largest over records and scales. The first is the default."""
 MIXED_MEASURES = {name: each for name, each in MEASURES.items() if name in RECORD_MEASURES}
 """What can be asked for over bands and under records together: what both have, so that the worse of them can be told."""
@@ -206,66 +140,33 @@ class Limit:
 LIMITS = {
     each.name: each
     for each in (
+        Limit("displacement_m", _MOVED, "m", ("amplitude_ratio",), "peak_absolute_displacement_m", "displacement_ratio"),
         Limit(
-            "displacement_m",
-            "displacement of the structure",
-            "m",
-            ("amplitude_ratio",),
-            "peak_absolute_displacement_m",
-            "displacement_ratio",
+            "relative_displacement_m", "stroke of the structure against its base", "m",
+            ("relative_amplitude_ratio",), "peak_relative_displacement_m", "relative_displacement_ratio",
         ),
         Limit(
-            "relative_displacement_m",
-            "stroke of the structure against its base",
-            "m",
-            ("relative_amplitude_ratio",),
-            "peak_relative_displacement_m",
-            "relative_displacement_ratio",
+            "impact_speed_m_per_s", "impact speed", "m/s",
+            ("impact_speed_max",), "impact_speed_max_m_s", "impact_speed_ratio",
         ),
         Limit(
-            "impact_speed_m_per_s",
-            "impact speed",
-            "m/s",
-            ("impact_speed_max",),
-            "impact_speed_max_m_s",
-            "impact_speed_ratio",
+            "impact_noise_m_per_s2", "impact noise (impacts per second times impact speed)", "m/s²",
+            ("impacts_per_cycle", "impact_speed_max"), "", "impact_noise_ratio", per_second=True,
         ),
         Limit(
-            "impact_noise_m_per_s2",
-            "impact noise (impacts per second times impact speed)",
-            "m/s²",
-            ("impacts_per_cycle", "impact_speed_max"),
-            "",
-            "impact_noise_ratio",
-            per_second=True,
+            "stick_fraction", "share of the time that friction holds the structure", "1",
+            ("stick_fraction",), "stick_fraction", "stick_fraction",
         ),
         Limit(
-            "stick_fraction",
-            "share of the time that friction holds the structure",
-            "1",
-            ("stick_fraction",),
-            "stick_fraction",
-            "stick_fraction",
+            "acceleration_m_per_s2", _SHAKEN, "m/s²",
+            ("acceleration_ratio",), "peak_absolute_acceleration_m_s2", "acceleration_ratio",
         ),
         Limit(
-            "acceleration_m_per_s2",
-            "acceleration of the structure",
-            "m/s²",
-            ("acceleration_ratio",),
-            "peak_absolute_acceleration_m_s2",
-            "acceleration_ratio",
-        ),
-        Limit(
-            "rms_acceleration_m_per_s2",
-            "rms acceleration of the structure",
-            "m/s²",
-            ("acceleration_ratio_rms",),
-            "rms_absolute_acceleration_m_s2",
-            "rms_acceleration_ratio",
-            math.sqrt(0.5),
+            "rms_acceleration_m_per_s2", f"rms {_SHAKEN}", "m/s²",
+            ("acceleration_ratio_rms",), "rms_absolute_acceleration_m_s2", "rms_acceleration_ratio", RMS,
         ),
     )
-}
+}  # fmt: skip
 """Limits on results; the largest over all that shakes the structure is held against each."""
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from math import pi
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from damperlab.studies.choices import Contact
 from damperlab.studies.definition import parse_harmonic
-from damperlab.studies.faults import NOTHING, Fault, StudyFaults, describe, listing
+from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, listing
 from damperlab.studies.fit.asking import (
     DEFAULT_RANGES,
     faults_between,
@@ -179,18 +180,19 @@ def _contact(
     settings: Mapping[str, Any], numbers: Mapping[str, float], free: list[Free], faults: list[Fault]
 ) -> Contact:
     """Read the contact as a study does, which knows what each model allows of mass ratio and restitution."""
+    contact: Contact = INSTANT
     for end in ("low", "high"):
         values = dict(numbers) | {each.name: getattr(each, end) for each in free}
         mass = values.get("mass_ratio", values.get("particle_mass_kg", 0.0) / values.get("mass_kg", 1.0))
         axes = {"friction_ratio": 0.0, "frequency_ratio": 1.0}
         if settings.get("particle", True) is not False:
             axes |= {"mass_ratio": mass, "restitution": values["restitution"], "clearance_ratio": 1.0}
-        try:
-            study = parse_harmonic({**settings, "damping_ratio": 0.0, "axes": axes})
-        except StudyFaults as error:
-            faults += error.faults
-            return INSTANT
-    return study.contact
+        document = {**settings, "damping_ratio": 0.0, "axes": axes}
+        study = attempt(partial(parse_harmonic, document), None, faults)
+        if study is None:
+            break
+        contact = study.contact
+    return contact
 
 
 def _release(measured: History) -> Free:
