@@ -226,7 +226,7 @@ def test_what_limits_are_about_is_what_single_points_do() -> None:
 
 def test_a_budget_that_ends_before_the_first_look_is_refused() -> None:
     with pytest.raises(StudyFaults, match="first look"):
-        next_round(parse_specification(DAMPED), 100, {})
+        next(designing(parse_specification(DAMPED), 100))
 
 
 def test_a_budget_is_kept_and_the_answer_says_what_it_left_out() -> None:

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from tests.studies.design.test_design import BUDGET, DAMPED, pursued
 
-from damperlab.studies.design.design import Ask, next_round
+from damperlab.studies.design.design import designing
 from damperlab.studies.design.found import Found
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import JUDGES
@@ -52,7 +52,7 @@ def test_the_responses_at_a_frequency_are_told_apart(light: Found) -> None:
 
 @pytest.mark.parametrize("judge", JUDGES)
 def test_every_study_of_a_search_computes_the_response_that_counts(judge: str) -> None:
-    ask = next_round(parse_specification(DAMPED | {"judge": judge}), BUDGET, {})
+    ask = next(designing(parse_specification(DAMPED | {"judge": judge}), BUDGET))
     assert isinstance(ask, Ask)
     for study in ask.studies:
         document = study.document()
