@@ -1,7 +1,7 @@
 """How likely a damper under a ground-motion suite exceeds a limit, as the records are scaled up: a fragility curve."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -147,9 +147,9 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     attributes["quantile_share"] = asked.quantile
     where = say(cube, index, asked.at, Phrases.of(cube), lead)
     scatter = _scatter(cube, metric, scattered[-1], int(known[:, -1].sum()), asked.quantile)
-    note = _note(cube, metric, attributes, where, may_be_one(*observed), int(beyond.sum()))
-    attributes["note"] = f"{note} {scatter}".strip()
-    attributes["brief"] = _brief(cube, index, attributes, scatter).document()
+    brief = _brief(cube, index, attributes, may_be_one(*observed), scatter)
+    note = [where, *brief.sentences, *_details(attributes, int(beyond.sum()))]
+    attributes |= {"note": " ".join(filter(None, note)), "brief": brief.document()}
     nothing = np.full(scales.size, np.nan)
     by, not_by = (high[:, None] <= scales).sum(axis=0), (low[:, None] >= scales).sum(axis=0)
     variables: Mapping[str, tuple[Floats, str]] = {
@@ -316,34 +316,15 @@ def _median(values: Floats) -> Floats:
     return np.asarray(np.ma.median(known, axis=0).filled(np.nan))  # type: ignore[no-untyped-call]
 
 
-def _note(
-    cube: xr.Dataset, metric: str, found: Mapping[str, Any], where: str, alike: bool, failed: int
-) -> str:
-    limit = spelled(found["threshold"], cube[metric].attrs.get("units", "1"), 6)
-    long_name = cube[metric].attrs.get("long_name", metric)
-    sentences = [where, f"The {long_name} exceeds {limit} under"]
-    sentences[-1] += (
-        f" {found['records'] - found['never']} of {counted(found['records'], 'record')} at some scale."
-    )
+def _details(found: Mapping[str, Any], failed: int) -> Iterator[str]:
+    """Say how a curve was fitted, and what of it is failed runs."""
     if "median_scale" in found:
-        low, high = found["median_scale_interval"]
-        sentences.append(
-            f"Half of such records exceed it from a scale of {found['median_scale']:.4g} ({_interval(low, high)}) "
-            f"on; dispersion {found['dispersion']:.3g} of ln scale (lognormal, maximum likelihood, one observation a record)."
+        yield (
+            f"The dispersion of ln scale is {found['dispersion']:.3g} (lognormal, by maximum likelihood of one scale a record)."
         )
-    else:
-        why = (
-            "the records may all exceed it at the same scale"
-            if alike
-            else "these records do not settle it: whether they exceed the limit hardly depends on the scale"
-        )
-        sentences.append(f"No curve can be fitted, as {why}.")
     if failed:
-        sentences.append(
-            f"{counted(failed, 'failed run')} above the scales that are known of a record "
-            f"{'count as exceeding' if failed > 1 else 'counts as exceeding'}."
-        )
-    return " ".join(filter(None, sentences))
+        count = "count as exceeding" if failed > 1 else "counts as exceeding"
+        yield f"{counted(failed, 'failed run')} above the scales that are known of a record {count}."
 
 
 def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, share: float) -> str:
@@ -364,7 +345,9 @@ def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, sh
     )
 
 
-def _brief(cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any], scatter: str) -> Brief:
+def _brief(
+    cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any], alike: bool, scatter: str
+) -> Brief:
     """Say how many records exceed the limit, from which scale on, and whether that is settled."""
     limit = spelled(found["threshold"], cube[found["metric"]].attrs.get("units", "1"), 6)
     phrases, scales = Phrases.of(cube), cube[SCALE].values
@@ -391,7 +374,8 @@ def _brief(cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any],
             f"Median scale {found['median_scale']:.3g} ({_interval(low, high)}){'' if settled else ': not settled'}."
         )
     elif scales.size > 1:
-        sentences.append("No curve can be fitted to these records.")
+        why = "the records may all exceed it at the same scale" if alike else "these records do not settle it"
+        sentences.append(f"No curve can be fitted, as {why}.")
     if scatter:
         sentences.append(scatter)
     following = "damperlab optimum to rank the dampers."

@@ -97,12 +97,11 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     amplitude, error, kind, locked = amplitude[rows], error[rows], kind[rows], locked[rows]
     # a run that was cut off may be farther off than it says
     bounded = np.where(status[rows] == Status.MAX_CYCLES, np.nan, error)
-    place = amplitude.argmax(axis=1) if rows.size else np.zeros(0, np.intp)
+    place = amplitude.argmax(axis=1)
     each = np.arange(rows.size)
-    value, doubt = _weigh(question, amplitude, error, place)
-    lowest, highest = (_weigh_alone(question, side) for side in limits(amplitude, bounded))
+    value, lowest, highest = (_weigh(question, each) for each in (amplitude, *limits(amplitude, bounded)))
     found: Found = slab.designs_at(rows) | slab.cases_at(place)
-    found |= {"value": value, "error": doubt}
+    found |= {"value": value, "error": _error(question, amplitude, error)}
     found |= {"lowest": lowest, "highest": np.where(np.isinf(highest), np.nan, highest)}
     unknown = np.full(rows.size, np.nan)
     found |= {
@@ -127,28 +126,23 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     return found
 
 
-def _weigh(
-    question: DesignQuestion, amplitude: np.ndarray, error: np.ndarray, place: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Value and error of each design; the errors are carried through to first order, all with one sign."""
-    if question.objective in ("resonance", "peak"):
-        each = np.arange(place.size)
-        return amplitude[each, place], error[each, place]
-    if question.objective == "band_mean":
-        return product(amplitude, question.weights), product(error, question.weights)
-    rms = np.sqrt(product(amplitude**2, question.weights))
-    return rms, product(amplitude * error, question.weights) / np.where(rms > 0, rms, 1.0)
-
-
-def _weigh_alone(question: DesignQuestion, amplitude: np.ndarray) -> np.ndarray:
-    """Judge amplitudes that have no error: a limit of the value from limits of every amplitude."""
-    if not amplitude.shape[0]:
-        return np.zeros(0)
+def _weigh(question: DesignQuestion, amplitude: np.ndarray) -> np.ndarray:
+    """Give the value of each design by its amplitudes, or a limit of it by limits of them."""
     if question.objective in ("resonance", "peak"):
         return np.asarray(amplitude.max(axis=1))
     if question.objective == "band_mean":
         return product(amplitude, question.weights)
     return np.sqrt(product(amplitude**2, question.weights))
+
+
+def _error(question: DesignQuestion, amplitude: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Give the error of each design's value; errors are carried through to first order, all with one sign."""
+    if question.objective in ("resonance", "peak"):
+        return np.take_along_axis(error, amplitude.argmax(axis=1)[:, None], axis=1)[:, 0]
+    if question.objective == "band_mean":
+        return product(error, question.weights)
+    rms = _weigh(question, amplitude)
+    return product(amplitude * error, question.weights) / np.where(rms > 0, rms, 1.0)
 
 
 def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np.ndarray]) -> xr.Dataset:

@@ -53,7 +53,6 @@ def test_the_responses_at_a_frequency_are_told_apart(light: Found) -> None:
 @pytest.mark.parametrize("judge", JUDGES)
 def test_every_study_of_a_search_computes_the_response_that_counts(judge: str) -> None:
     ask = next(designing(parse_specification(DAMPED | {"judge": judge}), BUDGET))
-    assert isinstance(ask, Ask)
     for study in ask.studies:
         document = study.document()
         assert (document["start"] == "rest") == (judge == "rest")
