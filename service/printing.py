@@ -3,8 +3,7 @@
 import warnings
 from typing import Any
 
-from damperlab.studies.answers.query_fault import QueryFault
-from damperlab.studies.faults import Fault
+from damperlab.studies.answers.query_fault import refused
 
 NEEDED = "a PDF needs WeasyPrint, of the extra damperlab[pdf], and the system library Pango"
 
@@ -26,7 +25,7 @@ def require_printer() -> Any:
         why = "WeasyPrint is not installed" if isinstance(error, ImportError) else "WeasyPrint finds no Pango"
         advice = "install both, as in `pip install damperlab[pdf]`, or print the HTML with a browser"
         told = f"A PDF cannot be written here: {why}."
-        raise QueryFault(Fault("format", "pdf", NEEDED, advice, told)) from None
+        raise refused("format", "pdf", NEEDED, advice, told) from None
     return weasyprint
 
 

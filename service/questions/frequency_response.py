@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, NotRequired
 from damperlab.service.questions.forms import CURVE, metric_of
 from damperlab.service.questions.question import Question, Subject, Words
 from damperlab.service.questions.shapes import Numbers, OfMetric
-from damperlab.studies.faults import Fault
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC
 from damperlab.studies.questions import Followed, Second
 
@@ -27,11 +26,11 @@ class FrequencyResponse(OfMetric):
 def check(selection: Followed, second: Second) -> None:
     """Refuse to interpolate where two studies are compared: their classes change at different places."""
     if selection.interpolate and second.with_ is not None:
-        from damperlab.studies.answers.query_fault import QueryFault
+        from damperlab.studies.answers.query_fault import refused
 
         told = "`interpolate` and `with` cannot be combined."
         allowed = "false where `with` is given"
-        raise QueryFault(Fault("interpolate", "true", allowed, "leave one of the two out", told))
+        raise refused("interpolate", "true", allowed, "leave one of the two out", told)
 
 
 def answer(study: Subject, selection: Followed, second: Second) -> "xr.Dataset":

@@ -12,9 +12,9 @@ from damperlab.studies.answers.band import runs
 from damperlab.studies.answers.frequency_response import FREQUENCY, frequency_response
 from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.phrases import Phrases, noted, said
-from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import check_metric, coded, main_metric
-from damperlab.studies.faults import Fault, counted
+from damperlab.studies.faults import counted
 from damperlab.studies.questions import Selection
 from damperlab.studies.variables import BEFORE
 
@@ -71,7 +71,7 @@ def compared_response(
     second = frequency_response(other, selection)
     if coded(cube, metric):
         advice = "choose a quantity, or ask for each study alone"
-        raise QueryFault(Fault("metric", metric, "a quantity where two studies are compared", advice))
+        raise refused("metric", metric, "a quantity where two studies are compared", advice)
     for name in first.coords:
         ours, theirs = first[name].values, second[name].values
         # with and without friction of the particle is what is compared
@@ -79,7 +79,7 @@ def compared_response(
             found = f"a study with other values of {name} than the first"
             advice = f"name one with the same {name}, or subtract their maps with `minus`"
             told = f"The two studies have different values of {name}, so their responses cannot be compared."
-            raise QueryFault(Fault("with", found, f"a study with the same {name}", advice, told))
+            raise refused("with", found, f"a study with the same {name}", advice, told)
     errors = _errors(cube, metric, selection) + _errors(other, metric, selection)
     a, b = first[metric].values, second[metric].values
     distance = np.abs(a - b)

@@ -9,9 +9,9 @@ import xarray as xr
 
 from damperlab.studies.answers.band import default_objective
 from damperlab.studies.answers.nearness import inside, nearest_place
-from damperlab.studies.answers.query_fault import QueryFault, empty_range
+from damperlab.studies.answers.query_fault import QueryFault, empty_range, refused
 from damperlab.studies.answers.selection import check_dimension, require_stored
-from damperlab.studies.faults import Fault, describe, listing
+from damperlab.studies.faults import describe, listing
 from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.units import coordinates_in_units, results_in_units
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, dimensions_of
@@ -70,32 +70,28 @@ class DesignQuestion:
         band, ranges, max_impact_speed = judging.band, judging.ranges, judging.max_impact_speed
         objective: Objective = judging.objective or default_objective(cube, band)
         if objective not in OBJECTIVES:
-            raise QueryFault(
-                Fault("objective", describe(objective), f"one of {listing(OBJECTIVES)}", "choose one of them")
+            raise refused(
+                "objective", describe(objective), f"one of {listing(OBJECTIVES)}", "choose one of them"
             )
         if not 1 <= top <= MOST_DESIGNS:
-            raise QueryFault(
-                Fault("top", describe(top), f"a number from 1 to {MOST_DESIGNS:,}", "ask for fewer designs")
+            raise refused(
+                "top", describe(top), f"a number from 1 to {MOST_DESIGNS:,}", "ask for fewer designs"
             )
         if band is not None and objective == "resonance":
-            raise QueryFault(
-                Fault(
-                    "band",
-                    describe(list(band)),
-                    "no band with objective resonance",
-                    "leave `band` out, or choose another `objective`",
-                    "`band` cannot be combined with the objective resonance, which judges the frequency nearest r = 1 alone.",
-                )
+            raise refused(
+                "band",
+                describe(list(band)),
+                "no band with objective resonance",
+                "leave `band` out, or choose another `objective`",
+                "`band` cannot be combined with the objective resonance, which judges the frequency nearest r = 1 alone.",
             )
         if max_impact_speed is not None:
             if not max_impact_speed >= 0:
-                raise QueryFault(
-                    Fault(
-                        "max_impact_speed",
-                        describe(max_impact_speed),
-                        "a number of at least 0",
-                        "correct it, or leave it out",
-                    )
+                raise refused(
+                    "max_impact_speed",
+                    describe(max_impact_speed),
+                    "a number of at least 0",
+                    "correct it, or leave it out",
                 )
             require_stored(cube, "max_impact_speed", "impact_speed_max")
         if judging.exclude_locked:
@@ -106,20 +102,18 @@ class DesignQuestion:
             if VARIABLES[name].flags is not None:
                 allowed = "a result that is a quantity, or a design dimension"
                 told = f"`{name}` holds codes, which have no order, so a range of it means nothing."
-                raise QueryFault(Fault(name, "a range of codes", allowed, "leave it out", told))
+                raise refused(name, "a range of codes", allowed, "leave it out", told)
             _check_limits(name, limit)
         for name in ranges:
             if name in limits:
                 continue
             if name == FREQUENCY:
-                raise QueryFault(
-                    Fault(
-                        name,
-                        describe(list(ranges[name])),
-                        "a range of a design dimension",
-                        "give the range as `band`",
-                        f"{FREQUENCY} is not a design dimension: designs are judged over its range.",
-                    )
+                raise refused(
+                    name,
+                    describe(list(ranges[name])),
+                    "a range of a design dimension",
+                    "give the range as `band`",
+                    f"{FREQUENCY} is not a design dimension: designs are judged over its range.",
                 )
             check_dimension(cube, name, name)
         axes = {name: within(cube, name, name, ranges.get(name)) for name in design_of(cube.sizes)}
@@ -162,9 +156,7 @@ def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
             other = "band" if each.source == FREQUENCY else each.source
             advice = f"give either {name} or {other}"
             told = f"{{field}} and `{other}` are ranges of the same quantity, which may have only one."
-            raise QueryFault(
-                Fault(name, f"a range beside one of {other}", "one range of a quantity", advice, told)
-            )
+            raise refused(name, f"a range beside one of {other}", "one range of a quantity", advice, told)
         if each.source == FREQUENCY:
             band = low, high
         else:
@@ -208,7 +200,7 @@ def _check_limits(field: str, limits: tuple[float, float]) -> str:
     low, high = limits
     shown = f"{low:.10g} to {high:.10g}"
     if math.isnan(low) or math.isnan(high) or low > high:
-        raise QueryFault(Fault(field, shown, "two numbers, the lower one first", "correct the range"))
+        raise refused(field, shown, "two numbers, the lower one first", "correct the range")
     return shown
 
 

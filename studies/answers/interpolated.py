@@ -7,7 +7,7 @@ import xarray as xr
 
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.answers.phrases import RATIOS, Phrases
-from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import (
     NO_LEAD,
     Lead,
@@ -18,7 +18,6 @@ from damperlab.studies.answers.selection import (
     require_stored,
     say,
 )
-from damperlab.studies.faults import Fault
 from damperlab.studies.field import At
 
 INTERPOLATED = {
@@ -51,7 +50,7 @@ class Interpolated:
         if coded(cube, metric):
             told = f"{metric} holds codes, so there is nothing to interpolate between them."
             advice = "leave `interpolate` out, or choose a metric that is a quantity"
-            raise QueryFault(Fault("interpolate", "true", "a metric that is a quantity", advice, told))
+            raise refused("interpolate", "true", "a metric that is a quantity", advice, told)
         require_stored(cube, "interpolate", "response_class")
         self._cube, self._metric, self._free = cube, metric, free
         self.nearest = choose(cube, at, free)

@@ -12,10 +12,10 @@ from damperlab.studies.answers.compared_response import ERRORS, ROUNDING
 from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.answers.phrases import RATIOS, Phrases, noted
-from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.selection import check_metric, dimensions_of, main_metric
-from damperlab.studies.faults import Fault, counted, listing
+from damperlab.studies.faults import counted, listing
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import Selection
 from damperlab.studies.unit_names import COORDINATE_SOURCES, COORDINATES, LONG_NAMES
@@ -69,7 +69,7 @@ def map_difference(
     first = resonance_map(cube, x, y, selection, over, reduce)
     if "flag_values" in first[metric].attrs:
         advice = "choose a quantity, or ask for each study alone"
-        raise QueryFault(Fault("metric", metric, "a quantity where a study is subtracted", advice))
+        raise refused("metric", metric, "a quantity where a study is subtracted", advice)
     _check_kind(cube, other, (x, y), metric)
     second = resonance_map(other, x, y, at_its_place(cube, first, selection), over, reduce)
     reduced = [first.attrs[name] for name in ("over", "worst_over") if name in first.attrs]
@@ -103,7 +103,7 @@ def _check_kind(cube: xr.Dataset, other: xr.Dataset, axes: tuple[str, str], metr
     if dimensions_of(cube) != dimensions_of(other):
         kind, others = kind_of(cube.sizes).words, kind_of(other.sizes).words
         told = f"The first study is {kind}, the second {others}, so their maps have no axes in common."
-        raise QueryFault(Fault(FIELD, others, kind, f"name {kind}", told))
+        raise refused(FIELD, others, kind, f"name {kind}", told)
     known = [each.name for each in (*coordinates_in_units(other), *results_in_units(other))]
     for name in (*axes, metric):
         if name not in other.variables and name not in known:
@@ -111,7 +111,7 @@ def _check_kind(cube: xr.Dataset, other: xr.Dataset, axes: tuple[str, str], metr
                 check_metric(other, name, FIELD)
             told = f"The second study is not given in the units that {name} needs."
             advice = "compare the two in ratios, or name a study with a physical block"
-            raise QueryFault(Fault(FIELD, "a study in ratios", f"a study that has {name}", advice, told))
+            raise refused(FIELD, "a study in ratios", f"a study that has {name}", advice, told)
 
 
 def _check_axis(name: str, ours: xr.DataArray, theirs: xr.DataArray) -> None:
@@ -125,7 +125,7 @@ def _check_axis(name: str, ours: xr.DataArray, theirs: xr.DataArray) -> None:
         return
     told = f"The first study has {_span(mine)} of {name}, the second {_span(its)}, so their maps cannot be subtracted."
     advice = f"name a study with the same {name}, or a point or a range that both have"
-    raise QueryFault(Fault(FIELD, f"{_span(its)} of {name}", _span(mine), advice, told))
+    raise refused(FIELD, f"{_span(its)} of {name}", _span(mine), advice, told)
 
 
 def _span(values: np.ndarray) -> str:

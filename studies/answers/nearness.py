@@ -3,8 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from damperlab.studies.answers.query_fault import QueryFault
-from damperlab.studies.faults import Fault
+from damperlab.studies.answers.query_fault import refused
 
 SAME = 1e-9
 """Relative difference up to which two values of a parameter are one."""
@@ -67,4 +66,4 @@ def check_reach(name: str, values: NDArray[np.float64], wanted: float) -> None:
                 advice = f"write {wanted * factor:.6g} if {wanted:.10g} {unit} is meant; else {advice}"
                 break
     advice += ", or compute a study that reaches the one asked for"
-    raise QueryFault(Fault(name, f"{wanted:.10g}", f"a value from {ends}", advice, told))
+    raise refused(name, f"{wanted:.10g}", f"a value from {ends}", advice, told)

@@ -7,9 +7,8 @@ import xarray as xr
 from damperlab.studies.amplitudes import AMPLITUDE, CONSTANT, RATIOS_OF
 from damperlab.studies.answers.excited import amplitude_called
 from damperlab.studies.answers.phrases import noted
-from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import choose
-from damperlab.studies.faults import Fault
 from damperlab.studies.field import At
 from damperlab.studies.spelling import spelled
 from damperlab.studies.unit_names import RESULT_NAMES
@@ -45,7 +44,7 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     if AMPLITUDE not in at and values.size > 1:
         ends = f"one base amplitude from {values[0]:g} to {values[-1]:g} m, of which the nearest of {values.size} is taken"
         told = f"This question is about one base amplitude, and the study has {values.size}."
-        raise QueryFault(Fault(AMPLITUDE, "nothing", ends, f"name it: `{AMPLITUDE}={values[-1]:g}`", told))
+        raise refused(AMPLITUDE, "nothing", ends, f"name it: `{AMPLITUDE}={values[-1]:g}`", told)
     asked = {AMPLITUDE: at[AMPLITUDE]} if AMPLITUDE in at else {}
     others = tuple(str(name) for name in cube["status"].dims if name != AMPLITUDE)
     place = choose(cube, asked, others)[AMPLITUDE]

@@ -22,9 +22,9 @@ from damperlab.studies.answers.judging import (
 )
 from damperlab.studies.answers.nearness import nearest_place, same
 from damperlab.studies.answers.phrases import Phrases, noted, said, together
-from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.answers.query_fault import QueryFault, refused
 from damperlab.studies.answers.verdict import best_with_impacts, verdict
-from damperlab.studies.faults import Fault, counted
+from damperlab.studies.faults import counted
 from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.variables import ResponseClass
 
@@ -222,7 +222,7 @@ def _check_frequencies(name: str, question: DesignQuestion, theirs: DesignQuesti
         found = f"{name}, judged at {counted(r.size, 'frequency ratio')}, {span}"
         told = f"Study {name} is judged at other frequencies ({span}) than the study it is to be ranked with."
         advice = "name follow-ups of this study, refined with the same objective and band"
-        raise QueryFault(Fault("with", found, "studies at the same frequencies", advice, told))
+        raise refused("with", found, "studies at the same frequencies", advice, told)
 
 
 def _joined(parts: Mapping[str, xr.Dataset], question: DesignQuestion) -> xr.Dataset:

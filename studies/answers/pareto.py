@@ -18,10 +18,10 @@ from damperlab.studies.answers.judging import (
     say_limits,
 )
 from damperlab.studies.answers.phrases import FREQUENCY, Phrases, said
-from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import require_stored
 from damperlab.studies.brief import Brief
-from damperlab.studies.faults import Fault, counted, describe, listing, nearest
+from damperlab.studies.faults import counted, describe, listing, nearest
 from damperlab.studies.questions import MOST_DESIGNS, Judging
 from damperlab.studies.vocabulary import RESPECTS
 
@@ -112,19 +112,17 @@ def pareto_front(
 def _read(cube: xr.Dataset, respects: Sequence[str]) -> tuple[list[str], np.ndarray]:
     bare = [name.removeprefix("-") for name in respects]
     if not 2 <= len(set(bare)) == len(bare) <= 3:
-        raise QueryFault(
-            Fault(
-                "pareto",
-                describe(",".join(respects)),
-                f"two or three different quantities of {listing(RESPECTS)}",
-                "name each of them once",
-            )
+        raise refused(
+            "pareto",
+            describe(",".join(respects)),
+            f"two or three different quantities of {listing(RESPECTS)}",
+            "name each of them once",
         )
     for name in bare:
         if name not in RESPECTS:
             near = nearest(name, RESPECTS)
             advice = f"did you mean {near}?" if near else "choose one of them"
-            raise QueryFault(Fault("pareto", describe(name), f"one of {listing(RESPECTS)}", advice))
+            raise refused("pareto", describe(name), f"one of {listing(RESPECTS)}", advice)
         column = RESPECTS[name][0]
         if column != "value" and column not in cube.dims:
             require_stored(cube, "pareto", column, otherwise=f"leave {name} out")

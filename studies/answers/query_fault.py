@@ -26,6 +26,11 @@ class QueryFault(UserError, ValueError):
         return type(self), (self.fault,)
 
 
+def refused(field: str, found: str, allowed: str, advice: str, told: str = "") -> QueryFault:
+    """Refuse a question for one argument; `told` is the sentence, where the usual one does not say it."""
+    return QueryFault(Fault(field, found, allowed, advice, told))
+
+
 def empty_range(field: str, name: str, low: float, high: float, values: np.ndarray) -> Fault:
     """Make the fault for a range from `low` to `high` that contains none of the `values` of the dimension `name`."""
     least, most = f"{values.min():.10g}", f"{values.max():.10g}"

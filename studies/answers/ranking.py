@@ -6,9 +6,9 @@ import xarray as xr
 
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
-from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.suite import worst_case_designs
-from damperlab.studies.faults import Fault, describe
+from damperlab.studies.faults import describe
 from damperlab.studies.field import given
 from damperlab.studies.kinds import HARMONIC, KINDS, kind_of
 from damperlab.studies.questions import Judging, Ranking
@@ -44,21 +44,19 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
         found = f"{kind.words}, to which it does not apply"
         others = " or ".join(each.words for each in KINDS if name in each.ranking)
         told = f"{{field}} applies to {others}, but this study is {kind.words}."
-        raise QueryFault(Fault(name.rstrip("_"), found, others, kind.instead, told))
+        raise refused(name.rstrip("_"), found, others, kind.instead, told)
     if kind is not HARMONIC:
         return worst_case_designs(
             cube, ranking.metric, ranking.top, ranking.records, judging.ranges, judging.exclude_locked
         )
     if ranking.pareto is not None and ranking.with_:
         found = describe(",".join(ranking.with_))
-        raise QueryFault(
-            Fault(
-                "with",
-                found,
-                "no follow-up where `pareto` is given",
-                "leave one of the two out",
-                "`with` and `pareto` cannot be combined.",
-            )
+        raise refused(
+            "with",
+            found,
+            "no follow-up where `pareto` is given",
+            "leave one of the two out",
+            "`with` and `pareto` cannot be combined.",
         )
     if ranking.pareto is not None:
         return pareto_front(cube, ranking.pareto, judging, ranking.top)

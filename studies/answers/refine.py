@@ -22,12 +22,12 @@ from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.phrases import Phrases
-from damperlab.studies.answers.query_fault import NONE_QUALIFIES, QueryFault
+from damperlab.studies.answers.query_fault import NONE_QUALIFIES, refused
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.answers.verdict import is_clamped
 from damperlab.studies.brief import Brief, Note, command, listed
 from damperlab.studies.definition import Study
-from damperlab.studies.faults import Fault, describe
+from damperlab.studies.faults import describe
 from damperlab.studies.field import At, admits, fields_of, words_of
 from damperlab.studies.questions import Judging, Search, Step
 from damperlab.studies.variables import ResponseClass, Status
@@ -76,8 +76,8 @@ def refine_optimum(
     best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
         advice = "wait for the study, go on with it, or loosen what is asked"
-        raise QueryFault(
-            Fault("refine", "no design that qualifies", "a study with a best design", advice, NONE_QUALIFIES)
+        raise refused(
+            "refine", "no design that qualifies", "a study with a best design", advice, NONE_QUALIFIES
         )
     asked = DesignQuestion.ask(parent, judging)
     found = found_of(best)
@@ -86,7 +86,7 @@ def refine_optimum(
         allowed = "a study that varies at least one design dimension"
         advice = "submit one with an axis of several values"
         told = "The study has only one design, so there is nothing to refine."
-        raise QueryFault(Fault("refine", "a study of one design", allowed, advice, told))
+        raise refused("refine", "a study of one design", allowed, advice, told)
     cells = Cells.of(cubes, asked, judging.ranges, varied)
     wide = cells.widths > tolerance * (1 + ROUNDING)
     touching = cells.touch([found[name] for name in varied])
@@ -227,14 +227,12 @@ def refine_boundary(
             ", ".join(sorted({ResponseClass(int(kind)).name.lower() for kind in classes}))
             or "nothing computed"
         )
-        raise QueryFault(
-            Fault(
-                "boundary",
-                f"{kinds} all along {along}",
-                "a line on which the class of response changes",
-                "fix the other dimensions at other values, or look at a map of response_class",
-                f"The class of response does not change along {along}: {kinds} everywhere.",
-            )
+        raise refused(
+            "boundary",
+            f"{kinds} all along {along}",
+            "a line on which the class of response changes",
+            "fix the other dimensions at other values, or look at a map of response_class",
+            f"The class of response does not change along {along}: {kinds} everywhere.",
         )
     middle = (values[change] + values[change + 1]) / 2
     place = int(change[np.abs(middle - at[along]).argmin()] if along in at else change[0])
@@ -306,4 +304,4 @@ def _check(question: object) -> None:
                 if each.default is None
                 else f"choose one within these limits; the default is {each.default:,}"
             )
-            raise QueryFault(Fault(each.name, describe(value), limited, advice))
+            raise refused(each.name, describe(value), limited, advice)

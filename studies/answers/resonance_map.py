@@ -14,7 +14,7 @@ from damperlab.studies.answers.interpolated import INTERPOLATED, Interpolated
 from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.notes import sentences_of
 from damperlab.studies.answers.phrases import Phrases, said
-from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import (
     as_float,
     check_axis,
@@ -32,7 +32,7 @@ from damperlab.studies.answers.selection import (
     scalars,
 )
 from damperlab.studies.brief import Note, notes_document
-from damperlab.studies.faults import Fault, describe, listing
+from damperlab.studies.faults import describe, listing
 from damperlab.studies.field import At
 from damperlab.studies.kinds import HARMONIC, kind_of
 from damperlab.studies.questions import Selection
@@ -109,14 +109,12 @@ def resonance_map(
     check_axis(cube, "y", y, (x,))
     check_metric(cube, metric)
     if over is None and reduce is not None:
-        raise QueryFault(
-            Fault(
-                "reduce",
-                describe(reduce),
-                "nothing without `over`",
-                "name the dimension to reduce as `over`, or leave `reduce` out",
-                "`reduce` needs `over`, the dimension that is reduced.",
-            )
+        raise refused(
+            "reduce",
+            describe(reduce),
+            "nothing without `over`",
+            "name the dimension to reduce as `over`, or leave `reduce` out",
+            "`reduce` needs `over`, the dimension that is reduced.",
         )
     used = {x, y, over, *at}
     uncontrolled = kind_of(cube.sizes).uncontrolled
@@ -132,29 +130,25 @@ def resonance_map(
         check_dimension(cube, "over", over, (x, y))
         reduce = reduce or "max"
         if reduce not in REDUCTIONS:
-            raise QueryFault(
-                Fault("reduce", describe(reduce), f"one of {listing(REDUCTIONS)}", "leave it out for max")
-            )
+            raise refused("reduce", describe(reduce), f"one of {listing(REDUCTIONS)}", "leave it out for max")
         if coded(cube, metric):
-            raise QueryFault(
-                Fault(
-                    "metric",
-                    metric,
-                    "a quantity where `over` is given",
-                    "leave `over` out, or choose a metric that is a quantity",
-                    f"{metric} holds codes, which have no {reduce}, so no dimension can be reduced.",
-                )
+            raise refused(
+                "metric",
+                metric,
+                "a quantity where `over` is given",
+                "leave `over` out, or choose a metric that is a quantity",
+                f"{metric} holds codes, which have no {reduce}, so no dimension can be reduced.",
             )
     free = tuple(name for name in (x, y, over, inner) if name is not None)
     if interpolate:
         if not kind_of(cube.sizes).interpolates:
             told = "A ground-motion suite is not interpolated, because responses may change abruptly between grid points."
             allowed = "false for a ground-motion suite"
-            raise QueryFault(Fault("interpolate", "true", allowed, "leave `interpolate` out", told))
+            raise refused("interpolate", "true", allowed, "leave `interpolate` out", told)
         if over is not None:
             advice = "leave `over` out, or ask without `interpolate`"
             told = "`interpolate` and `over` cannot be combined."
-            raise QueryFault(Fault("interpolate", "true", "false where `over` is given", advice, told))
+            raise refused("interpolate", "true", "false where `over` is given", advice, told)
         return _between(cube, x, y, metric, at)
     index, lead = leading_place(cube, at, free)
     if over is None or reduce is None:

@@ -10,8 +10,8 @@ import xarray as xr
 
 from damperlab.studies.answers.nearness import check_reach, nearest_place, same
 from damperlab.studies.answers.phrases import RATIOS, Phrases
-from damperlab.studies.answers.query_fault import QueryFault
-from damperlab.studies.faults import Fault, describe, listing, nearest
+from damperlab.studies.answers.query_fault import refused
+from damperlab.studies.faults import describe, listing, nearest
 from damperlab.studies.field import At
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.kinds import kind_of
@@ -49,7 +49,7 @@ def check_dimension(cube: xr.Dataset, field: str, name: str, taken: Iterable[str
     allowed = [dimension for dimension in dimensions if dimension not in taken]
     if name not in allowed:
         advice = "choose one that no other argument uses" if name in dimensions else _guess(name, allowed)
-        raise QueryFault(Fault(field, describe(name), f"one of {listing(allowed)}", advice))
+        raise refused(field, describe(name), f"one of {listing(allowed)}", advice)
 
 
 def check_metric(cube: xr.Dataset, name: str, field: str = "metric") -> None:
@@ -64,7 +64,7 @@ def check_metric(cube: xr.Dataset, name: str, field: str = "metric") -> None:
         )
     else:
         found, advice = describe(name), _guess(name, stored)
-    raise QueryFault(Fault(field, found, f"one of {listing(stored)}", advice))
+    raise refused(field, found, f"one of {listing(stored)}", advice)
 
 
 def check_quantity(cube: xr.Dataset, name: str, told: str) -> None:
@@ -72,7 +72,7 @@ def check_quantity(cube: xr.Dataset, name: str, told: str) -> None:
     check_metric(cube, name)
     if coded(cube, name):
         advice = "choose a metric that is a quantity"
-        raise QueryFault(Fault("metric", name, "a quantity", advice, f"{name} holds codes, {told}."))
+        raise refused("metric", name, "a quantity", advice, f"{name} holds codes, {told}.")
 
 
 def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | None = None) -> None:
@@ -98,7 +98,7 @@ def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | N
         allowed = f"a study that stores {'it' if len(missing) == 1 else 'them'}"
         found = f"a study that does not store {listing(missing)}"
         told = f"The study does not store {listing(missing)}, which `{field}` needs."
-        raise QueryFault(Fault(field, found, allowed, advice, told))
+        raise refused(field, found, allowed, advice, told)
 
 
 def _submit(cube: xr.Dataset, *names: str) -> str:
@@ -123,7 +123,7 @@ def check_axis(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = (
     if cube[name].dtype.kind == "U":
         allowed = [each for each in dimensions_of(cube) if cube[each].dtype.kind == "f" and each not in taken]
         advice = f"choose one of them with `{name}=`, or reduce them with `over={name}`"
-        raise QueryFault(Fault(field, describe(name), f"one of {listing(allowed)}", advice))
+        raise refused(field, describe(name), f"one of {listing(allowed)}", advice)
 
 
 def check_free(cube: xr.Dataset, at: At, axes: Iterable[str], answer: str) -> None:
@@ -149,7 +149,7 @@ def check_free(cube: xr.Dataset, at: At, axes: Iterable[str], answer: str) -> No
             advice = "leave it out: every value of it is in the answer"
             advice += "" if answer == "curve" else "; other axes are named by `x` and `y`"
             runs = f"the {answer} runs along {sources.get(name, name)}"
-            raise QueryFault(Fault(name, describe(value), f"nothing: {runs}", advice, told))
+            raise refused(name, describe(value), f"nothing: {runs}", advice, told)
 
 
 def choose(cube: xr.Dataset, at: At, free: tuple[str, ...]) -> dict[str, int]:
@@ -198,7 +198,7 @@ def _named(dimension: str, values: np.ndarray, wanted: object) -> int:
     found = np.flatnonzero(values == whole)
     if not found.size:
         known = values.tolist()
-        raise QueryFault(Fault(dimension, describe(wanted), f"one of {listing(known)}", _guess(whole, known)))
+        raise refused(dimension, describe(wanted), f"one of {listing(known)}", _guess(whole, known))
     return int(found[0])
 
 
@@ -211,7 +211,7 @@ def _nearest(dimension: str, values: np.ndarray, wanted: object) -> int:
 def finite(dimension: str, wanted: object) -> float:
     """Give a value that is asked for along a dimension; raise `QueryFault` unless it is a finite number."""
     if not isinstance(wanted, float | int) or not math.isfinite(wanted):
-        raise QueryFault(Fault(dimension, describe(wanted), "a finite number", "name a value on the axis"))
+        raise refused(dimension, describe(wanted), "a finite number", "name a value on the axis")
     return float(wanted)
 
 
@@ -232,9 +232,7 @@ def in_ratios(cube: xr.Dataset, at: At) -> At:
         if source in found:
             advice = f"give either {name} or {source}" if name in units else "leave one of the two out"
             told = f"{{field}} gives a second value of {source}."
-            raise QueryFault(
-                Fault(name, "a second value of one dimension", "one value for each", advice, told)
-            )
+            raise refused(name, "a second value of one dimension", "one value for each", advice, told)
         found[source] = finite(name, value) / units[name].factor if name in units else value
     return found
 

@@ -13,7 +13,7 @@ from damperlab.studies.answers.excited import amplitude_called
 from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
 from damperlab.studies.answers.judging import say_left_out
 from damperlab.studies.answers.phrases import Phrases
-from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import (
     check_quantity,
     completeness,
@@ -24,7 +24,7 @@ from damperlab.studies.answers.selection import (
 )
 from damperlab.studies.answers.slab import Slab, slabs_of
 from damperlab.studies.brief import PLACES, Brief, Damper, Note, damper_of, listed, notes_document
-from damperlab.studies.faults import Fault, counted, describe, listing
+from damperlab.studies.faults import counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
@@ -55,24 +55,20 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
     """
     kind = kind_of(dimensions)
     if kind is AMPLITUDES and not amplitudes:
-        raise QueryFault(
-            Fault(
-                "study",
-                f"{kind.words}, over {listing(dimensions)}",
-                f"a study with one base amplitude for {asked}",
-                _instead(asked),
-                f"This study is {kind.words}, and {asked} is a question about a study with one base amplitude.",
-            )
+        raise refused(
+            "study",
+            f"{kind.words}, over {listing(dimensions)}",
+            f"a study with one base amplitude for {asked}",
+            _instead(asked),
+            f"This study is {kind.words}, and {asked} is a question about a study with one base amplitude.",
         )
     if kind is SUITE:
-        raise QueryFault(
-            Fault(
-                "study",
-                f"a ground-motion suite, over {listing(dimensions)}",
-                f"a study of the response to a harmonic base for {asked}",
-                "ask for a map over two of its dimensions, for its optimal designs, or for an export",
-                f"This study is a ground-motion suite, and {asked} is a question about the response to a harmonic base.",
-            )
+        raise refused(
+            "study",
+            f"a ground-motion suite, over {listing(dimensions)}",
+            f"a study of the response to a harmonic base for {asked}",
+            "ask for a map over two of its dimensions, for its optimal designs, or for an export",
+            f"This study is a ground-motion suite, and {asked} is a question about the response to a harmonic base.",
         )
 
 
@@ -128,7 +124,7 @@ def worst_case_designs(
     metric = main_metric(cube) if metric is None else metric
     check_quantity(cube, metric, "which have no order, so dampers cannot be ranked by it")
     if not 1 <= top <= MOST:
-        raise QueryFault(Fault("top", describe(top), f"a number from 1 to {MOST:,}", "ask for fewer"))
+        raise refused("top", describe(top), f"a number from 1 to {MOST:,}", "ask for fewer")
     damper = kind_of(cube.sizes).designs
     counting = _counting(cube, records, ranges or {})
     if exclude_locked:
@@ -205,7 +201,7 @@ def _counting(
         for each in records:
             if whole_id(each) not in known:
                 advice = "leave it out for all"
-                raise QueryFault(Fault(RECORD, describe(each), f"one or more of {listing(known)}", advice))
+                raise refused(RECORD, describe(each), f"one or more of {listing(known)}", advice)
         index[RECORD] = np.flatnonzero(np.isin(known, [whole_id(each) for each in records]))
     return axes_within(cube, ranges) | index
 

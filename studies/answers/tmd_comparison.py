@@ -15,12 +15,12 @@ from damperlab.studies.answers.leading import best_at
 from damperlab.studies.answers.nearness import within_reach
 from damperlab.studies.answers.notes import sentence_of
 from damperlab.studies.answers.phrases import Phrases, noted, said
-from damperlab.studies.answers.query_fault import QueryFault
+from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import check_free, choose, in_ratios, require_stored
 from damperlab.studies.answers.tmd_verdict import brief_of, is_judged, notes_of
 from damperlab.studies.answers.verdict import NEXT_BAND
 from damperlab.studies.brief import Note, notes_document
-from damperlab.studies.faults import Fault, describe, listing, write_nearest
+from damperlab.studies.faults import describe, listing, write_nearest
 from damperlab.studies.field import At
 from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
@@ -81,14 +81,12 @@ def tmd_comparison(
     criterion, mass_ratio = tuning.criterion, tuning.mass_ratio
     excitation = _excitation(cube, tuning.excitation)
     if criterion not in CRITERIA:
-        raise QueryFault(
-            Fault("criterion", describe(criterion), f"one of {listing(CRITERIA)}", "choose one of them")
-        )
+        raise refused("criterion", describe(criterion), f"one of {listing(CRITERIA)}", "choose one of them")
     for name in ("detuning", "damping_detuning"):
         share = getattr(tuning, name)
         if not -1 < share <= MOST_DETUNING:
             allowed = f"a share above -1 and at most {MOST_DETUNING:g}"
-            raise QueryFault(Fault(name, describe(share), allowed, "write 0.05 for five per cent too high"))
+            raise refused(name, describe(share), allowed, "write 0.05 for five per cent too high")
     if mass_ratio is not None:
         # the study's particle may have none where the absorber has a mass of its own
         least = LEAST_MASS if tuning.tmd_mass_ratio is None else 0.0
@@ -116,7 +114,7 @@ def tmd_comparison(
         _check_mass(field, mass, "correct it, or leave it out for that of the design")
     if criterion == "h2" and excitation == "base" and mass >= MOST_UNDER_BASE:
         allowed = f"below {MOST_UNDER_BASE:g} for h2 with a shaken base"
-        raise QueryFault(Fault(field, describe(mass), allowed, "choose another criterion"))
+        raise refused(field, describe(mass), allowed, "choose another criterion")
     structural = float(curve["damping_ratio"])
     absorber = tuned(criterion, mass, structural, excitation)
     absorber = absorber.detuned(tuning.detuning, tuning.damping_detuning)
@@ -204,18 +202,16 @@ def _excitation(cube: xr.Dataset, asked: Excitation | None) -> Excitation:
         return own
     if asked not in EXCITATIONS:
         advice = write_nearest(asked, EXCITATIONS)
-        raise QueryFault(Fault("excitation", describe(asked), "base or force", advice))
+        raise refused("excitation", describe(asked), "base or force", advice)
     if own == "force" and asked != own:
-        raise QueryFault(
-            Fault("excitation", describe(asked), "force with a study of a force", "leave it out")
-        )
+        raise refused("excitation", describe(asked), "force with a study of a force", "leave it out")
     return asked
 
 
 def _check_mass(field: str, mass_ratio: float, advice: str, least: float = LEAST_MASS) -> None:
     if not least <= mass_ratio <= MOST_ABSORBER_MASS:
         allowed = f"a number from {least:g} to {MOST_ABSORBER_MASS:g}"
-        raise QueryFault(Fault(field, describe(mass_ratio), allowed, advice))
+        raise refused(field, describe(mass_ratio), allowed, advice)
 
 
 def _above(r: np.ndarray, values: np.ndarray, level: float) -> float:
