@@ -9,10 +9,10 @@ import xarray as xr
 
 from damperlab.studies.answers.band import default_objective
 from damperlab.studies.answers.nearness import inside, nearest_place
-from damperlab.studies.answers.query_fault import QueryFault, empty_range, refused
+from damperlab.studies.answers.query_fault import QueryFault, check_question, empty_range, refused
 from damperlab.studies.answers.selection import check_dimension, require_stored
-from damperlab.studies.faults import describe, listing
-from damperlab.studies.questions import MOST_DESIGNS, Judging
+from damperlab.studies.faults import describe
+from damperlab.studies.questions import Judging, Listed
 from damperlab.studies.units import coordinates_in_units, results_in_units
 from damperlab.studies.variables import DIMENSIONS, VARIABLES, dimensions_of
 from damperlab.studies.vocabulary import OBJECTIVES, Objective
@@ -66,17 +66,11 @@ class DesignQuestion:
     ) -> "DesignQuestion":
         """Check what is asked against a cube; raise `QueryFault` for what cannot be answered."""
         require_stored(cube, "objective", METRIC, otherwise="")
+        check_question(judging)
+        check_question(Listed(top))
         judging = judging_in_ratios(cube, judging)
         band, ranges, max_impact_speed = judging.band, judging.ranges, judging.max_impact_speed
         objective: Objective = judging.objective or default_objective(cube, band)
-        if objective not in OBJECTIVES:
-            raise refused(
-                "objective", describe(objective), f"one of {listing(OBJECTIVES)}", "choose one of them"
-            )
-        if not 1 <= top <= MOST_DESIGNS:
-            raise refused(
-                "top", describe(top), f"a number from 1 to {MOST_DESIGNS:,}", "ask for fewer designs"
-            )
         if band is not None and objective == "resonance":
             raise refused(
                 "band",
@@ -86,13 +80,6 @@ class DesignQuestion:
                 "`band` cannot be combined with the objective resonance, which judges the frequency nearest r = 1 alone.",
             )
         if max_impact_speed is not None:
-            if not max_impact_speed >= 0:
-                raise refused(
-                    "max_impact_speed",
-                    describe(max_impact_speed),
-                    "a number of at least 0",
-                    "correct it, or leave it out",
-                )
             require_stored(cube, "max_impact_speed", "impact_speed_max")
         if judging.exclude_locked:
             require_stored(cube, "exclude_locked", "response_class")

@@ -13,7 +13,7 @@ from scipy.special import log_ndtr, ndtr
 from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.over_records import OverRecords, enough_records, over_records
 from damperlab.studies.answers.phrases import Phrases
-from damperlab.studies.answers.query_fault import refused
+from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import (
     as_float,
     check_quantity,
@@ -25,7 +25,7 @@ from damperlab.studies.answers.selection import (
     scalars,
 )
 from damperlab.studies.brief import Brief
-from damperlab.studies.faults import counted, describe
+from damperlab.studies.faults import counted
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import SUITE, kind_of
 from damperlab.studies.questions import Fragile
@@ -104,12 +104,9 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
     if kind is not SUITE:
         told = f"This study is {kind.words}, and a fragility curve needs {SUITE.words}."
         raise refused("study", kind.words, SUITE.words, "ask a suite whose scales vary", told)
+    check_question(asked)
     metric = asked.metric or main_metric(cube)
     check_quantity(cube, metric, "which exceed nothing")
-    if not asked.threshold > 0:
-        raise refused(
-            "threshold", describe(asked.threshold), "a number above 0", "name the limit in SI units"
-        )
     index, lead = leading_place(cube, asked.at, (RECORD, SCALE), metric)
     dims = (RECORD, SCALE)
     values, status = as_float(read(cube, metric, index, dims)), read(cube, "status", index, dims)

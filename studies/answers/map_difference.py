@@ -20,6 +20,7 @@ from damperlab.studies.kinds import kind_of
 from damperlab.studies.questions import Selection
 from damperlab.studies.unit_names import COORDINATE_SOURCES, COORDINATES, LONG_NAMES
 from damperlab.studies.units import coordinates_in_units, results_in_units
+from damperlab.studies.vocabulary import Reduction
 
 FIELD = "minus"
 DIFFERENCE = "difference"
@@ -36,7 +37,7 @@ def map_difference(
     y: str,
     selection: Selection = Selection(),
     over: str | None = None,
-    reduce: str | None = None,
+    reduce: Reduction | None = None,
 ) -> xr.Dataset:
     """Show one map of two studies, and subtract the second from the first.
 

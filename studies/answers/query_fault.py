@@ -1,8 +1,11 @@
 """A question that the cube cannot answer as it was put."""
 
+from typing import Any, Literal, get_args, get_origin
+
 import numpy as np
 
-from damperlab.studies.faults import Fault, counted
+from damperlab.studies.faults import Fault, counted, describe, listing
+from damperlab.studies.field import admits, fields_of, words_of
 from damperlab.studies.user_error import UserError
 
 NONE_QUALIFIES = "No design of the study qualifies, so there is none to start from."
@@ -29,6 +32,21 @@ class QueryFault(UserError, ValueError):
 def refused(field: str, found: str, allowed: str, advice: str, told: str = "") -> QueryFault:
     """Refuse a question for one argument; `told` is the sentence, where the usual one does not say it."""
     return QueryFault(Fault(field, found, allowed, advice, told))
+
+
+def check_question(question: object) -> None:
+    """Refuse the first number or word of a question that its field does not allow."""
+    kind: Any = type(question)
+    for each in fields_of(kind):
+        value, limited = getattr(question, each.name), words_of(each)
+        words = get_args(each.core) if get_origin(each.core) is Literal else ()
+        if value is None or not (limited or words):
+            continue
+        if value not in words if words else not admits(each, value):
+            usual = "leave it out" if each.default is None else f"the default is {each.default}"
+            advice = "correct it" if each.needed else f"correct it; {usual}"
+            allowed = f"one of {listing(words)}" if words else limited
+            raise refused(each.name, describe(value), allowed, advice)
 
 
 def empty_range(field: str, name: str, low: float, high: float, values: np.ndarray) -> Fault:

@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -22,13 +21,12 @@ from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
 from damperlab.studies.answers.phrases import Phrases
-from damperlab.studies.answers.query_fault import NONE_QUALIFIES, refused
+from damperlab.studies.answers.query_fault import NONE_QUALIFIES, check_question, refused
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
 from damperlab.studies.answers.verdict import is_clamped
 from damperlab.studies.brief import Brief, Note, command, listed
 from damperlab.studies.definition import Study
-from damperlab.studies.faults import describe
-from damperlab.studies.field import At, admits, fields_of, words_of
+from damperlab.studies.field import At
 from damperlab.studies.questions import Judging, Search, Step
 from damperlab.studies.variables import ResponseClass, Status
 
@@ -69,7 +67,7 @@ def refine_optimum(
     QueryFault
         If an argument is not allowed, or no design qualifies.
     """
-    _check(search)
+    check_question(search)
     tolerance, value_tolerance, budget = search.tolerance, search.value_tolerance, search.budget
     parent = next(iter(cubes.values()))
     judging = judging_in_ratios(parent, judging)
@@ -213,7 +211,7 @@ def refine_boundary(
     QueryFault
         If an argument is not allowed, or the class does not change along the line.
     """
-    _check(Step(tolerance=tolerance))
+    check_question(Step(tolerance=tolerance))
     parent = next(iter(cubes.values()))
     check_dimension(parent, "along", along)
     require_stored(parent, "boundary", "response_class", otherwise="")
@@ -290,18 +288,3 @@ def _note_cost(spent: Mapping[str, float], fine: int, more: int = 0) -> Note:
     if not fine:
         return Note("spent", "hint", spent)
     return Note("cost", "hint", {"points": int(spent["points"]) + more, "fine_points": fine})
-
-
-def _check(question: object) -> None:
-    """Raise `QueryFault` for the first number of a question that is not within the limits of its field."""
-    kind: Any = type(question)
-    for each in fields_of(kind):
-        value = getattr(question, each.name)
-        limited = words_of(each)
-        if limited and value is not None and not admits(each, value):
-            advice = (
-                "leave it out"
-                if each.default is None
-                else f"choose one within these limits; the default is {each.default:,}"
-            )
-            raise refused(each.name, describe(value), limited, advice)

@@ -14,7 +14,7 @@ from damperlab.studies.answers.interpolated import INTERPOLATED, Interpolated
 from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.notes import sentences_of
 from damperlab.studies.answers.phrases import Phrases, said
-from damperlab.studies.answers.query_fault import refused
+from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import (
     as_float,
     check_axis,
@@ -32,10 +32,10 @@ from damperlab.studies.answers.selection import (
     scalars,
 )
 from damperlab.studies.brief import Note, notes_document
-from damperlab.studies.faults import describe, listing
+from damperlab.studies.faults import describe
 from damperlab.studies.field import At
 from damperlab.studies.kinds import HARMONIC, kind_of
-from damperlab.studies.questions import Selection
+from damperlab.studies.questions import Plane, Selection
 from damperlab.studies.units import (
     InUnits,
     coordinates_in_units,
@@ -44,7 +44,7 @@ from damperlab.studies.units import (
     results_in_units,
 )
 from damperlab.studies.variables import Status
-from damperlab.studies.vocabulary import REDUCTIONS
+from damperlab.studies.vocabulary import Reduction
 
 PEAKS = ("amplitude_ratio", "amplitude_ratio_max")
 """Amplitudes of the structure, whose resonance may lie between the frequencies."""
@@ -58,7 +58,7 @@ def resonance_map(
     y: str,
     selection: Selection = Selection(),
     over: str | None = None,
-    reduce: str | None = None,
+    reduce: Reduction | None = None,
 ) -> xr.Dataset:
     """Slice the cube along two dimensions.
 
@@ -102,6 +102,7 @@ def resonance_map(
     units = {each.name: each for each in (*coordinates_in_units(cube), *results_in_units(cube))}
     if units.keys() & {x, y, over, selection.metric}:
         return _in_units(cube, units, (x, y, over), selection, reduce)
+    check_question(Plane(reduce=reduce))
     check_free(cube, selection.at, (x, y), "map")
     at, interpolate = in_ratios(cube, selection.at), selection.interpolate
     metric = selection.metric or main_metric(cube)
@@ -129,8 +130,6 @@ def resonance_map(
     if over is not None:
         check_dimension(cube, "over", over, (x, y))
         reduce = reduce or "max"
-        if reduce not in REDUCTIONS:
-            raise refused("reduce", describe(reduce), f"one of {listing(REDUCTIONS)}", "leave it out for max")
         if coded(cube, metric):
             raise refused(
                 "metric",
@@ -189,7 +188,7 @@ def _in_units(
     units: Mapping[str, InUnits],
     named: tuple[str, str, str | None],
     selection: Selection,
-    reduce: str | None,
+    reduce: Reduction | None,
 ) -> xr.Dataset:
     """Ask in ratios what was asked in units, and give the axes and the metric that were named in them."""
     x, y, over = named

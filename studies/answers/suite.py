@@ -13,7 +13,7 @@ from damperlab.studies.answers.excited import amplitude_called
 from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
 from damperlab.studies.answers.judging import say_left_out
 from damperlab.studies.answers.phrases import Phrases
-from damperlab.studies.answers.query_fault import refused
+from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import (
     check_quantity,
     completeness,
@@ -28,10 +28,8 @@ from damperlab.studies.faults import counted, describe, listing
 from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
+from damperlab.studies.questions import Listed
 from damperlab.studies.variables import ResponseClass, Status
-
-MOST = 10_000
-"""Most dampers in one answer."""
 
 _MET = {"frequency_ratio": "frequencies", "damping_ratio": "damping ratios of the structure"}
 _LEFT_OUT = {
@@ -99,7 +97,7 @@ def worst_case_designs(
     metric : str, optional
         What counts, the smaller the better; the peak displacement against the base, or the amplitude ratio, if not given.
     top : int
-        How many, 1 to `MOST`.
+        How many, 1 to `MOST_DESIGNS`.
     records : sequence of str, optional
         Only these records count, by id or by an earthquake's name.
     ranges : mapping of (float, float), optional
@@ -123,8 +121,7 @@ def worst_case_designs(
     """
     metric = main_metric(cube) if metric is None else metric
     check_quantity(cube, metric, "which have no order, so dampers cannot be ranked by it")
-    if not 1 <= top <= MOST:
-        raise refused("top", describe(top), f"a number from 1 to {MOST:,}", "ask for fewer")
+    check_question(Listed(top))
     damper = kind_of(cube.sizes).designs
     counting = _counting(cube, records, ranges or {})
     if exclude_locked:

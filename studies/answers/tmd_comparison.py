@@ -15,20 +15,20 @@ from damperlab.studies.answers.leading import best_at
 from damperlab.studies.answers.nearness import within_reach
 from damperlab.studies.answers.notes import sentence_of
 from damperlab.studies.answers.phrases import Phrases, noted, said
-from damperlab.studies.answers.query_fault import refused
+from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import check_free, choose, in_ratios, require_stored
 from damperlab.studies.answers.tmd_verdict import brief_of, is_judged, notes_of
 from damperlab.studies.answers.verdict import NEXT_BAND
 from damperlab.studies.brief import Note, notes_document
-from damperlab.studies.faults import describe, listing, write_nearest
+from damperlab.studies.faults import describe
 from damperlab.studies.field import At
 from damperlab.studies.kinds import kind_of
-from damperlab.studies.questions import MOST_ABSORBER_MASS, MOST_DETUNING, Selection, Tuning
+from damperlab.studies.questions import MOST_ABSORBER_MASS, Selection, Tuning
 from damperlab.studies.tmd.curves import exact_curves
 from damperlab.studies.tmd.transfer import amplitude_ratio, highest, without_absorber
 from damperlab.studies.tmd.tunings import MOST_UNDER_BASE, tuned
 from damperlab.studies.variables import BEFORE, Status
-from damperlab.studies.vocabulary import CRITERIA, EXCITATIONS, Excitation
+from damperlab.studies.vocabulary import CRITERIA, Excitation
 
 METRIC = "amplitude_ratio"
 LEAST_MASS = 1e-12
@@ -78,15 +78,9 @@ def tmd_comparison(
     """
     at = dict(in_ratios(cube, at or {}))
     require_stored(cube, "study", METRIC, otherwise="")
+    check_question(tuning)
     criterion, mass_ratio = tuning.criterion, tuning.mass_ratio
     excitation = _excitation(cube, tuning.excitation)
-    if criterion not in CRITERIA:
-        raise refused("criterion", describe(criterion), f"one of {listing(CRITERIA)}", "choose one of them")
-    for name in ("detuning", "damping_detuning"):
-        share = getattr(tuning, name)
-        if not -1 < share <= MOST_DETUNING:
-            allowed = f"a share above -1 and at most {MOST_DETUNING:g}"
-            raise refused(name, describe(share), allowed, "write 0.05 for five per cent too high")
     if mass_ratio is not None:
         # the study's particle may have none where the absorber has a mass of its own
         least = LEAST_MASS if tuning.tmd_mass_ratio is None else 0.0
@@ -200,9 +194,6 @@ def _excitation(cube: xr.Dataset, asked: Excitation | None) -> Excitation:
     own = excitation_of(cube)
     if asked is None:
         return own
-    if asked not in EXCITATIONS:
-        advice = write_nearest(asked, EXCITATIONS)
-        raise refused("excitation", describe(asked), "base or force", advice)
     if own == "force" and asked != own:
         raise refused("excitation", describe(asked), "force with a study of a force", "leave it out")
     return asked

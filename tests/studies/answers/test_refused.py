@@ -67,7 +67,7 @@ def empty(cube: xr.Dataset) -> dict[str, xr.Dataset]:
 
 
 REFUSED: list[tuple[str, str, Ask]] = [
-    ("objective", "resonance, peak", ranked(objective="best")),
+    ("objective", "one of peak, resonance", ranked(objective="best")),
     ("band", "resonance", ranked(objective="resonance", band=(0.8, 1.2))),
     ("band", "lower one first", ranked(objective="peak", band=(1.2, 0.8))),
     ("band", "the study has 6 values from 0.7 to 1.25", ranked(objective="peak", band=(0.96, 0.99))),
@@ -109,11 +109,11 @@ REFUSED: list[tuple[str, str, Ask]] = [
     ("mass_ratio", "1e-12 to 10", compared(mass_ratio=0.0)),
     ("mass_ratio", "from 1e-12 to 10, not 5e-324", compared(mass_ratio=5e-324, criterion="den_hartog")),
     ("mass_ratio", "from 0 to 10", compared(mass_ratio=-0.1, tmd_mass_ratio=0.1)),
-    ("tmd_mass_ratio", "1e-12 to 10", compared(mass_ratio=0.1, tmd_mass_ratio=0.0)),
+    ("tmd_mass_ratio", "above 0 and at most 10", compared(mass_ratio=0.1, tmd_mass_ratio=0.0)),
     ("tmd_mass_ratio", "below 2 for h2", compared(tmd_mass_ratio=2.0, criterion="h2")),
     ("detuning", "above -1", compared(detuning=-1.0)),
-    ("excitation", "base or force", compared(excitation="wind")),
-    ("damping_detuning", "share", compared(damping_detuning=NAN)),
+    ("excitation", "one of base, force", compared(excitation="wind")),
+    ("damping_detuning", "above -1", compared(damping_detuning=NAN)),
     ("gap", "one of", compared({"gap": 1.0})),
     ("frequency_ratio", "the curve runs along it. Leave it out", compared({"frequency_ratio": 1.0})),
     ("mass_ratio", "name the mass", lambda cube: tmd_comparison(cube.assign_coords(mass_ratio=[0.0]))),
