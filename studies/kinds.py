@@ -3,7 +3,7 @@
 How a point is computed is the worker's, which tells definitions apart by their class.
 """
 
-from collections.abc import Container, Mapping
+from collections.abc import Collection, Container, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -169,3 +169,25 @@ def dimensions_of_definition(definition: Mapping[str, Any]) -> tuple[str, ...]:
     """Give the dimensions of a study's cube by its definition."""
     kind = kind_of_definition(definition)
     return (*before_of(definition), *kind.dimensions) if kind is HARMONIC else kind.dimensions
+
+
+def shown_axes(
+    sizes: Mapping[str, int], x: str | None, y: str | None, taken: Collection[str | None]
+) -> tuple[str, str]:
+    """Fill in the axes that were not named with dimensions that vary and are not spoken for.
+
+    Parameters
+    ----------
+    sizes : mapping of int
+        Points along each dimension.
+    x, y : str, optional
+        What was named.
+    taken : collection of str
+        Dimensions that the question uses otherwise.
+    """
+    favourites = [name for name in kind_of(sizes).axes if name in sizes]
+    free = [name for name in favourites if name not in {*taken, x, y}]
+    free.sort(key=lambda name: sizes[name] == 1)
+    # where none is left the question is refused for naming a dimension twice
+    free += favourites
+    return x or free.pop(0), y or free.pop(0)

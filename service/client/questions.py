@@ -14,8 +14,8 @@ from damperlab.service.questions.question import A, Question
 from damperlab.service.questions.resonance_map import RESONANCE_MAP
 from damperlab.service.questions.tmd_comparison import TMD_COMPARISON
 from damperlab.service.questions.work_precision import WORK_PRECISION
-from damperlab.studies.answers.shown import shown_axes
 from damperlab.studies.field import Range
+from damperlab.studies.kinds import shown_axes
 from damperlab.studies.questions import MOST_DESIGNS, Fragile, Ranking, Tuning
 from damperlab.studies.vocabulary import Criterion, Excitation, Objective, Reduction
 

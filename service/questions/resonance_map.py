@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Annotated, NotRequired
 from damperlab.service.questions.forms import MAP, metric_of
 from damperlab.service.questions.question import Question, Subject, Words
 from damperlab.service.questions.shapes import Notes, Numbers, OfMetric, Plane, Says
-from damperlab.studies.answers.shown import shown_axes
 from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.field import given
+from damperlab.studies.kinds import shown_axes
 from damperlab.studies.questions import Plane as Axes
 from damperlab.studies.questions import Selection, Subtracted, Window
 from damperlab.studies.vocabulary import Reduction

@@ -372,7 +372,7 @@ def _brief(
         )
     elif scales.size > 1:
         why = "the records may all exceed it at the same scale" if alike else "these records do not settle it"
-        sentences.append(f"No curve can be fitted, as {why}.")
+        sentences.append(f"No curve can be fitted, as {why if over else 'none exceeds it'}.")
     if scatter:
         sentences.append(scatter)
     following = "damperlab optimum to rank the dampers."

@@ -70,7 +70,7 @@ def pareto_front(
     for found in judged(cube, question, tally, stored):
         if doubtful:
             may_belong = joined(may_belong, found)
-            sides = _limits(cube, question, columns, signs, may_belong)
+            sides = _limits(cube, columns, signs, may_belong)
             may_belong = {name: array[_unsurpassed(*sides)] for name, array in may_belong.items()}
         found["alike"] = np.zeros(found["value"].size, np.int64)
         found = joined(front, found)
@@ -140,7 +140,6 @@ def _compared(
 
 def _limits(
     cube: xr.Dataset,
-    question: DesignQuestion,
     columns: Sequence[str],
     signs: np.ndarray,
     found: Mapping[str, np.ndarray],

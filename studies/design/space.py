@@ -86,10 +86,8 @@ def amplitudes_of(asked: Specification, count: int) -> tuple[Under, ...]:
 
 def corners_of(asked: Specification) -> list[dict[str, float]]:
     """Give the corners of the tolerances: every one of a few, else a balanced fraction of them."""
-    return corners(asked.toleranced) if asked.tolerances else []
-
-
-def corners(names: list[str]) -> list[dict[str, float]]:
-    """Give the signs of quantities at corners: every one of a few quantities, else a balanced fraction of them."""
+    names = asked.toleranced
+    if not names:
+        return []
     signs = HADAMARD if len(names) > FACTORIAL else tuple(product((-1, 1), repeat=len(names)))
     return [{name: float(sign) for name, sign in zip(names, row, strict=False)} for row in signs]

@@ -111,11 +111,6 @@ class Starts:
     beyond: int | None
     where: tuple[Several, ...]
 
-    @property
-    def worst_of_several(self) -> Several | None:
-        """The frequency with more than one response at which the largest of them is highest."""
-        return max(self.where, key=lambda each: each.highest, default=None)
-
 
 def started(search: Search, build: Build, over: Score) -> Step[None]:
     """Compute the damper as drawn, whose worst case over the bands is given, from several starts."""

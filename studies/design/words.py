@@ -20,7 +20,7 @@ from damperlab.studies.design.spelling import (
     spelled_out,
     under_records,
 )
-from damperlab.studies.design.starts import FROM, Reached, Several, Starts
+from damperlab.studies.design.starts import FROM
 from damperlab.studies.faults import counted
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import Case
@@ -188,7 +188,7 @@ def _builds(found: Found) -> Iterator[str]:
 
 
 def _starts(found: Found) -> Iterator[str]:
-    """Say what other starts than rest lead to, and where they lead to several responses."""
+    """Say what other starts than rest lead to."""
     asked, starts = found.asked, found.starts
     if starts is None:
         return
@@ -200,28 +200,8 @@ def _starts(found: Found) -> Iterator[str]:
     elif starts.beyond:
         reached = f"reaches up to {response(asked, starts.worst)}, {near}: at {starts.beyond} of these more than is stated"
     yield f"Started in {counted(starts.count, 'way')} at {at}, the damper as drawn {reached}."
-    if starts.worst_of_several is not None:
-        yield _several(asked, starts, starts.worst_of_several)
-
-
-def _several(asked: Specification, starts: Starts, worst: Several) -> str:
-    """Say which responses there are where there are several, at the frequency at which one of them is highest."""
-    first, *others = [(each.share, _reached(asked, each)) for each in worst.responses]
-    others += [(worst.share_left, "others, or failed")] if worst.share_left else []
-    more = "".join(f", {round(share * starts.count)} to {what}" for share, what in others)
-    return (
-        f"At {starts.several} of these ratios it has more than one response: near {frequency(asked, worst.frequency_ratio)} "
-        f"{round(first[0] * starts.count)} of the {counted(starts.count, 'start')} lead to {first[1]}{more}."
-    )
-
-
-def _reached(asked: Specification, one: Reached) -> str:
-    about = [one.response_class.replace("_", " ")] if one.response_class else []
-    about += ["the one from rest"] if one.from_rest else []
-    judged = ""
-    if one.value is not None and not asked.measure.of_displacement:
-        judged = f" and {response(asked, one.value)}{asked.measure.kind}"
-    return length(asked, one.displacement) + judged + (f" ({', '.join(about)})" if about else "")
+    if starts.several:
+        yield f"At {starts.several} of these ratios it has more than one response."
 
 
 def _margins(found: Found) -> Iterator[str]:

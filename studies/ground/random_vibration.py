@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from damperlab.studies.faults import Fault, StudyFaults, attempt, describe, listing
 from damperlab.studies.ground.motion import STANDARD_GRAVITY, GroundMotion
-from damperlab.studies.ground.ramp import ramps
 from damperlab.studies.ground.recipe import (
     SEED_SCHEMA,
     one_of,
+    ramps,
     read_numbers,
     read_seed,
     schema_of,

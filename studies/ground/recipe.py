@@ -1,14 +1,18 @@
-"""What is generated, read from a document: its numbers and its name, with every fault of them."""
+"""What generated records share: how their numbers are read from a document, and how an amplitude rises and falls."""
 
 from collections.abc import Mapping
 from functools import partial
 from math import isnan
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, path, unknown_key
 from damperlab.studies.ground.motion import MOST_SAMPLES
 from damperlab.studies.quantity import Quantity, read_count
 
+Floats = NDArray[np.float64]
 MOST_LETTERS = 200
 LARGEST_SEED = 2**63 - 1
 SEED_SCHEMA = {"seed": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED, "default": 0}}
@@ -122,3 +126,34 @@ def one_of(
         told = f"{{field}} and `{place}.{given[0]}` both say {what}."
         faults.append(Fault(f"{place}.{key}", describe(document[key]), allowed, "keep one of them", told))
     return given[0] if given else ""
+
+
+def ramps(time_s: Floats, duration_s: float, rise_s: float, fall_s: float) -> tuple[Floats, Floats, Floats]:
+    """Give w and its first two derivatives in time: it rises from 0 to 1, stays, and falls back.
+
+    Parameters
+    ----------
+    time_s : ndarray
+        Times from 0 to the end [s].
+    duration_s, rise_s, fall_s : float
+        The whole, and both ramps, which do not overlap [s].
+    """
+    rise, rise_1, rise_2 = _step(time_s / rise_s)
+    fall, fall_1, fall_2 = _step((duration_s - time_s) / fall_s)
+    return (
+        rise * fall,
+        rise_1 / rise_s * fall - rise * fall_1 / fall_s,
+        rise_2 / rise_s**2 * fall + rise * fall_2 / fall_s**2,
+    )
+
+
+def _step(share: Floats) -> tuple[Floats, Floats, Floats]:
+    """Give a smooth step from 0 at 0 to 1 at 1 and its first two derivatives; the first three vanish at both ends."""
+    s = np.clip(share, 0.0, 1.0)
+    rest = 1.0 - s
+    square, both = s * s, s * rest
+    return (
+        square * square * (35.0 + s * (-84.0 + s * (70.0 - 20.0 * s))),
+        140.0 * both * both * both,
+        420.0 * both * both * (1.0 - 2.0 * s),
+    )

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from damperlab.studies.ground.motion import GroundMotion
-from damperlab.studies.ground.ramp import ramps
+from damperlab.studies.ground.recipe import ramps
 from damperlab.studies.portable import cos, exp, expm1, sin
 
 Floats = NDArray[np.float64]

@@ -29,7 +29,7 @@ PORTABLE = (
     "worker/fit",
     "studies/fit",
     "studies/ground/sweep.py",
-    "studies/ground/ramp.py",
+    "studies/ground/recipe.py",
     "studies/ground/random_vibration.py",
     "studies/ground/shock.py",
     "studies/ground/kanai_tajimi.py",

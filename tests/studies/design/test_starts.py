@@ -46,8 +46,6 @@ def test_the_responses_at_a_frequency_are_told_apart(light: Found) -> None:
         )
         assert all(each.value == each.displacement for each in at.responses)
         assert sum(each.from_rest for each in at.responses) <= 1
-    assert starts.worst_of_several is not None
-    assert starts.worst_of_several.highest == max(at.highest for at in starts.where)
 
 
 @pytest.mark.parametrize("judge", JUDGES)
