@@ -1,6 +1,5 @@
 """Follow-up studies: the same structure and settings on a few further designs, merged with the study afterwards."""
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.notes import sentences_of
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.brief import Brief, Note
@@ -123,7 +123,7 @@ def _halves(part: np.ndarray) -> list[np.ndarray]:
 
 def tolerance_of(cube: xr.Dataset, otherwise: float) -> float:
     """Give the tolerance with which a cube was computed."""
-    study = json.loads(cube.attrs.get("study", "{}"))
+    study = definition_of(cube)
     return float(study.get("steady", {}).get("tolerance", otherwise))
 
 
@@ -152,7 +152,7 @@ def _computed(cubes: Mapping[str, xr.Dataset]) -> list[np.ndarray]:
     found: list[np.ndarray] = []
     earlier: list[tuple[Any, xr.Dataset]] = []
     for cube in cubes.values():
-        settings = json.loads(cube.attrs.get("study", "{}")).get("steady")
+        settings = definition_of(cube).get("steady")
         status = cube["status"]
         new = status.values >= 0
         for theirs, other in earlier:

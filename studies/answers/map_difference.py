@@ -1,6 +1,5 @@
 """The same map of two studies, and the one less the other."""
 
-import json
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,6 +8,7 @@ import xarray as xr
 
 from damperlab.studies.answers.alike import alike, beside
 from damperlab.studies.answers.compared_response import ERRORS, ROUNDING
+from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.leading import at_its_place
 from damperlab.studies.answers.nearness import same
 from damperlab.studies.answers.phrases import RATIOS, Phrases, noted
@@ -206,7 +206,7 @@ def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
 
 def _parts(cube: xr.Dataset) -> dict[str, Any]:
     """Give the parts of a study's definition, those of its physical block one by one."""
-    study: dict[str, Any] = json.loads(cube.attrs.get("study", "{}"))
+    study: dict[str, Any] = definition_of(cube)
     physical = study.pop("physical", None) or {}
     return study | {f"physical.{name}": value for name, value in physical.items()}
 

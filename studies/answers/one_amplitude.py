@@ -5,7 +5,7 @@ import json
 import xarray as xr
 
 from damperlab.studies.amplitudes import AMPLITUDE, CONSTANT, RATIOS_OF
-from damperlab.studies.answers.excited import amplitude_called
+from damperlab.studies.answers.excited import amplitude_called, definition_of
 from damperlab.studies.answers.phrases import noted
 from damperlab.studies.answers.query_fault import refused
 from damperlab.studies.answers.selection import choose
@@ -49,7 +49,7 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     others = tuple(str(name) for name in cube["status"].dims if name != AMPLITUDE)
     place = choose(cube, asked, others)[AMPLITUDE]
     chosen = float(values[place])
-    definition = json.loads(cube.attrs["study"])
+    definition = definition_of(cube)
     if definition["physical"].get("constant") is not None:
         definition["physical"][AMPLITUDE] = [chosen]
         return cube.isel({AMPLITUDE: [place]}).assign_attrs(study=json.dumps(definition)), at
@@ -65,7 +65,7 @@ def said_of_it(answer: xr.Dataset, cube: xr.Dataset, whole: xr.Dataset) -> xr.Da
     """Have the note of an answer name the base amplitude that `at_one_amplitude` took of the whole cube, if any."""
     if AMPLITUDE not in whole.sizes:
         return answer
-    physical = json.loads(cube.attrs["study"])["physical"]
+    physical = definition_of(cube)["physical"]
     metres, constant = physical[AMPLITUDE], physical.get("constant")
     if constant is None:
         called = amplitude_called(cube).capitalize()

@@ -1,6 +1,5 @@
 """What every question shares: checking names, choosing grid points, reading, saying what was chosen."""
 
-import json
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
@@ -8,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.nearness import check_reach, nearest_place, same
 from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.query_fault import refused
@@ -106,7 +106,7 @@ def _submit(cube: xr.Dataset, *names: str) -> str:
     known = kind_of(cube.sizes).variables
     if any(known[name].start for name in names):
         return f"{advice} with `start: {{kind: ensemble}}`"
-    solver = json.loads(cube.attrs.get("study", "{}")).get("solver", {})
+    solver = definition_of(cube).get("solver", {})
     if solver.get("method") == "rk4" and not set(STEPPED).issuperset(names):
         return f"{advice} with `solver: {{method: event}}`"
     return advice

@@ -1,6 +1,5 @@
 """The book of a search: every point that is known, and the studies that make those known that are wanted."""
 
-import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from damperlab.studies.amplitudes import AMPLITUDE, RATIOS_OF
 from damperlab.studies.answers.design_question import DESIGN
-from damperlab.studies.answers.excited import excitation_of
+from damperlab.studies.answers.excited import definition_of, excitation_of
 from damperlab.studies.answers.follow_up import cover
 from damperlab.studies.cavity import cavity_of
 from damperlab.studies.definition import Study, parse_harmonic
@@ -320,7 +319,7 @@ class Book:
 def _beside(cube: xr.Dataset) -> Iterator[float]:
     """Give the ratios of `BEFORE`, 0 of what a study has not; over base amplitudes the numbers of the cavity."""
     if AMPLITUDE in cube.sizes:
-        yield from cavity_of(json.loads(cube.attrs["study"])["physical"]).numbers.values()
+        yield from cavity_of(definition_of(cube)["physical"]).numbers.values()
     else:
         yield from (float(cube[name].values[0]) if name in cube.sizes else 0.0 for name in BEFORE)
 
@@ -329,7 +328,7 @@ def _law_of(cube: xr.Dataset) -> Law:
     """Give what a study holds constant, with what it is of."""
     if AMPLITUDE not in cube.sizes:
         return FORCE if excitation_of(cube) == "force" else ()
-    physical = json.loads(cube.attrs["study"])["physical"]
+    physical = definition_of(cube)["physical"]
     amplitude = float(cube[AMPLITUDE].values[0])
     return physical["constant"], amplitude, physical["mass_kg"], physical["natural_frequency_hz"]
 

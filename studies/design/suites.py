@@ -1,6 +1,5 @@
 """The studies that make dampers known under ground-motion records, and what their cubes say of them."""
 
-import json
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from damperlab.studies.answers.excited import definition_of
 from damperlab.studies.answers.follow_up import cover
 from damperlab.studies.cavity import cavity_of
 from damperlab.studies.design.build import NOTHING_INSIDE, Inside, Place, Spot
@@ -97,7 +97,7 @@ def _suite(
 
 def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
     """Give what a suite's cube says of every damper under every case: `RECORD_VARIABLES`, infinite first where it failed."""
-    document = json.loads(cube.attrs["study"])
+    document = definition_of(cube)
     mass, inside = float(document["mass_kg"]), (contact_time_of(cube), *cavity_of(document).numbers.values())
     order = ("record", "scale", *AXES)
     columns = np.stack(
@@ -119,5 +119,5 @@ def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
 
 def contact_time_of(cube: xr.Dataset) -> float:
     """Give the contact time of a study's or a suite's particle over 1/ω_n; 0 where impacts take no time."""
-    contact = json.loads(cube.attrs["study"]).get("contact", {})
+    contact = definition_of(cube).get("contact", {})
     return float(contact.get("contact_time", 0.0))
