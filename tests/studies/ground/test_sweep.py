@@ -15,7 +15,7 @@ from damperlab.studies.ground.source import read_source
 from damperlab.studies.ground.sweep_reading import sweep_of
 
 INTERPOLATION = 1e-3
-"""How far a straight line from sample to sample is from the acceleration, at most, over its largest value: see `SAMPLES_PER_CYCLE`."""
+"""How far a straight line from sample to sample is from the acceleration, at most, over its largest value."""
 UP: dict[str, Any] = {"start_hz": 6, "stop_hz": 10, "rate_hz_per_s": 0.5, "base_amplitude_m": 0.001}
 DOWN = UP | {"start_hz": 10, "stop_hz": 6}
 OCTAVES = {"start_hz": 6, "stop_hz": 12, "rate_octaves_per_minute": 10, "base_velocity_m_per_s": 0.05}
