@@ -31,7 +31,7 @@ from damperlab.studies.design.verdict import verdict_of
 from damperlab.studies.design.words import details_of
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import Case
-from damperlab.studies.specification.specification import CHOSEN, JUDGES, Specification
+from damperlab.studies.specification.specification import CHOSEN, JUDGES, OF_DAMPER, Specification
 from damperlab.studies.spelling import spelled
 
 OF_THE_STRUCTURE = {
@@ -253,10 +253,12 @@ def _excitations(found: Found) -> Iterable[str]:
 
 def _drawing(found: Found) -> Iterable[tuple[str, ...]]:
     asked, build = found.asked, found.build
-    for name in CHOSEN:
+    for name in OF_DAMPER:
         if build.particle_mass_kg == 0.0 and name != "friction_force_n":
             continue
-        value = getattr(build, name)
+        if name not in CHOSEN and not asked.choices[name].stop:
+            continue
+        value = build.value(name)
         tolerance = asked.tolerances.get(name)
         margin = found.margins.get(name)
         yield (

@@ -1,6 +1,6 @@
 """Quantities in SI units as a drawing, a report and a sentence write them: the one place that writes millimetres and grams."""
 
-UNITS = {"_m": "m", "_n": "N", "_kg": "kg", "_hz": "Hz", "_s": "s"}
+UNITS = {"_m": "m", "_n": "N", "_kg": "kg", "_hz": "Hz", "_s": "s", "_deg": "°"}
 """By how the name of a quantity ends."""
 
 
@@ -11,7 +11,7 @@ def spelled(value: float, unit: str, digits: int = 4) -> str:
     text = f"{value:.{digits}g}"
     if "e+" in text and abs(value) < 1e7:
         text = f"{float(text):.0f}"  # 5000 N, not 5e+03 N
-    return f"{text} {unit.strip('1')}".rstrip()
+    return f"{text}{'' if unit == '°' else ' '}{unit.strip('1')}".rstrip()
 
 
 def unit_of(name: str) -> str:

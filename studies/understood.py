@@ -11,6 +11,7 @@ from damperlab.studies.axes import AxisSpec
 from damperlab.studies.definition import Study
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.physical import derivations
+from damperlab.studies.quantity import PARTICLE_FRICTION
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
 from damperlab.studies.vocabulary import ACCELERATION_UNITS, DEFAULTS
@@ -87,7 +88,7 @@ def unusual_specification(asked: Specification) -> list[str]:
         for each in asked.excitations
         if not each.motion.force
     ]
-    found += _rough(asked.cavity.particle_friction_coefficient)
+    found += _rough(asked.choices[PARTICLE_FRICTION.name].stop)
     return found + _violent(min(shakes, default=0.0), key)
 
 

@@ -19,6 +19,7 @@ BASE_M, BASE_HZ = 0.0015, 2.4
 RANGES: dict[str, dict[str, tuple[float, float]]] = {
     "friction": {"friction_force_n": (0.0, 0.3), "damping_ratio": (0.0, 0.05)},
     "particle": {"clearance_m": (0.001, 0.03), "restitution": (0.0, 1.0)},
+    "rubbing": {"clearance_m": (0.001, 0.03), "particle_friction_coefficient": (0.0, 0.5)},
     "hybrid": {"clearance_m": (0.001, 0.03), "restitution": (0.0, 1.0), "friction_force_n": (0.0, 0.3)},
 }
 """What is estimated of each kind of prototype, and where."""
@@ -27,6 +28,7 @@ TRUE = {
     "damping_ratio": (0.003, 0.02),
     "clearance_m": (0.004, 0.015),
     "restitution": (0.2, 0.85),
+    "particle_friction_coefficient": (0.01, 0.1),
 }
 """Where the truth is drawn."""
 
@@ -50,8 +52,10 @@ def made_history(
         structure["particle"] = False
     else:
         structure |= {"damping_ratio": 0.0038, "axes": {"mass_ratio": 0.1}}
-    if kind == "particle":
+    if kind in ("particle", "rubbing"):
         structure["physical"]["friction_force_n"] = 0.0
+    if kind == "rubbing":
+        structure["axes"]["restitution"] = 0.5
     base = None
     if shaken:
         rate = 2.0 * np.pi * BASE_HZ

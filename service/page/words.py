@@ -32,7 +32,7 @@ from damperlab.studies.specification.measure import LIMITS, MEASURES, RECORD_MEA
 from damperlab.studies.specification.record_fields import TAIL
 from damperlab.studies.specification.scene import EXCITATION_KEYS, MOST_EXCITATIONS, STRUCTURE_KEYS
 from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
-from damperlab.studies.specification.specification import CHOSEN, OF_STRUCTURE, RATIO_OF
+from damperlab.studies.specification.specification import CHOSEN, OF_DAMPER, OF_STRUCTURE, RATIO_OF
 from damperlab.studies.unit_names import (
     ACCELERATIONS,
     AMPLITUDES,
@@ -176,7 +176,7 @@ def _specification() -> dict[str, Any]:
         "ratios": {
             name: _specified(name, quantity.meaning)
             for name, quantity in SPECIFIED.items()
-            if name not in CHOSEN
+            if name not in OF_DAMPER
         },
         "contact_time": _specified(CONTACT_TIME.name, CONTACT_TIME.meaning)
         | {"unit": "ms", "scale": 1e3, "usual_value": 0},
@@ -188,7 +188,8 @@ def _specification() -> dict[str, Any]:
         "numbers": [
             _specified(name, about["description"]) | {"usual_value": about.get("default")}
             for name, about in specification_schema()["properties"].items()
-            if about.get("type") in ("number", "integer") and name not in (*SPECIFIED, CONTACT_TIME.name)
+            if about.get("type") in ("number", "integer")
+            and name not in (*CHOSEN, *RATIO_OF.values(), CONTACT_TIME.name)
         ],
         "tables": {
             "measures": {name: each.judged for name, each in MEASURES.items()},

@@ -9,11 +9,12 @@ from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import Search
 from damperlab.studies.design.steps import Step
 from damperlab.studies.specification.specification import Choice, Specification
+from damperlab.studies.variables import MADE_BY
 
 SMALL = Effort(divided=10, starts=1, sizes=1, reserve=0.4, left=0.0)
 """Of the searches for what the answer is compared with."""
-OF_DAMPER = {
-    "friction_alone": ("clearance_m", "particle_mass_kg", "restitution"),
+LACKS = {
+    "friction_alone": ("clearance_m", "particle_mass_kg", "restitution", *MADE_BY.values()),
     "particle_alone": ("friction_force_n",),
 }
 """What each part of the damper is without."""
@@ -54,7 +55,7 @@ def alternative(name: str, asked: Specification, book: Book, most: int) -> Step[
     BudgetSpent
         If none could be looked at with its tolerances: a number without them is not beside the others.
     """
-    search = Search(without(asked, OF_DAMPER[name]), book, SMALL, told=False)
+    search = Search(without(asked, LACKS[name]), book, SMALL, told=False)
     best = yield from search.run(most)
     if not all(map(search.looked_at, search.with_corners(best))):
         raise BudgetSpent

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from damperlab.studies.brief import notes_document
 from damperlab.studies.design.absorber import DETUNED, curve
-from damperlab.studies.design.alternatives import OF_DAMPER
+from damperlab.studies.design.alternatives import LACKS
 from damperlab.studies.design.backbone import backbone_document
 from damperlab.studies.design.build import Build, design_document
 from damperlab.studies.design.found import Found, at_ends
@@ -55,7 +55,7 @@ def answer_document(found: Found) -> dict[str, Any]:
         "starts": _starts(found),
         "at_range_end": at_ends(found),
         "margins": {name: asdict(margin) for name, margin in found.margins.items()},
-        **{name: _alternative(found, name) for name in OF_DAMPER},
+        **{name: _alternative(found, name) for name in LACKS},
         "tuned_mass_damper": _absorber(found),
         "compared": worst_document(asked, found.compared),
         "pareto": [

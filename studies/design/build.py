@@ -10,6 +10,7 @@ from damperlab.studies.specification.measure import DAMPER_LIMITS, DamperLimit
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import (
     CHOSEN,
+    OF_DAMPER,
     OF_STRUCTURE,
     RATIO_OF,
     Specification,
@@ -157,16 +158,12 @@ class Build:
         """Give this build with quantities off by shares of their tolerances, from −1 to 1."""
         changed: dict[str, float] = {}
         structure: dict[str, float] = {}
-        cavity = self.cavity.numbers
         for name, share in shares.items():
             tolerance = asked.tolerances[name]
-            if name in cavity:
-                cavity[name] = max(cavity[name] + share * tolerance.of(cavity[name]), 0.0)
-                continue
-            if name not in CHOSEN:
+            if name not in OF_DAMPER:
                 structure[name] = share * tolerance.size
                 continue
-            value = getattr(self, name)
+            value = self.value(name)
             if name == "particle_mass_kg" and not value:
                 continue  # what is not there has no tolerance
             changed[name] = max(value + share * tolerance.of(value), 0.0)
@@ -176,12 +173,18 @@ class Build:
             mass, *others = (structure.get(name, 0.0) for name in OF_STRUCTURE)
             frequency, damping = asked.structure.built_off(mass, *others)
             changed |= {"mass_off": mass, "frequency_off": float(frequency), "damping_off": float(damping)}
-        return replace(self.with_values(changed), cavity=cavity_of(cavity))
+        return self.with_values(changed)
+
+    def value(self, name: str) -> float:
+        """Give one of its quantities, by its name in `OF_DAMPER`."""
+        return float(getattr(self if name in CHOSEN else self.cavity, name))
 
     def with_values(self, values: Mapping[str, float]) -> "Build":
         """Give this build with other values of its quantities."""
-        changed: dict[str, Any] = dict(values)
-        return replace(self, **changed)
+        numbers = self.cavity.numbers
+        inside = {name: value for name, value in values.items() if name in numbers}
+        changed: dict[str, Any] = {name: value for name, value in values.items() if name not in numbers}
+        return replace(self, **changed, cavity=cavity_of(numbers | inside))
 
 
 def design_document(build: Build, asked: Specification) -> dict[str, float | None]:
@@ -196,8 +199,10 @@ def design_document(build: Build, asked: Specification) -> dict[str, float | Non
     }
     ratios = dict(zip(RATIO_OF.values(), (clearance, friction, mass, restitution), strict=True))
     found |= {name: value for name, value in ratios.items() if name != "restitution"}
+    found |= {name: value for name, value in build.cavity.numbers.items() if asked.choices[name].stop}
     if mass == 0.0:
         found |= dict.fromkeys(("clearance_m", "clearance_ratio", "restitution"))
+        found |= dict.fromkeys(found.keys() & build.cavity.numbers)
     if asked.in_units:
         found["contact_time_s"] = build.contact_time_s if mass and build.contact_time_s else None
         found["cavity_length_m"] = None if mass == 0.0 else 2.0 * build.clearance_m

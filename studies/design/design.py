@@ -8,7 +8,7 @@ import xarray as xr
 
 from damperlab.studies.definition import Study
 from damperlab.studies.design.absorber import tuned_beside
-from damperlab.studies.design.alternatives import OF_DAMPER
+from damperlab.studies.design.alternatives import LACKS
 from damperlab.studies.design.book import Book, BudgetSpent
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.builds import counted_builds, drawn
@@ -155,7 +155,7 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
         stated=stated,
         builds=counted_builds(asked, scores, worst(judged).most) if scores else None,
         margins=beside.margins or {},
-        alternatives={name: beside.alternatives[name] for name in OF_DAMPER if name in beside.alternatives},
+        alternatives={name: beside.alternatives[name] for name in LACKS if name in beside.alternatives},
         absorber=tuned_beside(asked, build.particle_mass_kg / asked.structure.mass_kg),
         front=beside.front,
         shown=tuple(each for each in shown if book.curve(build, each).r.size),

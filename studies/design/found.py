@@ -12,8 +12,9 @@ from damperlab.studies.design.front import OfMass
 from damperlab.studies.design.margins import Margin
 from damperlab.studies.design.score import Score, binding, score
 from damperlab.studies.design.starts import Starts
+from damperlab.studies.specification.damper import QUANTITIES
 from damperlab.studies.specification.excitation import Amplitude, Excitation
-from damperlab.studies.specification.specification import CHOSEN, Specification
+from damperlab.studies.specification.specification import OF_DAMPER, Specification
 from damperlab.studies.variables import ResponseClass
 
 
@@ -124,10 +125,12 @@ def at_ends(found: Found) -> dict[str, str]:
     """Give the chosen quantities that are at the end of their range, and which end."""
     ends: dict[str, str] = {}
     asked = found.asked
-    for name in (each for each in CHOSEN if each in asked.free or each in asked.bounds):
-        choice, value = asked.choices[name], getattr(found.build, name)
+    for name in (each for each in OF_DAMPER if each in asked.free or each in asked.bounds):
+        choice, value = asked.choices[name], found.build.value(name)
         if not (name == "friction_force_n" or found.build.particle_mass_kg > 0.0):
             continue
+        if value in (QUANTITIES[name].lowest, QUANTITIES[name].highest):
+            continue  # there is nothing beyond
         if value in (choice.start, choice.stop) and not (choice.values and choice.start == choice.stop):
             # of a range that a limit left one value of, the upper end is the limit's
             ends[name] = "upper" if value == choice.stop else "lower"

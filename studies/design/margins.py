@@ -1,17 +1,16 @@
 """How far each quantity of a damper may move alone."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import takewhile
-from math import inf
 
-from damperlab.studies.cavity import Cavity
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step
 from damperlab.studies.quantity import PARTICLE_FRICTION
-from damperlab.studies.specification.specification import CHOSEN, Specification, beside_rubbing
+from damperlab.studies.specification.damper import QUANTITIES
+from damperlab.studies.specification.specification import OF_DAMPER, Specification, beside_rubbing
 
 MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Shares by which each quantity is moved alone."""
@@ -48,9 +47,8 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
     if build.particle_mass_kg > 0.0 and _may_rub(search.asked):
         names.append(PARTICLE_FRICTION.name)
         moved[PARTICLE_FRICTION.name, -1] = []
-        moved[PARTICLE_FRICTION.name, 1] = [
-            (each, replace(build, cavity=Cavity(each))) for each in COEFFICIENTS
-        ]
+        rubbing = [(each, build.with_values({PARTICLE_FRICTION.name: each})) for each in COEFFICIENTS]
+        moved[PARTICLE_FRICTION.name, 1] = rubbing
     # a worst case can only grow: where the coarse look shows a failure, nothing beyond it needs a look, or a closer one
     near: dict[tuple[str, int], list[Build]] = {key: [] for key in moved}
     for first, last in ((0, FEW), (FEW, None)):
@@ -68,7 +66,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
         ends: list[float] = []
         beyond: list[float | None] = []
         for sign in (-1, 1):
-            end, failed = getattr(build, name, 0.0), None
+            end, failed = build.value(name), None
             for value, each in moved[name, sign]:
                 if _fails(search, each, stated):
                     failed = value
@@ -83,7 +81,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
 def _moved(search: Search, build: Build) -> list[str]:
     """Name the quantities of a damper that are chosen, or are not exact."""
     asked = search.asked
-    names = [name for name in CHOSEN if name in asked.free or name in asked.tolerances]
+    names = [name for name in OF_DAMPER if name in asked.free or name in asked.tolerances]
     if build.particle_mass_kg == 0.0:
         names = [name for name in names if name == "friction_force_n"]
     return names
@@ -92,19 +90,19 @@ def _moved(search: Search, build: Build) -> list[str]:
 def _may_rub(asked: Specification) -> bool:
     """Whether a particle that rubs can be computed with all that is asked, where none was stated to."""
     beside = beside_rubbing(asked.in_units, asked.choices)
-    return not asked.cavity.acts and not any(beside.values())
+    return not asked.rubs and not any(beside.values())
 
 
 def _size(search: Search, build: Build, name: str) -> float:
     """Give what shares of a quantity are of: itself, or its range where it is 0."""
-    return float(getattr(build, name) or search.asked.choices[name].stop)
+    return build.value(name) or search.asked.choices[name].stop
 
 
 def _value(search: Search, build: Build, name: str, share: float) -> float | None:
     """Give a quantity that is off by a share of itself, or of its range where it is 0; None where there is no such value."""
-    value, size = getattr(build, name), _size(search, build, name)
-    top = 1.0 if name == "restitution" else inf
-    low = 0.0 if name in ("friction_force_n", "restitution") else 1e-3 * size
+    value, size = build.value(name), _size(search, build, name)
+    top = QUANTITIES[name].highest
+    low = 0.0 if name not in ("clearance_m", "particle_mass_kg") else 1e-3 * size
     moved = float(value + share * size)
     return moved if low <= moved <= top else None
 

@@ -5,12 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
+from damperlab.studies.cavity import cavity_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.specification.records import Under
-from damperlab.studies.specification.specification import CHOSEN, Specification
+from damperlab.studies.specification.specification import CHOSEN, OF_DAMPER, Specification
 
 Candidate = tuple[float, ...]
-"""Shares of the ranges of what is chosen, from 0 to 1, in the order of `CHOSEN`."""
+"""Shares of the ranges of what is chosen, from 0 to 1, in the order of `OF_DAMPER`."""
 
 GRAIN = 2048
 """Parts of a range that candidates are rounded to: two processors that differ in the last digit look at the same dampers."""
@@ -43,10 +44,11 @@ class Space:
     def build(self, candidate: Candidate) -> Build:
         """Give the damper of a candidate, without what its choice does not matter for."""
         chosen = dict(zip(self.names, candidate, strict=True))
-        values = {name: self.asked.choices[name].at(chosen.get(name, 0.0)) for name in CHOSEN}
+        values = {name: self.asked.choices[name].at(chosen.get(name, 0.0)) for name in OF_DAMPER}
         share = chosen.get("restitution", 0.0)
         contact_time_s = self.asked.choices["restitution"].contact_time_s(share)
-        return Build(**values, contact_time_s=contact_time_s, cavity=self.asked.cavity)
+        drawn = {name: values[name] for name in CHOSEN}
+        return Build(**drawn, contact_time_s=contact_time_s, cavity=cavity_of(values))
 
     def candidate(self, shares: Sequence[float]) -> Candidate:
         """Put shares into their ranges, on the values of a list or on a fixed fraction of a range."""

@@ -13,6 +13,7 @@ from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification
 from damperlab.studies.spelling import spelled
+from damperlab.studies.variables import MADE_BY
 
 CALLED = {
     "clearance_m": "clearance",
@@ -20,6 +21,7 @@ CALLED = {
     "particle_mass_kg": "particle mass",
     "restitution": "coefficient of restitution",
     "particle_friction_coefficient": "friction coefficient of the particle",
+    "tilt_deg": "tilt of the cavity",
 }
 """What the quantities of a damper are called."""
 NOUNS = {
@@ -59,6 +61,7 @@ def damper_words(asked: Specification, build: Build, digits: int = 3) -> str:
     if build.particle_mass_kg:
         called = material_of(asked, build)
         parts.append(f"e = {build.restitution:.{digits}g}{f' ({called})' if called else ''}")
+        parts += [build.cavity.words] if {*asked.free}.intersection(MADE_BY.values()) else []
     return ", ".join(parts)
 
 

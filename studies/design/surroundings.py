@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from damperlab.studies.design.alternatives import CALLED, OF_DAMPER, Alternative, alternative
+from damperlab.studies.design.alternatives import CALLED, LACKS, Alternative, alternative
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.front import OfMass, beside_particle_alone, front_of, masses_of
 from damperlab.studies.design.margins import Margin, margins_of
@@ -47,9 +47,7 @@ class Surroundings:
 
     def look(self) -> Step[list[str]]:
         """Look at all of it as far as the budget allows; give what it did not."""
-        parts: dict[str, Part] = {
-            f"the best of {CALLED[name]}": self._alternative(name) for name in OF_DAMPER
-        }
+        parts: dict[str, Part] = {f"the best of {CALLED[name]}": self._alternative(name) for name in LACKS}
         parts[MOVED] = self._margins
         masses = masses_of(self.search.asked, self.build) if self._has_mass else []
         if masses:

@@ -53,6 +53,8 @@ NAMES = {
     "friction_force_n": "friction",
     "particle_mass_kg": "particle mass",
     "restitution": "restitution",
+    "particle_friction_coefficient": "μ_i",
+    "tilt_deg": "tilt",
 }
 
 
@@ -197,7 +199,7 @@ def _notes(found: Found, damper: Damper) -> Iterator[Note]:
         # more friction changes nothing
         ends.pop("friction_force_n", None)
     if ends:
-        yield Note("end_of_range", "hint", {name: [end, getattr(build, name)] for name, end in ends.items()})
+        yield Note("end_of_range", "hint", {name: [end, build.value(name)] for name, end in ends.items()})
     if found.stopped == "budget":
         yield Note("budget", "hint", {"points": found.book.spent})
 
@@ -276,7 +278,8 @@ def _holds(found: Found, damper: Damper) -> Iterator[str]:
     parts = [
         f"{NAMES[name]} {_span(asked, name, each.low, each.high)}"
         for name, each in found.margins.items()
-        if name in NAMES and (each.fails_below is not None or each.fails_above is not None)
+        if (each.fails_below, each.fails_above) != (None, None)
+        and (asked.rubs or name != PARTICLE_FRICTION.name)
     ]
     if parts:
         holds = "Limits hold" if asked.limits_measure else "At most a tenth is lost"
@@ -290,13 +293,18 @@ def _span(asked: Specification, name: str, low: float, high: float) -> str:
 def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
     """Say how the cavity of a particle lies and rubs, and up to which friction of the particle the damper does its work."""
     asked = found.asked
-    if CAVITY.intersection(asked.document):
-        cavity = asked.cavity
+    told = {*asked.document, *asked.document.get("choose", {})}
+    if CAVITY.intersection(told):
+        cavity = found.build.cavity
         lies = f"cavity tilted by {cavity.tilt_deg:.3g}°" if cavity.tilt_deg else "lying"
         stands = cavity.tilt_deg == 90.0 and cavity.particle_friction_coefficient > 0.0
-        given = PARTICLE_FRICTION.name in asked.document
+        given = PARTICLE_FRICTION.name in told
         rubs = f"μ_i = {cavity.particle_friction_coefficient:.3g}" if given else "assumed frictionless"
-        yield "given", f"{lies}, {rubs}", "friction has no effect where a cavity stands" if stands else ""
+        yield (
+            "chosen" if CAVITY.intersection(asked.free) else "given",
+            f"{lies}, {rubs}",
+            "friction has no effect where a cavity stands" if stands else "",
+        )
     elif asked.choices["particle_mass_kg"].stop:
         yield (
             "assumed",

@@ -9,6 +9,7 @@ from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, descr
 from damperlab.studies.fit.measured import Measurement
 from damperlab.studies.fit.question import BESIDE_AXES, FREE, NAMED, RATIO_OF, FitQuestion, Free, drop
 from damperlab.studies.quantity import RATIOS
+from damperlab.studies.variables import BEFORE
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 MOST_FREE = 5
@@ -179,7 +180,7 @@ def not_free(name: str, free: Sequence[str], of: str = "") -> Fault:
 def of_particle(names: Iterable[str]) -> Iterator[Fault]:
     """Refuse what is estimated of a particle in a scene without one."""
     for name in names:
-        if RATIO_OF.get(name, name) in OF_PARTICLE:
+        if RATIO_OF.get(name, name) in (*OF_PARTICLE, *BEFORE):
             told = f"{name} cannot be estimated in a scene without a particle."
             advice = "leave it out, or give the scene its particle"
             yield Fault(f"fit.{name}", name, "no parameter of a particle", advice, told)

@@ -8,10 +8,18 @@ from typing import Any
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import NOTHING, describe, join, listing
 from damperlab.studies.physical import CLEARANCE, FRICTION_FORCE, PARTICLE_MASS
-from damperlab.studies.quantity import CLEARANCE_RATIO, FRICTION_RATIO, MASS_RATIO, RESTITUTION, Quantity
+from damperlab.studies.quantity import (
+    CLEARANCE_RATIO,
+    FRICTION_RATIO,
+    MASS_RATIO,
+    OF_CAVITY,
+    RESTITUTION,
+    Quantity,
+)
 from damperlab.studies.specification.scene import SceneFields
 from damperlab.studies.specification.specification import (
     CHOSEN,
+    OF_DAMPER,
     RATIO_OF,
     Choice,
     Structure,
@@ -34,6 +42,7 @@ QUANTITIES = {
     "clearance_ratio": CLEARANCE_RATIO,
     "friction_ratio": FRICTION_RATIO,
     "mass_ratio": MASS_RATIO,
+    **{each.name: each for each in OF_CAVITY},
 }
 
 
@@ -44,22 +53,17 @@ class DamperFields(SceneFields):
         choose = self.document.get("choose", {})
         if not isinstance(choose, Mapping):
             self._fault(
-                "choose", describe(choose), f"a mapping of {listing(CHOSEN)}", "write keys and ranges"
+                "choose", describe(choose), f"a mapping of {listing(OF_DAMPER)}", "write keys and ranges"
             )
             choose = {}
-        known = (*CHOSEN, *(ratio for ratio in RATIO_OF.values() if ratio not in CHOSEN))
+        known = (*OF_DAMPER, *(ratio for ratio in RATIO_OF.values() if ratio not in CHOSEN))
         self._unknown("choose", choose, known)
         found: dict[str, Choice] = {}
         missing = False
         for name in CHOSEN:
             spellings = dict.fromkeys((name, RATIO_OF[name]))
-            places = [
-                (join(place, key), key, held[key])
-                for place, held in (("choose", choose), ("", self.document))
-                for key in spellings
-                if key in held
-            ]
-            if not places:
+            place = self._place(spellings, choose)
+            if place is None:
                 missing = True
                 allowed = f"a number, or a range under `choose`: {' or '.join(spellings)}"
                 self._fault(
@@ -70,10 +74,7 @@ class DamperFields(SceneFields):
                     f"{{field}} is missing: give {allowed}.",
                 )
                 continue
-            for field, _, value in places[1:]:
-                told = f"{{field}} and `{places[0][0]}` give the same quantity twice."
-                self._fault(field, describe(value), "each quantity once", "keep one of the two", told)
-            field, key, value = places[0]
+            field, key, value = place
             scale = 1.0
             if key != name and structure is not None:
                 scale = scale_of(name, amplitude_m, structure)
@@ -101,8 +102,25 @@ class DamperFields(SceneFields):
         if missing and "choose" not in self.document:
             told = "{field} is missing, and so is a quantity of the damper that is given."
             advice = "write `choose: {clearance_m: {start: …, stop: …}}`, or give all of them"
-            self._fault("choose", NOTHING, f"at least one of {listing(CHOSEN)}", advice, told)
+            self._fault("choose", NOTHING, f"at least one of {listing(OF_DAMPER)}", advice, told)
+        for quantity in OF_CAVITY:
+            place = self._place((quantity.name,), choose)
+            given = None if place is None else (place[0], place[2], quantity, place[0] != quantity.name)
+            found[quantity.name] = (given and self._choice(*given)) or Choice(0.0, 0.0)
         return found
+
+    def _place(self, spellings: Iterable[str], choose: Mapping[str, Any]) -> tuple[str, str, Any] | None:
+        """Find where a quantity is given: field, key and value; None where it is not."""
+        places = [
+            (join(place, key), key, held[key])
+            for place, held in (("choose", choose), ("", self.document))
+            for key in spellings
+            if key in held
+        ]
+        for field, _, value in places[1:]:
+            told = f"{{field}} and `{places[0][0]}` give the same quantity twice."
+            self._fault(field, describe(value), "each quantity once", "keep one of the two", told)
+        return places[0] if places else None
 
     def _choice(self, field: str, raw: object, quantity: Quantity, chosen: bool) -> Choice | None:
         if not chosen:

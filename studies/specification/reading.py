@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from damperlab.studies.cavity import LEVEL, Cavity
 from damperlab.studies.consistency import rubbing_faults
 from damperlab.studies.definition import MAX_NAME
-from damperlab.studies.faults import Fault, StudyFaults, describe, listing
+from damperlab.studies.faults import Fault, StudyFaults, describe, join, listing
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.guard import guard, refuse_the_other
 from damperlab.studies.named import named_specifications, named_texts
@@ -32,6 +31,7 @@ from damperlab.studies.specification.specification import (
     beside_rubbing,
 )
 from damperlab.studies.text import Format, is_file, load_text, read_file, unknown_name
+from damperlab.studies.variables import MADE_BY
 
 KEYS = (
     "name",
@@ -169,7 +169,7 @@ class _Reader(LimitFields):
         tolerances = self._tolerances(choices, largest_m, structure)
         limits = self._limits(largest_m, structure)
         bounds = self._within_limits(choices, limits, tolerances, self._limit_units(largest_m, structure))
-        cavity = self._cavity(choices)
+        self._rubbing(choices)
         if judge == "worst" and (limits.keys() & LIMITS.keys()) - {"displacement_m"}:
             self._not_the_worst()
         if self.faults or measure is None or confidence is None or minutes is None:
@@ -192,21 +192,21 @@ class _Reader(LimitFields):
             in_units=self._in_units,
             document=self.document,
             records=records,
-            cavity=cavity,
         )
 
-    def _cavity(self, choices: Mapping[str, Choice]) -> Cavity:
-        """Read how the cavity lies and rubs, where its particle can be computed so."""
-        read = [self._number(quantity.name, quantity, 0.0) for quantity in OF_CAVITY]
-        cavity = Cavity(*(value or 0.0 for value in read))
-        toleranced = self.document.get("tolerances")
-        toleranced = toleranced if isinstance(toleranced, dict) else {}
-        for field, value in cavity.numbers.items():
-            if value or (field in toleranced and field in self.document):
+    def _rubbing(self, choices: Mapping[str, Choice]) -> None:
+        """Refuse friction or gravity of the particle beside what it is not computed with."""
+        for name in MADE_BY.values():
+            chosen = self._has("choose", name)
+            toleranced = self._has("tolerances", name) and (chosen or name in self.document)
+            if choices[name].stop or toleranced:
+                field, held = (
+                    join("choose" * chosen, name),
+                    self.document["choose"] if chosen else self.document,
+                )
                 beside = beside_rubbing(self._in_units, choices)
-                self.faults.extend(rubbing_faults(field, describe(self.document.get(field)), beside))
-                return cavity
-        return LEVEL
+                self.faults.extend(rubbing_faults(field, describe(held.get(name)), beside))
+                return
 
     def _without_ratios(self, structure: Structure | None) -> None:
         """Read what is said of the damper where no ratio can be told: faults of what is given in units."""

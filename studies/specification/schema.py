@@ -10,7 +10,7 @@ from damperlab.studies.physical import (
     MASS,
     NATURAL_FREQUENCY,
 )
-from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, OF_CAVITY, RESTITUTION, Quantity
+from damperlab.studies.quantity import DAMPING_RATIO, FREQUENCY_RATIO, RESTITUTION, Quantity
 from damperlab.studies.specification.damper import CONTACT_TIME, MOST_VALUES, QUANTITIES
 from damperlab.studies.specification.limit_fields import (
     IN_RATIOS,
@@ -36,7 +36,6 @@ from damperlab.studies.specification.scene import (
 )
 from damperlab.studies.specification.specification import JUDGES, OF_STRUCTURE
 from damperlab.studies.specification.tolerance_fields import ANYTHING
-from damperlab.studies.variables import MADE_BY
 
 Schema = dict[str, Any]
 
@@ -93,9 +92,9 @@ def specification_schema() -> Schema:
                 "What may be chosen: a range, or a list.",
             ),
             **{name: quantity.schema() for name, quantity in QUANTITIES.items()},
-            **{each.name: each.schema() for each in (CONTACT_TIME, *OF_CAVITY)},
+            CONTACT_TIME.name: CONTACT_TIME.schema(),
             "tolerances": _object(
-                {name: _tolerance() for name in (*QUANTITIES, *OF_STRUCTURE, *MADE_BY.values())},
+                {name: _tolerance() for name in (*QUANTITIES, *OF_STRUCTURE)},
                 "How far what is built may be off, to either side: a number in the unit, or a share as 10%.",
             ),
             "limits": _object(

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from damperlab.studies.cavity import LEVEL, Cavity
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
 from damperlab.studies.specification.measure import (
     DAMPER_LIMITS,
@@ -41,6 +40,8 @@ JUDGES = {
 """Which response over a band counts where there are several."""
 OF_STRUCTURE = ("mass_kg", "natural_frequency_hz", "damping_ratio")
 """What else may be off by a tolerance, always a share."""
+OF_DAMPER = (*CHOSEN, *MADE_BY.values())
+"""What makes a damper, with what acts on its particle between impacts, which may be left out."""
 
 
 @dataclass(frozen=True)
@@ -223,7 +224,7 @@ class Specification:
     excitations : tuple of Excitation
         What shakes it over bands, one at a time; the worst of them is judged. Empty where records alone do.
     choices : dict of Choice
-        By the names of `CHOSEN`, all four; of the values only those whose tolerance keeps the limits on the damper itself.
+        By the names of `OF_DAMPER`, all six; of the values only those whose tolerance keeps the limits on the damper itself.
     limits : dict of float
         Limits on results, by the names of `LIMITS`, in their units.
     damper_limits : dict of float
@@ -231,7 +232,7 @@ class Specification:
     bounds : dict of str
         Limits that cut a range short at its end: the limit by the quantity.
     tolerances : dict of Tolerance
-        By the names of `CHOSEN`, `OF_STRUCTURE` and the numbers of a `Cavity`; absent where a quantity is exact.
+        By the names of `OF_DAMPER` and `OF_STRUCTURE`; absent where a quantity is exact.
     measure : Measure
         What shall be small.
     judge : str
@@ -250,8 +251,6 @@ class Specification:
         As it was given; records with the digest of their samples.
     records : tuple of RecordCases
         The ground-motion records and sweeps that shake it, in place of excitations over a band or beside them.
-    cavity : Cavity
-        How the cavity lies, and how the particle rubs in it.
     """
 
     name: str
@@ -271,7 +270,6 @@ class Specification:
     in_units: bool
     document: dict[str, Any]
     records: tuple[RecordCases, ...] = ()
-    cavity: Cavity = LEVEL
 
     @property
     def budget_key(self) -> str:
@@ -281,7 +279,12 @@ class Specification:
     @property
     def free(self) -> tuple[str, ...]:
         """What is chosen."""
-        return tuple(name for name in CHOSEN if self.choices[name].free)
+        return tuple(name for name in OF_DAMPER if self.choices[name].free)
+
+    @property
+    def rubs(self) -> bool:
+        """Whether friction or gravity acts on the particle, with any damper that may be chosen."""
+        return any(self.choices[name].stop > 0.0 or name in self.tolerances for name in MADE_BY.values())
 
     @property
     def toleranced(self) -> list[str]:

@@ -8,6 +8,7 @@ from damperlab.studies.specification.damper import NAME_OF, DamperFields, scale_
 from damperlab.studies.specification.measure import ROUNDING
 from damperlab.studies.specification.specification import (
     CHOSEN,
+    OF_DAMPER,
     OF_STRUCTURE,
     RATIO_OF,
     Choice,
@@ -30,7 +31,7 @@ class ToleranceFields(DamperFields):
     def _tolerance_values(self) -> dict[str, Tolerance]:
         """Read what `tolerances` says, as far as it can be read alone; each quantity once, as it is spelled."""
         ratios = [ratio for ratio in RATIO_OF.values() if ratio not in CHOSEN]
-        known = (*CHOSEN, *ratios, *OF_STRUCTURE, *MADE_BY.values())
+        known = (*OF_DAMPER, *ratios, *OF_STRUCTURE)
         raw = self._mapping("tolerances", known, self.document.get("tolerances", {})) or {}
         found: dict[str, Tolerance] = {}
         seen: set[str] = set()
@@ -66,7 +67,7 @@ class ToleranceFields(DamperFields):
         for key, tolerance in self._tolerance_values().items():
             name, field = NAME_OF.get(key, key), f"tolerances.{key}"
             if key in MADE_BY.values():
-                of_cavity = self._of_cavity(field, key, tolerance)
+                of_cavity = self._of_cavity(field, key, tolerance, choices[key].stop)
                 found |= {key: of_cavity} if of_cavity else {}
                 continue
             if key in OF_STRUCTURE:
@@ -87,23 +88,21 @@ class ToleranceFields(DamperFields):
             self._fault("tolerances", f"{len(found)}", f"at most {MOST}", "leave out the least of them", told)
         return found
 
-    def _of_cavity(self, field: str, key: str, tolerance: Tolerance) -> Tolerance | None:
-        """Hold the tolerance of a cavity's number against it; None where there is none, or a share of nothing."""
+    def _of_cavity(self, field: str, key: str, tolerance: Tolerance, largest: float) -> Tolerance | None:
+        """Hold the tolerance of a cavity's number against the largest; None where there is none, or a share of nothing."""
         about = next(each for each in OF_CAVITY if each.name == key)
-        raw = self.document.get(key)
-        if raw is None:
+        if not (key in self.document or self._has("choose", key)):
             told = f"{{field}} needs `{key}`, which it is the tolerance of."
             found = describe(self.document["tolerances"][key])
             self._fault(field, found, f"a tolerance of a given `{key}`", f"add `{key}`", told)
             return None
-        if isinstance(raw, bool) or not isinstance(raw, int | float) or not about.admits(float(raw)):
-            return None  # its own fault is told
-        most = min(raw, about.highest - raw) if raw else about.highest
-        if tolerance.of(raw) > most * (1.0 + ROUNDING):
-            told = f"{{field}} = {tolerance.of(raw):g} takes `{key}`, {raw:g}, out of 0 to {about.highest:g}."
-            self._fault(field, f"{tolerance.of(raw):g}", f"at most {most:g}", "check its unit", told)
+        most = min(largest, about.highest - largest) if largest else about.highest
+        size = tolerance.of(largest)
+        if size > most * (1.0 + ROUNDING):
+            told = f"{{field}} = {size:g} takes `{key}`, {largest:g}, out of 0 to {about.highest:g}."
+            self._fault(field, f"{size:g}", f"at most {most:g}", "check its unit", told)
             return None
-        return tolerance if tolerance.of(raw) else None
+        return tolerance if size else None
 
     def _of_structure(
         self, field: str, key: str, tolerance: Tolerance, structure: Structure

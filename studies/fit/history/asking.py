@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from damperlab.studies.choices import Contact
+from damperlab.studies.consistency import rubbing_faults
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, attempt, describe, listing
 from damperlab.studies.fit.asking import (
@@ -25,6 +26,7 @@ from damperlab.studies.fit.asking import (
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.history.question import FREE, INSTANT, KNOWN, OVER_BASE, RELEASE, HistoryQuestion
 from damperlab.studies.fit.question import NAMED, RATIO_OF, Free, drop
+from damperlab.studies.variables import MADE_BY
 
 SWING, LEAST_SWINGS = 0.2, 4
 """Share of the largest displacement from which a swing of a decay is counted, and how many show what it is."""
@@ -90,7 +92,6 @@ def make_history_question(
     faults += [
         not_free(name, FREE, " from a time history") for name in ranges if name not in (*FREE, *OVER_BASE)
     ]
-    faults += [_not_marched(name) for name in numbers if name not in (*KNOWN, *OVER_BASE)]
     settings = {name: value for name, value in settings.items() if value not in (None, "rest")}
     for name in sorted(set(settings) - set(OF_SETTINGS)):
         told = f"{name} says nothing about a time history."
@@ -106,6 +107,10 @@ def make_history_question(
         faults += _missing(numbers, wanted, particle)
     faults += faults_of_confidence(confidence, share)
     contact = INSTANT if faults else _contact(settings, numbers, free, faults)
+    if not faults:
+        beside = {"no_particle": not particle, "contact": contact.model != "instant"}
+        for name in (name for name in MADE_BY.values() if numbers.get(name) or name in wanted):
+            faults += rubbing_faults(name, describe(numbers.get(name, wanted.get(name))), beside)
     if faults:
         raise StudyFaults(faults)
     if share is not None and measured.deviation_m is None:
@@ -119,16 +124,10 @@ def make_history_question(
 
 
 def _without_base(name: str) -> Fault:
-    instead = {"clearance_ratio": "clearance_m", "friction_ratio": "friction_force_n"}.get(name)
+    instead = {"clearance_ratio": "clearance_m", "friction_ratio": "friction_force_n", **MADE_BY}.get(name)
     told = f"{name} belongs to a base that moves as a sine; a time history knows no base amplitude."
     advice = f"give {instead}" if instead else "leave it out: the table has the motion of the base"
     return Fault(name, name, f"one of {listing(KNOWN)}", advice, told)
-
-
-def _not_marched(name: str) -> Fault:
-    told = f"{name} is not computed in a time history: its particle slides freely in a cavity that lies."
-    found, advice = "friction or gravity of the particle", "leave it out, or fit a response over frequency"
-    return Fault(name, found, "nothing", advice, told)
 
 
 def _usual(name: str, known: Mapping[str, float], measured: History) -> tuple[float, float] | None:

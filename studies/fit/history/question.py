@@ -9,15 +9,12 @@ from numpy.typing import NDArray
 from damperlab.studies.choices import Contact, InstantContact
 from damperlab.studies.fit.history.history import History
 from damperlab.studies.fit.question import NAMED, Free, drop
-from damperlab.studies.quantity import PARTICLE_FRICTION, TILT
 from damperlab.studies.variables import BEFORE
 
-OVER_BASE = ("base_amplitude_m", "clearance_ratio", "friction_ratio")
+OVER_BASE = ("base_amplitude_m", "clearance_ratio", "friction_ratio", *BEFORE)
 """What means nothing without the amplitude of a harmonic base."""
-KNOWN: tuple[str, ...] = tuple(
-    name for name in NAMED if name not in (*OVER_BASE, *BEFORE, PARTICLE_FRICTION.name, TILT.name)
-)
-"""What may be known of a prototype: the march of a time history has no particle that rubs."""
+KNOWN: tuple[str, ...] = tuple(name for name in NAMED if name not in OVER_BASE)
+"""What may be known of a prototype."""
 FREE: tuple[str, ...] = tuple(name for name in KNOWN if name != "mass_kg")
 """What may be estimated."""
 INSTANT = InstantContact()

@@ -11,6 +11,7 @@ from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.margins import COEFFICIENTS, WITHIN
+from damperlab.studies.design.space import Space
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.specification.reading import parse_specification
 
@@ -76,7 +77,7 @@ def test_friction_of_the_particle_counts_under_a_velocity_and_under_records(
 def test_a_level_cavity_without_friction_asks_for_the_studies_of_one_of_which_nothing_is_said() -> None:
     plain, _ = pursued(FLOOR, 1500)
     said, cubes = pursued(FLOOR | {"tilt_deg": 0, "particle_friction_coefficient": 0}, 1500)
-    assert said.asked.cavity is LEVEL
+    assert said.build.cavity == LEVEL
     assert said.stated == plain.stated
     first = [answer_document(each)["verdict"]["rows"][0][:2] for each in (plain, said)]
     assert first == [["assumed", "lying, frictionless"], ["given", "lying, μ_i = 0"]]
@@ -122,10 +123,38 @@ def test_a_damper_that_bears_all_friction_that_is_looked_at_is_not_said_to_fail(
     assert (bears.high, bears.fails_above) == (COEFFICIENTS[-1], None)
 
 
+def test_the_friction_of_the_particle_may_be_chosen() -> None:
+    fixed = FLOOR | {"clearance_m": 0.004}
+    found = pursued(fixed | {"choose": {"particle_friction_coefficient": [0.05, 0.5]}}, 3000)[0]
+    alone = {
+        friction: pursued(fixed | {"choose": {}, "particle_friction_coefficient": friction}, 3000)[0]
+        for friction in (0.05, 0.5)
+    }
+    best = min(alone, key=lambda friction: alone[friction].stated.value)
+    assert found.build == alone[best].build
+    assert found.stated.value == pytest.approx(alone[best].stated.value, rel=2e-3)
+    document = answer_document(found)
+    assert document["design"]["particle_friction_coefficient"] == best
+    assert document["verdict"]["rows"][0][:2] == ["chosen", f"lying, μ_i = {best}"]
+    margin = found.margins["particle_friction_coefficient"]
+    assert margin.low <= best <= margin.high
+
+
+def test_a_range_of_the_friction_and_a_list_of_tilts_are_candidates() -> None:
+    chosen = {"particle_friction_coefficient": {"start": 0, "stop": 0.5}, "tilt_deg": [0, 30, 90]}
+    space = Space(parse_specification(FLOOR | {"clearance_m": 0.004, "choose": chosen}))
+    assert space.names == ("particle_friction_coefficient", "tilt_deg")
+    assert space.build((0.5, 0.4)).cavity == Cavity(0.25, 30)
+    assert space.build((0.0, 0.0)).cavity == LEVEL
+
+
 @pytest.mark.parametrize(
     ("more", "field"),
     [
         ({"tilt_deg": 91}, "tilt_deg"),
+        ({"choose": {"tilt_deg": [0, 90]}, "tilt_deg": 5, "clearance_m": 0.004}, "tilt_deg"),
+        ({"choose": {"tilt_deg": [0, 91]}, "clearance_m": 0.004}, "choose.tilt_deg[1]"),
+        ({"choose": {"tilt_deg": [0, 90]}, "clearance_m": 0.004, "contact_time_s": 0.01}, "choose.tilt_deg"),
         ({"tilt_deg": 90, "contact_time_s": 0.01}, "tilt_deg"),
     ],
 )

@@ -75,6 +75,22 @@ def test_under_a_base_motion_it_is_the_response_to_a_record() -> None:
         assert found == pytest.approx(history[name][at], abs=1e-13)
 
 
+def test_a_particle_that_slides_pulls_a_released_structure_by_its_friction() -> None:
+    coefficient, mass, step, rows = 0.05, 0.3, 1.0 / (NATURAL * 200), 500
+    found = moved(
+        0.0, 0.0, step, rows,
+        particle=True, axes={"restitution": 0.5},
+        physical={
+            "mass_kg": MASS, "natural_frequency_hz": NATURAL, "friction_force_n": 0.0, "clearance_m": 0.1,
+            "particle_mass_kg": mass, "particle_friction_coefficient": coefficient,
+        },
+    )  # fmt: skip
+    # until the structure is as slow as the particle, it sways about where the friction of the particle holds it
+    offset = coefficient * mass * 9.80665 / (MASS * OMEGA**2)
+    exact = offset + (START - offset) * np.cos(OMEGA * step * np.arange(80))
+    assert np.abs(found[:80] - exact).max() < 1e-12 * START
+
+
 def test_the_first_rows_alone_are_the_same() -> None:
     structure: dict[str, Any] = {
         "damping_ratio": 0.01,
@@ -145,6 +161,15 @@ def test_friction_and_damping_of_a_free_decay_are_told_apart_and_chi_square_agre
     words = verdict_of_history(fitted)
     assert words[0].startswith("All of the history counts, 9.99 s")
     assert words[1].startswith("The model agrees with the measurement: chi-square is")
+
+
+def test_friction_of_the_particle_is_found_in_a_decay() -> None:
+    one = made_history("rubbing", 1)
+    fitted = fit_history(one.question)
+    assert all(each.determined for each in fitted.estimates)
+    assert all(hold(fitted, one.truth))
+    physical = fitted.study()["physical"]
+    assert physical["particle_friction_coefficient"] == fitted.values["particle_friction_coefficient"]
 
 
 def test_without_a_deviation_the_scatter_is_estimated() -> None:

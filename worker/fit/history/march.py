@@ -6,7 +6,9 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
+from damperlab.studies.cavity import cavity_of
 from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
+from damperlab.studies.variables import MADE_BY
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of
 from damperlab.worker.scenes import Scene, contact_name
 from damperlab.worker.solver.events import ARRIVED, BUDGET, COUNTS
@@ -24,7 +26,7 @@ Column = NDArray[np.float64]
 EVENTS_PER_PERIOD = 200
 """Of the structure, beyond which a set of parameters is given up: no displacement shows so many."""
 LEAST = 1e-9
-"""Least friction over the largest force, and least mass ratio: a range that begins at 0 is marched by one kernel."""
+"""Least value of what is estimated and may be 0: a range that begins there is marched by one kernel."""
 NOMINAL_KG = 1.0
 """Mass of the structure where nothing is given in units of force or mass: displacements do not depend on it."""
 
@@ -91,9 +93,10 @@ def built(question: HistoryQuestion, given: Mapping[str, float]) -> tuple[Struct
     particle = given.get("particle_mass_kg", given.get("mass_ratio", 0.0) * mass)
     if free & {"particle_mass_kg", "mass_ratio"}:
         particle = max(particle, LEAST * mass)
-    return structure, Damper(
-        force, particle, given.get("clearance_m", 0.0), given.get("restitution", 0.0), question.contact
-    )
+    least = dict.fromkeys(free.intersection(MADE_BY.values()), LEAST)
+    cavity = cavity_of({name: max(given.get(name, 0.0), least.get(name, 0.0)) for name in MADE_BY.values()})
+    clearance, restitution = given.get("clearance_m", 0.0), given.get("restitution", 0.0)
+    return structure, Damper(force, particle, clearance, restitution, question.contact, cavity)
 
 
 def scenes_of(question: HistoryQuestion) -> list[Scene]:
