@@ -79,6 +79,10 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
             return _spent(known)
         case "cost":
             return _cost(known)
+        case "particle_friction":
+            up_to, fails = known["up_to"], known["fails"]
+            beyond = "" if fails is None else f"; at μ_i = {fails:g} more is"
+            return f"With friction of the particle up to μ_i = {up_to:g} at most a tenth is lost{beyond}."
         case "boundary":
             along = known["along"]
             low, high = (phrases.value(along, known[end], ".10g") for end in ("low", "high"))

@@ -9,7 +9,12 @@ import numpy as np
 import xarray as xr
 
 from damperlab.studies.answers.cells import Cells, joined
-from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion, judging_in_ratios
+from damperlab.studies.answers.design_question import (
+    FREQUENCY,
+    DesignQuestion,
+    design_of,
+    judging_in_ratios,
+)
 from damperlab.studies.answers.flatness import end_of, say_beyond
 from damperlab.studies.answers.follow_up import (
     Refinement,
@@ -20,6 +25,7 @@ from damperlab.studies.answers.follow_up import (
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
+from damperlab.studies.answers.particle_friction import note_of, row_of, study_with_friction
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import NONE_QUALIFIES, check_question, refused
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
@@ -49,6 +55,7 @@ def refine_optimum(
     The grid's cells are those of all studies. What a cell may hold is estimated from its corners: a dip goes on into it,
     for half of it, at the slope at which it is entered; differences within the errors count for nothing. Every cell
     that may hold a design better by more than the tolerance, and those around the best, are cut into smaller ones.
+    Of a study in units the last follow-up is the optimum with friction of its particle.
 
     Parameters
     ----------
@@ -70,6 +77,9 @@ def refine_optimum(
     check_question(search)
     tolerance, value_tolerance, budget = search.tolerance, search.value_tolerance, search.budget
     parent = next(iter(cubes.values()))
+    of_parent = design_of(parent.coords)
+    others = [cube for cube in cubes.values() if design_of(cube.coords) != of_parent]
+    cubes = {name: cube for name, cube in cubes.items() if design_of(cube.coords) == of_parent}
     judging = judging_in_ratios(parent, judging)
     best = merged_designs(cubes, judging, 1)
     if best.sizes["rank"] == 0:
@@ -102,7 +112,17 @@ def refine_optimum(
         fine = (
             0 if blurred.any() else _fine(parent, varied, tolerance, judging.ranges) * asked.frequencies.size
         )
-        return replace(answer, known=True, fine_points=fine, notes=(*notes, _note_cost(spent, fine)))
+        answer = replace(answer, known=True, fine_points=fine, notes=(*notes, _note_cost(spent, fine)))
+        impacts = float(best["impact_share"].values[0])
+        rubbing = study_with_friction(study, parent, asked, found) if impacts > 0.0 else None
+        if rubbing is None:
+            return answer
+        axes = rubbing.coordinates.items()
+        there = [cube for cube in others if all(np.array_equal(cube[name], axis) for name, axis in axes)]
+        if not there:
+            return replace(answer, studies=(rubbing,), points=rubbing.points)
+        bears = note_of(there[0], replace(judging, objective=asked.objective), found["value"])
+        return replace(answer, notes=(*answer.notes, bears), brief=replace(short, rows=(row_of(bears),)))
     parts = PARTS.get(len(varied), 2)
     chosen = [_grids(cells, np.flatnonzero(near), parts, tolerance, varied)]
     elsewhere = np.flatnonzero(promising)

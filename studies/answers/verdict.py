@@ -323,7 +323,8 @@ class _Known:
     def _assumed(self) -> str:
         """Say whose acceleration it is, and what is assumed where the study knows of no friction of the particle."""
         assumed = self.lead["impact_share"] > 0 and not any(name in self.cube.coords for name in BEFORE)
-        return f"largest of the structure{'; assumed is a μ_i far below it' if assumed else ''}"
+        said = "; its particle is taken as frictionless: `damperlab refine` tells how much it bears"
+        return f"largest of the structure{said if assumed else ''}"
 
     def _idle_row(self, phrases: Phrases) -> list[tuple[str, str, str]]:
         if self.lead is self.best:

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import takewhile
 
+from damperlab.studies.answers.particle_friction import COEFFICIENTS, WITHIN
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
@@ -16,10 +17,6 @@ MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
 """Shares by which each quantity is moved alone."""
 FEW = 3
 """How many of them are looked at first."""
-COEFFICIENTS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
-"""μ_i of the particle that are looked at: about those of a rolling ball, of PTFE, and of dry metals."""
-WITHIN = 1.1
-"""How much above the stated worst case one may come that is moved, where no limit says it."""
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,10 @@
 from collections.abc import Iterator, Mapping
 from math import isinf
 
+from damperlab.studies.answers.particle_friction import WITHIN
 from damperlab.studies.design.book import SEED
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.margins import WITHIN, Margin
+from damperlab.studies.design.margins import Margin
 from damperlab.studies.design.spelling import (
     CALLED,
     allowing,

@@ -8,6 +8,7 @@ import xarray as xr
 from tests.studies.solving import solved
 
 from damperlab.studies.answers.optimal_designs import merged_designs, optimal_designs
+from damperlab.studies.answers.particle_friction import COEFFICIENTS
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
 from damperlab.studies.definition import Study, parse_study
@@ -82,6 +83,45 @@ def test_refinement_reaches_the_optimum_of_a_fine_grid_with_fewer_points():
     assert merged["value"].values[0] == step.found["value"] <= optimal_designs(cube)["value"].values[0]
     assert merged.attrs["studies"] == list(cubes)
     assert len({merged["friction_ratio"].values[i] for i in range(3)}) == 3
+
+
+def test_a_refined_optimum_says_up_to_which_friction_of_its_particle_it_holds() -> None:
+    physical = {
+        "mass_kg": 250, "natural_frequency_hz": 7.6, "base_amplitude_m": 0.001, "particle_mass_kg": 20,
+        "friction_force_n": 300, "clearance_m": {"start": 0.003, "stop": 0.005, "num": 3},
+    }  # fmt: skip
+    band = {"start": 0.95, "stop": 1.0, "num": 6}
+    study = parse_study(
+        {"damping_ratio": 0.02, "physical": physical, "axes": {"restitution": 0.5, "frequency_ratio": band}}
+    )
+    name, cube = named(study)
+    cubes, search = {name: with_units(cube)}, Search(tolerance=1.0)
+    step = refine_optimum(study, cubes, search)
+    assert step.known
+    (more,) = step.studies
+    other, rubbing = named(more)
+    step = refine_optimum(study, cubes | {other: rubbing}, search)
+    assert not step.studies
+    (found,) = [note.values for note in step.notes if note.kind == "particle_friction"]
+    worst = rubbing["amplitude_ratio"].max("frequency_ratio").values.ravel()
+    held = [
+        kept for kept, value in zip(COEFFICIENTS, worst, strict=True) if value <= 1.1 * step.found["value"]
+    ]
+    assert found["up_to"] == max(held, default=0.0) < found["fails"] == COEFFICIENTS[len(held)]
+    # the same damper, asked for by its coefficient
+    given = parse_study(
+        {
+            "damping_ratio": 0.02,
+            "physical": physical
+            | {
+                "clearance_m": 0.001 * step.found["clearance_ratio"],
+                "particle_friction_coefficient": found["fails"],
+            },
+            "axes": {"restitution": 0.5, "frequency_ratio": band},
+        }
+    )
+    assert named(given)[1]["amplitude_ratio"].max().item() == pytest.approx(worst[len(held)], rel=1e-9)
+    assert f"μ_i = {found['fails']:g}" in step.say() or found["fails"] is None
 
 
 def test_a_class_boundary_is_found_where_friction_locks_the_mass():

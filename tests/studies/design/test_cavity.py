@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from tests.studies.design.test_design import pursued, solved
 
+from damperlab.studies.answers.particle_friction import COEFFICIENTS, WITHIN
 from damperlab.studies.cavity import LEVEL, Cavity
 from damperlab.studies.definition import parse_harmonic
 from damperlab.studies.design.answer import answer_document
 from damperlab.studies.design.build import Build
-from damperlab.studies.design.margins import COEFFICIENTS, WITHIN
 from damperlab.studies.design.space import Space
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.specification.reading import parse_specification

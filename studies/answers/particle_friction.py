@@ -1,0 +1,89 @@
+"""Up to which friction of its particle a design keeps what it promises: found by computing the same design with it."""
+
+from collections.abc import Mapping
+from itertools import takewhile
+from math import isfinite, nan
+
+import xarray as xr
+
+from damperlab.studies.answers.design_question import FREQUENCY, DesignQuestion
+from damperlab.studies.answers.follow_up import follow_up
+from damperlab.studies.answers.optimal_designs import optimal_designs
+from damperlab.studies.brief import Note
+from damperlab.studies.choices import EventSolver
+from damperlab.studies.definition import Study
+from damperlab.studies.questions import Judging
+from damperlab.studies.units import quantities_of
+from damperlab.studies.variables import BEFORE, PARTICLE_FRICTION
+
+COEFFICIENTS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
+"""μ_i that are looked at: about those of a rolling ball, of PTFE, and of dry metals."""
+WITHIN = 1.1
+"""How many times the value that is promised one may come to."""
+
+
+def study_with_friction(
+    study: Study, cube: xr.Dataset, question: DesignQuestion, design: Mapping[str, float]
+) -> Study | None:
+    """Make the study of one design with friction of its particle.
+
+    Parameters
+    ----------
+    study, cube : Study, Dataset
+        What the design is of.
+    question : DesignQuestion
+        What was asked of it.
+    design : mapping of float
+        The design, by dimension; its particle strikes.
+
+    Returns
+    -------
+    Study or None
+        Over `COEFFICIENTS` and the frequencies that count. None of a study in ratios, where friction or gravity acts on the
+        particle already, and where friction is not computed beside the contact or the solver.
+    """
+    in_units = {each.source: each.factor for each in quantities_of(study.document())}
+    factor = in_units.get(PARTICLE_FRICTION, nan)
+    computed = study.contact.model == "instant" and isinstance(study.solver, EventSolver)
+    if not computed or not isfinite(factor) or any(name in cube.coords for name in BEFORE):
+        return None
+    axes: dict[str, object] = {name: design[name] for name in question.design}
+    axes |= {
+        FREQUENCY: question.frequencies.tolist(),
+        PARTICLE_FRICTION: [each / factor for each in COEFFICIENTS],
+    }
+    return follow_up(study, axes, "with friction")
+
+
+def note_of(cube: xr.Dataset, judging: Judging, value: float) -> Note:
+    """Note up to which coefficient the value stays within a tenth of what is promised, and the next one, where it does not.
+
+    Parameters
+    ----------
+    cube : Dataset
+        Of `study_with_friction`.
+    judging : Judging
+        As in `optimal_designs`.
+    value : float
+        What is promised.
+    """
+    ranked = optimal_designs(cube, judging, len(COEFFICIENTS))
+    kept = {
+        float(ratio)
+        for ratio, found in zip(ranked[PARTICLE_FRICTION].values, ranked["value"].values, strict=True)
+        if found <= WITHIN * value
+    }
+    ratios = cube[PARTICLE_FRICTION].values.tolist()
+    held = len(list(takewhile(kept.__contains__, ratios)))
+    fails = COEFFICIENTS[held] if held < len(COEFFICIENTS) else None
+    return Note("particle_friction", "hint", {"up_to": (0.0, *COEFFICIENTS)[held], "fails": fails})
+
+
+def row_of(note: Note) -> tuple[str, str, str]:
+    """Write the note as a row of a short answer."""
+    up_to, fails = note.values["up_to"], note.values["fails"]
+    if fails is None:
+        return "friction", f"up to μ_i = {up_to:g}", "at most a tenth is lost"
+    if not up_to:
+        return "friction", f"below μ_i = {fails:g}", "from there on more than a tenth is lost"
+    return "friction", f"up to μ_i = {up_to:g}", f"at most a tenth is lost; at {fails:g} more is"
