@@ -1,6 +1,8 @@
 """The command simulate: one design point from rest."""
 
+from collections.abc import Iterator
 from dataclasses import replace
+from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +14,7 @@ from damperlab.service.cli.options import (
     AsJson,
     Contact,
     ContactTime,
+    Details,
     check_file,
     contact_document,
 )
@@ -20,6 +23,7 @@ from damperlab.service.cli.places import file_option
 from damperlab.service.cli.spelled import in_options, options_of
 from damperlab.service.cli.warm import have_ready
 from damperlab.service.cli.words import cell
+from damperlab.studies.brief import Brief, lines_of
 from damperlab.studies.faults import counted
 from damperlab.studies.field import given, option_of
 from damperlab.studies.questions import Simulated
@@ -46,6 +50,15 @@ OPTIONS = (
     | {"particle: false": "--no-particle", "method: event": "--method event"}
 )
 """Fields of a simulation as options."""
+AMPLITUDE = "amplitude_ratio"
+ROUNDING = 1e-6
+"""Relative error from which it is shown."""
+LOSSES = {
+    "impact": "in impacts",
+    "friction": "in friction",
+    "viscous": "in damping",
+    "particle": "in friction of the particle",
+}
 
 
 MEANINGS = {name: f"{DIMENSION_LONG_NAMES[name]}; {DESIGN_POINT.get(name, 0):g} by default" for name in EVERY}
@@ -63,11 +76,12 @@ def simulate(
         Path | None,
         file_option("--output", "-o", help="Write the time history as .csv, .png, .svg or .pdf."),
     ] = None,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> None:
     """Compute one design point from rest.
 
-    Shows its response, its final state and its time history.
+    Shows its response, with --details every result, and its time history in a file.
     """
     check_file(output)
     at = {**DESIGN_POINT, **design}
@@ -97,7 +111,7 @@ def simulate(
         answer["history"] = decimated(answer["history"], SHOWN_SAMPLES)
         print_json(answer)
     elif output is None:
-        _print(answer, steady=asked.cycles is None)
+        _print(answer, steady=asked.cycles is None, details=details)
 
 
 def _history(asked: Simulated, output: Path | None, frequency_ratio: float) -> int:
@@ -130,17 +144,58 @@ def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output:
     note(f"Wrote {output}.")
 
 
-def _print(answer: dict[str, Any], steady: bool) -> None:
-    """Print the metrics, the state at the end, and what the status means."""
+def _print(answer: dict[str, Any], steady: bool, details: bool) -> None:
+    """Print the response in short, with its details every metric and the state at the end."""
     metrics = answer["metrics"]
-    print_table(
-        ("metric", "value", "what"),
-        (
-            (name, cell(name, metrics[name]), VARIABLES[name].long_name)
-            for name in VARIABLES
-            if name in metrics
-        ),
-    )
+    for line in lines_of(Brief(None, (answer["status"],), tuple(_rows(answer))).document()):
+        say(line)
+    if details or not steady:
+        say(_end(answer, steady))
+    if details:
+        print_table(
+            ("metric", "value", "what"),
+            (
+                (name, cell(name, metrics[name]), VARIABLES[name].long_name)
+                for name in VARIABLES
+                if name in metrics
+            ),
+        )
+    if "attractors" in answer:
+        _print_attractors(answer["attractors"])
+    if not details:
+        say("Details: --details.")
+
+
+def _rows(answer: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
+    """Say how far the mass moves, how that repeats, and where the energy goes; nothing of what is not known."""
+    known = {name: value for name, value in answer["metrics"].items() if not isnan(value)}
+    if AMPLITUDE in known:
+        error = known.get("amplitude_error", 0.0)
+        within = f" ± {error:.1g}" if error > ROUNDING * known[AMPLITUDE] else ""
+        beside = {"largest": known.get("amplitude_ratio_max"), "rms": known.get("amplitude_ratio_rms")}
+        told = ", ".join(f"{name} {value:.4g}" for name, value in beside.items() if value is not None)
+        yield "amplitude X/Z", f"{known[AMPLITUDE]:.4g}{within}", told
+    if known.get("response_class", -1) >= 0:
+        name = cell("response_class", known["response_class"])
+        period = int(known.get("period", 0))
+        repeats = f"repeats after {counted(period, 'cycle')}" if period else ""
+        if "settles_after_cycles" in answer:
+            repeats += f"; a small disturbance falls to a hundredth in {answer['settles_after_cycles']:.3g}"
+        yield "response", name, repeats
+    if known.get("impacts_per_cycle", 0.0) > 0.0:
+        speed = known.get("impact_speed_max")
+        at_most = "" if speed is None else f"at most {speed:.4g} Z·ω_n"
+        yield "impacts", f"{known['impacts_per_cycle']:.4g} a cycle", at_most
+    shares = {
+        name: known.get(f"dissipation_{name}", 0.0) for name in ("impact", "friction", "viscous", "particle")
+    }
+    if any(shares.values()):
+        parts = (f"{100 * share:.3g} % {LOSSES[name]}" for name, share in shares.items() if share > 0.0)
+        yield "energy lost", "", ", ".join(parts)
+
+
+def _end(answer: dict[str, Any], steady: bool) -> str:
+    """Write the state at the end, or where a cycle of the steady response begins."""
     state = ", ".join(
         f"{name} = {number(value)}" for name, value in answer["state"].items() if value is not None
     )
@@ -148,14 +203,9 @@ def _print(answer: dict[str, Any], steady: bool) -> None:
         events = ", ".join(f"{count} {name}" for name, count in answer["events"].items())
         cycles = counted(answer["cycles"], "cycle")
         cycles += " more along the steady response" if steady else " from rest"
-        say(f"After {cycles}: {state}; {events}.")
-    elif answer["state"]["u"] == answer["state"]["u"]:
-        say(f"Steady response where a cycle of the base begins: {state}.")
-    say(answer["status"])
-    if "settles_after_cycles" in answer:
-        say(f"A small disturbance falls to a hundredth within {answer['settles_after_cycles']:.3g} cycles.")
-    if "attractors" in answer:
-        _print_attractors(answer["attractors"])
+        return f"After {cycles}: {state}; {events}."
+    known = not isnan(answer["state"]["u"])
+    return f"Steady response where a cycle of the base begins: {state}." if known else ""
 
 
 def _print_attractors(found: dict[str, Any]) -> None:

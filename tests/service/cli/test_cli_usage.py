@@ -166,6 +166,16 @@ def test_a_design_is_named_in_two_ways_with_one_meaning(stored: tuple[Path, dict
     assert json.loads(long.stdout)["state"] == json.loads(short.stdout)["state"]
 
 
+@pytest.mark.parametrize("more", [(), ("--cycles", "2", "--method", "rk4"), ("--starts", "2")])
+def test_a_simulated_point_is_answered_in_a_few_lines(more: tuple[str, ...]) -> None:
+    point = ["simulate", "--clearance-ratio", "10", *more]
+    known = json.loads(run(*point, "--json").stdout)["metrics"]
+    short = run(*point).stdout.splitlines()
+    assert len(short) <= 12
+    assert f"{known['amplitude_ratio']:.4g}" in short[1]
+    assert any(line.startswith("energy_residual") for line in run(*point, "--details").stdout.splitlines())
+
+
 @pytest.mark.parametrize(
     "shell", ["bash", *(pytest.param(each, marks=pytest.mark.night) for each in ("zsh", "fish"))]
 )
