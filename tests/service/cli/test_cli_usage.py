@@ -173,7 +173,7 @@ def test_a_simulated_point_is_answered_in_a_few_lines(more: tuple[str, ...]) -> 
     short = run(*point).stdout.splitlines()
     assert len(short) <= 12
     assert f"{known['amplitude_ratio']:.4g}" in short[1]
-    assert any(line.startswith("energy_residual") for line in run(*point, "--details").stdout.splitlines())
+    assert any(line.startswith("amplitude_ratio") for line in run(*point, "--details").stdout.splitlines())
 
 
 @pytest.mark.parametrize(
