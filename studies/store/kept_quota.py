@@ -47,4 +47,4 @@ class KeptQuota:
 
 
 USUAL = KeptQuota()
-"""Where nothing else is said."""
+"""The default."""

@@ -24,7 +24,7 @@ PRIVATE = ("host", "user", SUBMITTED_BY)
 """What a file that may be handed on leaves out of a study's provenance."""
 
 submitter: ContextVar[str | None] = ContextVar("submitter", default=None)
-"""Owner of the studies that are entered from here on; None where nobody asked who it is."""
+"""Owner of the studies that are submitted from here on; None without keys."""
 
 Value = TypeVar("Value")
 
@@ -48,7 +48,7 @@ def signed(provenance: Mapping[str, Value]) -> dict[str, Value | str]:
 
 
 def asked_by(provenance: Mapping[str, str]) -> dict[str, str | None]:
-    """Give the columns of the catalogue that say who asks for a study, and for what; None where nothing is said."""
+    """Give the columns of the catalogue for owner and purpose of a study; None where unknown."""
     purpose = next((each for each in ASKED_BY_PROGRAMS if each in provenance), None)
     return {
         "submitted_by": provenance.get(SUBMITTED_BY),

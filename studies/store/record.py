@@ -1,4 +1,4 @@
-"""What the catalogue knows about one study, and what it is told about one block."""
+"""A study in the catalogue, and the result of one block."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -72,7 +72,7 @@ class BlockOutcome:
 
 @dataclass(frozen=True)
 class Record:
-    """One study as the catalogue knows it at one moment.
+    """One study in the catalogue at one moment.
 
     Parameters
     ----------

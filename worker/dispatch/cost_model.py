@@ -40,8 +40,8 @@ FEWEST_CYCLES = 40.0
 TRANSIENT = 0.073
 """Cycles that a transient takes, in units of r/ζ: it dies as exp(−ζτ), and a cycle lasts 2π/r."""
 RESTLESS_CYCLES, RESTLESS_TOLERANCE, FEWEST_RESTLESS = 1050.0, 0.02, 768.0
-"""Taken on average near resonance, where the particle rattles without end and only statistics settle, at this tolerance, and
-at any: the relative error of such a mean falls as the inverse root of its cycles (`steady/response/standard_errors.py`)."""
+"""The mean near resonance, where the particle rattles without end and only statistics settle. It is for this tolerance; the
+relative error of such a mean falls as the inverse root of its cycles (`steady/response/standard_errors.py`)."""
 RESTLESS_WIDTH, RESTLESS_POWER = 0.0104, 0.55
 """How far from resonance it does so, in ln r: the width where β = ζ, and the power of β/ζ that it goes with."""
 NARROWEST = 0.004

@@ -39,18 +39,18 @@ class Examiner:
         self._late: dict[str, float] = {}
 
     def prepare(self, cube_path: str, digest: str, code: str, canary: Block | None) -> None:
-        """Say what workers are asked; as for `damperlab.worker.worker_process.examination.examine`."""
+        """Set the questions to workers; as for `damperlab.worker.worker_process.examination.examine`."""
         self._examination = examine, cube_path, digest, code, canary
 
     @property
     def compiles(self) -> bool:
-        """Whether a worker is asked for points for the first time: it may have to compile before it answers."""
+        """Whether a worker computes points for the first time: it may have to compile first."""
         asked = {address for _, address in self._asked.values()}
         new = any(one.address in asked and not one.compiled for one in self._workers.states.values())
         return self._asks_for_points and new
 
     def ask(self, now: float) -> None:
-        """Ask those who are due, and are not being asked."""
+        """Examine the workers that are due and not under examination."""
         asked = {address for _, address in self._asked.values()}
         for worker in list(self._workers.due(now)):
             if self._examination is None:
@@ -60,9 +60,9 @@ class Examiner:
                 self._asked[key] = self._tasks.send(key, worker.address, self._examination), worker.address
 
     def gather(self, look: Callable[[], None], look_on: Callable[[], bool]) -> dict[str, Answer] | None:
-        """Examine everybody who computes, and judge nobody yet.
+        """Examine every worker, and judge none yet.
 
-        All of those who are there are waited for, but not for long once one has answered.
+        It waits for all present workers, but only briefly after the first answer.
 
         Parameters
         ----------
@@ -92,7 +92,7 @@ class Examiner:
         return None
 
     def settle(self, answers: Mapping[str, Answer], identity: str, truth: str) -> dict[str, str] | None:
-        """Decide what is right, and judge everybody by it, also those who come later.
+        """Decide which answer is right, and judge every worker by it, also later ones.
 
         Parameters
         ----------
@@ -122,7 +122,7 @@ class Examiner:
         return next(one.facts for one in alike.values()) if self._workers.usable else None
 
     def heard(self, key: str) -> tuple[str, Answer] | None:
-        """Give who has answered and what, of a task that has ended; a worker that could not is left out."""
+        """Give the workers that answered in an ended task, with their answers."""
         if key not in self._asked:
             return None
         future, address = self._asked.pop(key)
@@ -167,7 +167,7 @@ class Examiner:
                 self._workers.states[address].compiled = True
 
     def forget(self, there: Collection[str]) -> None:
-        """Ask those no more who are not there."""
+        """Forget workers that have left."""
         gone = [key for key, (_, address) in self._asked.items() if address not in there]
         self._tasks.drop([self._asked.pop(key)[0] for key in gone], "the worker has left")
 

@@ -17,9 +17,9 @@ from damperlab.worker.outcomes import Failure, Outage
 from damperlab.worker.worker_process.block_process import call_apart
 
 LOOK_SECONDS = 1.0
-"""Between two looks at who is there."""
+"""Time between two looks at the present workers."""
 WAIT_SECONDS = 120.0
-"""How long a study waits, unless told otherwise, while no worker can compute."""
+"""Default time that a study waits while no worker can compute."""
 
 Ended = BlockOutcome | Failure
 """What becomes of a block."""
@@ -90,7 +90,7 @@ class Window:
         truth: str,
         look_on: Callable[[], bool],
     ) -> dict[str, str] | None:
-        """Examine who is there, and let those compute who agree; who comes later is examined alike.
+        """Examine the present workers, and use those that agree. Later workers are examined alike.
 
         Parameters
         ----------

@@ -26,7 +26,7 @@ TOLD: dict[Standing, str] = {
     "leaving": "leaving",
     "out": "out",
 }
-"""What others are told of each."""
+"""The reported standing of each."""
 STANDINGS = tuple(dict.fromkeys(TOLD.values()))
 
 
@@ -162,13 +162,13 @@ class Standings:
         self._count()
 
     def examine_again(self) -> None:
-        """Let everybody who computes be examined first."""
+        """Require that every worker is examined first."""
         for worker in self.usable:
             worker.standing, worker.again_at = "joining", 0.0
         self._count()
 
     def words(self) -> str:
-        """Say who is there, for somebody who waits."""
+        """Describe the present workers, for a study that waits."""
         if not self.states:
             return "the cluster has no worker"
         told = [
@@ -187,7 +187,7 @@ class Standings:
         return f"none of the {len(self.states)} workers can compute: {_some(told)}"
 
     def standings(self) -> tuple[tuple[str, int], ...]:
-        """Count the workers by their standing, as others are told of it."""
+        """Count the workers by their standing, as reported."""
         found = [TOLD[worker.standing] for worker in self.states.values()]
         return tuple((standing, found.count(standing)) for standing in STANDINGS)
 
@@ -201,7 +201,7 @@ class Standings:
         return [worker for worker in self.states.values() if worker.standing == "out"]
 
     def reasons(self) -> str:
-        """Say who is left out and why; empty where nobody is."""
+        """Name the excluded workers with the reasons; empty without any."""
         return _some([f"{worker.address}: {worker.reason}" for worker in self.left_out()])
 
     def _cannot_read(self, worker: WorkerState, text: str, now: float, at_once: bool) -> None:
@@ -223,7 +223,7 @@ class Standings:
             )
 
     def _meet(self, threads: Mapping[str, int], running: Collection[str]) -> list[WorkerState]:
-        """Take notice of who is there; give those who take nothing more now."""
+        """Update the present workers; give those that take no more blocks."""
         ending: list[WorkerState] = []
         for address, count in threads.items():
             worker = self.states.setdefault(address, WorkerState(address, count))
@@ -243,7 +243,7 @@ class Standings:
 
 
 def _some(told: list[str]) -> str:
-    """Join what is told of workers; a few stand for many."""
+    """Join messages about workers; a few represent many."""
     more = f"; and {len(told) - 3} more" if len(told) > 3 else ""
     return "; ".join(told[:3]) + more
 

@@ -1,4 +1,4 @@
-"""Who computes a study: workers are judged one by one, and what they leave behind goes to the others.
+"""The workers of a study: each is judged by itself, and the blocks of a lost worker go to the others.
 
 Policy alone, without a cluster: which block goes to whom, what becomes of a block that has not ended well, and what that says
 of the worker. `damperlab.worker.dispatch.window` brings it to a cluster; a model of a cluster of any size drives it as well.
@@ -32,7 +32,7 @@ class Workers(Standings):
         self.retries = 0
         """Blocks that were computed, or begun, again."""
         self.incidents: list[str] = []
-        """What has happened to blocks, a sentence each without its end; whoever reads it empties it."""
+        """Events of blocks, a sentence each without its full stop; reading empties it."""
         self._backlog = backlog
         self._again: deque[Attempt] = deque()
         self._where: dict[str, str] = {}
@@ -130,7 +130,7 @@ class Workers(Standings):
             hungry[address] = None
 
     def assignments(self) -> Iterator[tuple[str, Attempt]]:
-        """Give the blocks to send now, each with the worker; tell `sent` of each before the next is asked for."""
+        """Give the blocks to send now, each with its worker. Call `sent` for each before the next."""
         trusted = any(one.usable and not one.against.doubtful for one in self.states.values())
         for depth, hungry in enumerate(self._hungry, 1):
             if not self.waiting or (depth > 1 and self._nears_end):
@@ -163,7 +163,7 @@ class Workers(Standings):
         return self._where.get(key)
 
     def ended(self, key: str) -> None:
-        """Hear under which key a block was computed: who failed at it before is to blame."""
+        """Take note of the key under which a block was computed: workers that failed at it before are to blame."""
         worker = self.states[self._where[key]]
         attempt = self._take(key)
         if worker.standing == "on trial":

@@ -1,4 +1,4 @@
-"""What everybody is told of a run while it goes on: its phase, its progress, what becomes of its workers."""
+"""Reports of a run under way: its phase, its progress, and the fate of its workers."""
 
 import logging
 import math
@@ -21,7 +21,7 @@ REPORT_SECONDS = 0.5
 
 
 class Account:
-    """Tells the catalogue, the log and whoever listens.
+    """Reports to the catalogue, the log and listeners.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Account:
         self.report(at_once=True)
 
     def wait(self, what: str, gives_up_at: float) -> None:
-        """Report that the study waits; the catalogue may be what it waits for, and is not told.
+        """Report that the study waits, but not to the catalogue, which may be the reason.
 
         Parameters
         ----------

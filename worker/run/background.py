@@ -75,7 +75,7 @@ class Background:
         self._wake.set()
 
     def close(self, seconds: float | None = None) -> None:
-        """Let no further round begin, and wait for the one under way, no longer than told."""
+        """Let no further round begin, and wait for the current one, for a limited time."""
         self.tell_to_close()
         if self._thread.is_alive():
             self._thread.join(seconds)

@@ -1,4 +1,4 @@
-"""The state that a run leaves its study in, and what is said of it."""
+"""The state in which a run leaves its study, and its message."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""What the blocks of a study are computed with: agreed on once by those who compute, and sent along with every block."""
+"""The recipe of a study's blocks: the workers agree on it once, and every block carries it."""
 
 from collections.abc import Mapping
 from contextlib import suppress

@@ -69,9 +69,9 @@ def run_study(
 
     The study ends `done` when every block has its mark, also where blocks were given up and recorded as
     failed points; it ends `failed` where each of its blocks was given up. Stopped, here or by a cancel in
-    another process, it is `cancelled`. Where it could not go on for a reason outside its points (the
-    scheduler is lost, the disk is full, a worker holds other code) it is `failed` with that message while
-    blocks are pending. Whatever the end, what is done is kept, and another call goes on from there.
+    another process, it is `cancelled`. If it could not continue for a reason outside its points (the scheduler is lost, the
+    disk is full, a worker holds other code), it is `failed` with that message while blocks are pending. Whatever the end,
+    what is done is kept, and another call goes on from there.
 
     Parameters
     ----------

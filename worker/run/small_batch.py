@@ -30,7 +30,7 @@ _log = logging.getLogger(__name__)
 def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool]) -> None:
     """Compute studies of one block each that were never begun, one on each core of this machine.
 
-    What is out of the ordinary, such as a block that fails, is left queued: to a run of its own.
+    An unusual study, for example one with a failing block, stays queued for a run of its own.
 
     Parameters
     ----------

@@ -70,9 +70,9 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
     """Copy every study with its done blocks, the keys, the events, the uploaded records and the designs.
 
     Studies that run are queued in the copy, with the blocks that they have; nobody holds a claim there. Into an earlier
-    backup of the same store only what is new is copied. Every file is compared with its checksums as it is copied; a
-    study that is damaged is told, and stays as the earlier backup has it, while all others are copied. The copy's
-    catalogue changes last, in one transaction: one that is cut short is as it was, and can be gone on with.
+    backup of the same store only what is new is copied. Every file is compared with its checksums during the copy. A damaged
+    study is reported and keeps its earlier copy; all others are copied. The copy's catalogue changes last, in one
+    transaction: one that is cut short is as it was, and can be gone on with.
 
     Parameters
     ----------

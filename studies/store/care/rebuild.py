@@ -1,7 +1,7 @@
 """The catalogue made again from the cubes: from their descriptions, their marks, and the headers of their blocks.
 
-Nothing is taken away: what the catalogue knows stays, and what it lacks is added, study by study, each in one
-transaction. So it may be killed at any moment and run again, and ends the same.
+Nothing is removed. What the catalogue lacks is added study by study, each in one transaction. So it may be killed at any
+moment and run again, and ends the same.
 """
 
 import json

@@ -69,7 +69,7 @@ class Swept:
 def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool = False) -> Swept:
     """Remove the files of a study's blocks that are superseded: the done-mark names another file.
 
-    Only for who holds the study's claim, or where nobody does.
+    Only the owner of the study's claim may call this, or anybody if nobody holds it.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def _describes(shelf: Shelf, study_id: str) -> bool:
 
 
 def _take_back(store: Store, number: int) -> bool:
-    """Take a reserved number from whoever may still be about to enter a study by it; False where that was faster."""
+    """Withdraw a reserved number from a process that may still enter a study with it; False if that process was faster."""
     change = update(studies).where(studies.c.number == number, NEVER_ENTERED).values(state="cancelled")
     with store.catalogue.writing() as connection:
         return connection.execute(change).rowcount == 1

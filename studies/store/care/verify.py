@@ -1,7 +1,7 @@
 """Whether what a study has stored is what was written: descriptions, coordinates, blocks, marks, and the catalogue.
 
-Two accounts are kept of every study, by the catalogue and by the cube itself, and each has checksums. So what was
-damaged can be told, and is made again from the other account; where both have lost a block, it is computed again.
+Two accounts are kept of every study, by the catalogue and by the cube itself, and each has checksums. So damage is found, and
+repaired from the other account. A block that both have lost is computed again.
 """
 
 import json
@@ -186,7 +186,8 @@ def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequen
 
 
 def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Iterator[str]:
-    """Compare the cubes with the studies that the catalogue knows: what it has lost, as with the tail of its log, and cubes."""
+    """Compare the cubes with the studies of the catalogue. Find what the catalogue has lost, for example with the tail of its
+    log, and lost cubes."""
     cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
     rows, unknown = _unknown(store, cubes)
     alive = {row.id: row.number for row in rows if row.deleted is None}

@@ -1,4 +1,4 @@
-"""Keys of those who may ask a service: made, listed, revoked, recognised. The catalogue keeps their hashes alone."""
+"""Keys for access to a service: created, listed, revoked, recognised. The catalogue keeps their hashes alone."""
 
 import hmac
 import re
@@ -29,7 +29,7 @@ class KeyFault(StoreFault):
 
 @dataclass(frozen=True)
 class AccessKey:
-    """A key as the catalogue knows it: everything but the secret.
+    """A key as stored in the catalogue: everything but the secret.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """The catalogue: one row per study and one per done block, in SQLite or PostgreSQL.
 
-SQLite: WAL lets readers go on while one writes, synchronous=FULL makes a committed done-mark survive a power
-cut, and every writing transaction begins IMMEDIATE, so that it waits for its turn instead of failing half-way.
-PostgreSQL: an advisory lock gives writers the same turns, and readers see one snapshot.
+SQLite uses WAL, so readers continue while one process writes. synchronous=FULL makes a committed done-mark survive a power
+cut. Every writing transaction begins IMMEDIATE, so it waits for its turn and does not fail half-way. PostgreSQL: an advisory
+lock gives writers the same turns, and readers see one snapshot.
 """
 
 import math
@@ -38,7 +38,7 @@ from damperlab.studies.store.faults import CatalogueDamaged, StoreFault
 from damperlab.studies.store.files.folder import sync_path
 
 BUSY_SECONDS = 60.0
-"""How long a transaction waits for its turn before it gives up, unless told otherwise [s]."""
+"""Default time that a transaction waits for its turn [s]."""
 
 SQLITE_FILE = "catalogue.sqlite"
 """The catalogue in the data directory, where no database is named."""
@@ -193,7 +193,7 @@ class Catalogue:
             self._turn.release()
 
     def _sign(self) -> None:
-        """Leave word of who writes now, for those who wait in vain; it is no lock and needs no care."""
+        """Record who writes now, for processes that wait in vain. It is no lock."""
         if self.is_file and self._url.database:
             with suppress(OSError):
                 Path(f"{self._url.database}{_WRITER}").write_text(

@@ -31,7 +31,7 @@ BACKUP_OF = "backup_of"
 """The fact, in the catalogue of a copy, that names the catalogue whose studies are copied there."""
 
 UNKNOWN_RESULTS = "unknown_results"
-"""The fact that names a cube with results that the catalogue does not know, by which it was seen to be an older copy."""
+"""The fact that names a cube with results that is missing from the catalogue: the catalogue is then an older copy."""
 
 _REBUILD = "make the catalogue again from the cubes with `damperlab store rebuild`"
 _NAME_IT = "name the catalogue that belongs to them (--data-dir, or DAMPERLAB_CATALOGUE for PostgreSQL)"
@@ -164,7 +164,7 @@ def _own(place: Shelf, mine: str, others: Fault) -> None:
 
 
 def catalogue_id(catalogue: Catalogue) -> str:
-    """Give a catalogue's id, which it gets when it is asked for the first time."""
+    """Give the id of a catalogue; the first call creates it."""
     with catalogue.reading() as connection:
         known = fact(connection, "id")
     if known is not None:
@@ -307,7 +307,7 @@ def disk_gone(shelf: Shelf) -> str | None:
 
 
 def older_copy(cube: str, catalogue: str) -> StoreFault:
-    """Make the fault for a cube with results that the catalogue should know and does not."""
+    """Make the fault for a cube with results that is missing from the catalogue."""
     return StoreFault(
         Fault(
             "catalogue",
@@ -358,7 +358,7 @@ def fact(connection: Connection, key: str) -> str | None:
 
 
 def forget(connection: Connection, key: str) -> None:
-    """Let the catalogue know nothing under a key."""
+    """Remove a key and its value from the catalogue."""
     connection.execute(delete(facts).where(facts.c.key == key))
 
 

@@ -23,7 +23,7 @@ ALIVE = studies.c.deleted.is_(None)
 """The studies that were not deleted."""
 
 LAST_SECONDS = 60.0
-"""Before the files of a deleted study may go: whoever removes them goes by another clock."""
+"""Time before the files of a deleted study may be removed: another process may have another clock."""
 NEVER_ENTERED = and_(studies.c.id == "", studies.c.digest == "")
 """Numbers that were reserved for studies while their cubes were made; a study that is entered takes the row over."""
 RESERVED = and_(NEVER_ENTERED, studies.c.state == "queued")

@@ -1,8 +1,7 @@
-"""Checksums of the catalogue's rows: a bit that flips in the database is told, and never read as a result.
+"""Checksums of the catalogue's rows: a flipped bit in the database is reported, and never read as a result.
 
-A row that a transaction writes loses its checksum at once and gets the new one as the transaction ends, whoever wrote
-it (`Catalogue.writing`); so a row without one is one that is being written. Whoever changes a row reads it before,
-and with that compares it.
+A transaction removes the checksum of each row that it writes, and adds the new one at its end (`Catalogue.writing`). So a row
+without a checksum is being written. A writer reads a row before it changes it, and so compares it.
 """
 
 from collections.abc import Iterable

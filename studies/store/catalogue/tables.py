@@ -1,4 +1,4 @@
-"""The tables of the catalogue; whoever changes them gives them another revision, in `.catalogue`."""
+"""The tables of the catalogue. A change needs another revision in `.catalogue`."""
 
 from sqlalchemy import (
     BigInteger,

@@ -18,7 +18,7 @@ class _Waiting(Generic[Asked, Answer]):
 
 
 class Turns(Generic[Asked, Answer]):
-    """One turn after the other: who gets it does everybody's work that has come meanwhile.
+    """Work by turns: the thread whose turn it is does all work that has arrived meanwhile.
 
     The more arrives, the less each costs: a transaction and its wait for the disk are shared.
 

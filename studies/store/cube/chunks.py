@@ -1,4 +1,4 @@
-"""The files of a cube's blocks: what they are called, and what is said of one that cannot be read.
+"""The files of a cube's blocks: their names, and the faults of unreadable ones.
 
 Every attempt at a block writes files of its own, which carry the attempt's generation in their names. The
 block's done-mark names one generation, and by that one transaction all readers switch to it. No file is ever

@@ -159,7 +159,7 @@ def without_checksum(content: bytes) -> bytes:
 
 
 def checksum_holds(content: bytes) -> bool:
-    """Say whether the bytes of a chunk are what was written, as far as can be told without decoding them."""
+    """Say whether the bytes of a chunk are intact, as far as their checksum shows without decoding."""
     body, checksum = content[:-CHECKSUM_BYTES], content[-CHECKSUM_BYTES:]
     return bool(body) and google_crc32c.value(body) == int.from_bytes(checksum, "little")
 

@@ -121,7 +121,7 @@ def write_region(
 
 
 def description_of(shelf: Shelf) -> Description:
-    """Read a cube's description, as who computes does: damage is no fault of the points.
+    """Read a cube's description for a worker: damage is no fault of the points.
 
     Raises
     ------

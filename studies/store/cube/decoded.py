@@ -1,7 +1,7 @@
 """Chunks read and decoded, the last ones kept, so that slices of a large cube are quick.
 
-A chunk is never overwritten and its name carries its generation, so what is kept does not grow stale; in a folder its
-size and time are looked at all the same, so that a file that was lost or damaged since is not overlooked.
+A chunk is never overwritten and its name carries its generation, so cached values do not become stale. In a folder its size
+and time are checked all the same, so a file that was lost or damaged later is noticed.
 """
 
 import threading

@@ -1,7 +1,7 @@
 """A cube's description of itself, its one `zarr.json`: written when the study is submitted, read by everything else.
 
-It is Zarr's metadata of a group with every array in it, so that one read opens a cube. The arrays' chunks are in the
-blocks' files (`packed.py`); their codec `damperlab.block` knows that, and names the codecs of a single variable.
+It is Zarr's metadata of a group with every array in it, so that one read opens a cube. The arrays' chunks are in the blocks'
+files (`packed.py`). Their codec is `damperlab.block`; it names the codecs of a single variable.
 """
 
 import json

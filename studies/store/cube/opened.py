@@ -119,7 +119,7 @@ def read_region(
 
 
 class _CheckedArray(BackendArray):
-    """A stored array whose damaged chunks are told by their block."""
+    """A stored array. An error about a damaged chunk names its block."""
 
     def __init__(self, shelf: Shelf, described: Description, array: StoredArray, marks: Marks) -> None:
         self._shelf = shelf

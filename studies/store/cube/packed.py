@@ -6,7 +6,7 @@
     header    JSON: digest, block, generation, counts, times, checksum of the values, and where each variable begins
     parts     the variables, each encoded as a chunk of a Zarr array is, the last four bytes its CRC-32C
 
-So a block is whole or not there, no byte of it is unchecked, and without any catalogue it says which study's it is.
+So a block is complete or missing, every byte is checked, and the block names its study without a catalogue.
 """
 
 import json
@@ -121,7 +121,7 @@ def read_header(shelf: Shelf, key: str) -> tuple[Header, bytes]:
 
 
 def read_part(shelf: Shelf, digest: str, index: int, generation: str, variable: str) -> bytes:
-    """Read one variable of a block, as it was encoded; its own checksum is left to who decodes it.
+    """Read one variable of a block as encoded. The decoder compares its checksum.
 
     Raises
     ------

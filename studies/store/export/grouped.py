@@ -1,9 +1,9 @@
-"""The blocks of a cube that is complete, many to a chunk, for whoever reads it over a network.
+"""The blocks of a complete cube, many to a chunk, for readers over a network.
 
 A block is what a worker computes in two seconds, often a thousand points; a plane of a cube of ten million points then
-touches hundreds, and each costs a request. A complete cube is therefore shown with larger chunks, put together as they
-are asked for. Their keys are spelled otherwise than those of blocks (Zarr's encoding `v2`: without the `c`), so that a
-reader that opened the cube before it was complete, and asks block by block, is never misunderstood.
+touches hundreds, and each costs a request. So a complete cube is shown with larger chunks, joined when they are requested.
+Their keys differ from those of blocks (Zarr's encoding `v2`: without the `c`). So a reader that opened the cube before it was
+complete still gets single blocks.
 """
 
 import json

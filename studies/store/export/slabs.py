@@ -1,4 +1,4 @@
-"""Cut a cube into pieces that fit in memory, for whoever reads all of it."""
+"""Cut a cube into pieces that fit in memory, to read all of it."""
 
 from collections.abc import Iterator
 from itertools import product

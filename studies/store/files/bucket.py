@@ -1,7 +1,7 @@
 """A shelf in a bucket of an object store that speaks S3's protocol.
 
-Where it is and who asks comes from the environment alone, as for any program that uses S3: AWS_ENDPOINT_URL,
-AWS_REGION, AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, … Nothing of that is stored, logged or sent to a worker.
+Address and keys come from the environment alone, as for any program that uses S3: AWS_ENDPOINT_URL, AWS_REGION,
+AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, … They are not stored, logged or sent to workers.
 """
 
 import os
@@ -59,7 +59,7 @@ class Bucket(Shelf):
         self._prefix = prefix
 
     def __reduce__(self) -> tuple[Callable[[str], "Bucket"], tuple[str]]:
-        """Pickle by the address: who opens it elsewhere does so with keys of its own."""
+        """Pickle the address alone: another process opens it with its own keys."""
         return open_bucket, (self.address,)
 
     def at(self, name: str) -> "Bucket":

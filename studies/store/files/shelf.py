@@ -63,7 +63,7 @@ class Shelf(ABC):
     readers = 1
     """How many pieces are best read side by side."""
     first_bytes = 4096
-    """How much of a piece is best read at once where only its beginning is asked for."""
+    """Best number of bytes to read at once if only the beginning of a piece is needed."""
 
     def __init__(self, address: str) -> None:
         self.address = address

@@ -130,8 +130,8 @@ class Blocks(Lookup):
     def retry(self, study_id: str) -> Record:
         """Take the marks of blocks back that were given up, so that the study can be run again for them.
 
-        A point that failed by its numbers is an answer, and the same solver gives it again to the last bit: only blocks
-        that failed as a whole, as by a worker that died, may end otherwise.
+        A point that failed numerically is an answer, and the same solver would repeat it to the last bit. Only blocks that
+        failed as a whole, for example by a worker that died, may end otherwise.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Who works on a study: one owner at a time, and a claim that is not renewed ends by itself."""
+"""Claims: one owner works on a study at a time, and a claim that is not renewed ends."""
 
 import time
 from collections import Counter
@@ -47,9 +47,9 @@ class Waiting:
 class Claims(StoreBase):
     """The claims on the studies of a store.
 
-    A claim ends when its time is over by the wall clock, or when whoever looks has not seen it renewed for that
-    long by a clock that nobody sets: a clock that was set back keeps no dead owner alive. One that was set forward
-    may end the claim of a living one; what that owner still has to say is then refused (`Blocks.mark`).
+    A claim ends when its time is over by the wall clock. It also ends when the observer has not seen it renewed for that long
+    by a steady clock: setting a clock back keeps no dead owner alive. One that was set forward may end the claim of a living
+    one; what that owner still has to say is then refused (`Blocks.mark`).
     """
 
     def claim(self, study_id: str, owner: str, seconds: float | None = None) -> bool:

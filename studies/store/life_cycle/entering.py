@@ -1,4 +1,4 @@
-"""Studies enter a store: once, however often they are asked for, and many in one transaction where many come at once."""
+"""Studies enter a store: each once, however often it is submitted, and simultaneous ones in one transaction."""
 
 import json
 import math
@@ -258,9 +258,9 @@ class Entering(StoreBase):
     ) -> _Answer:
         """Enter studies: numbers are reserved in one transaction, cubes made, and rows written in another one.
 
-        No cube is made inside a transaction: a disk or a server that takes long keeps nobody from writing. Who sees a
-        study finds its cube, since that was made before. What is killed in between leaves a reserved number and a cube
-        without results, which `collect_garbage` takes away.
+        No cube is made inside a transaction: a disk or a server that takes long keeps nobody from writing. A visible study
+        has its cube, which was made before. What is killed in between leaves a reserved number and a cube without results,
+        which `collect_garbage` takes away.
 
         Parameters
         ----------
@@ -417,7 +417,7 @@ class Entering(StoreBase):
 
 
 class _Asked:
-    """What the catalogue knows of the studies and keys that are handed in."""
+    """Entries of the catalogue for the submitted studies and keys."""
 
     def __init__(self, connection: Connection, lists: Iterable[Sequence[Submission]]) -> None:
         self._connection = connection
@@ -439,7 +439,7 @@ class _Asked:
 
     @contextmanager
     def _noting(self, name: str) -> Iterator[None]:
-        """Keep the damage of a row for who asks for it: it is nobody else's."""
+        """Keep the damage of a row for its own submission; it does not concern the others."""
         try:
             yield
         except CatalogueDamaged as error:

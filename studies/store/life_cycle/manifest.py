@@ -1,8 +1,8 @@
-"""The marks of a cube, kept beside its blocks: what a catalogue knows of a study, so that it can be made again.
+"""The marks of a cube, kept beside its blocks: with them the catalogue's entry of a study can be made again.
 
 The description says what was asked and every block's file what it holds. What became of the study is added when it
-ends, in one piece with a checksum. While blocks are being marked it is not touched, so it never says less than it
-did: blocks that were done since say so themselves, and it is taken away before blocks are taken back.
+ends, in one piece with a checksum. It is not changed while blocks are marked, so it never says less than before: later blocks
+have their own marks. It is removed before marks are taken back.
 """
 
 import json
@@ -67,7 +67,7 @@ def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> N
 
 
 def put_off_marks(connection: Connection, study_id: str) -> None:
-    """Note in a transaction that the marks of a study are to be written later: who writes them knows this note by its text."""
+    """Note in a transaction that the marks of a study are to be written later. The writer recognises the note by its text."""
     remember(connection, f"{PUT_OFF}{study_id}", uuid.uuid4().hex)
 
 

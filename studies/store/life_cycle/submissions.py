@@ -156,8 +156,8 @@ class Submissions(Entering):
         keep_seconds : float
             How long it stays in the trash, from where `undelete` restores it.
 
-        The study is gone once its tombstone is committed. Whoever calls `bury` next, in this process or another,
-        removes the files: a service in the background, `damperlab delete` and `damperlab store gc` as they run.
+        The study is gone once its tombstone is committed. The next call of `bury`, in this process or another, removes the
+        files. A service calls it in the background, as do `damperlab delete` and `damperlab store gc`.
 
         Raises
         ------

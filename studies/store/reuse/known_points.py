@@ -1,4 +1,4 @@
-"""Points of a block that earlier studies hold already, read where a worker is: no catalogue is asked."""
+"""Points of a block that earlier studies hold. A worker reads them without the catalogue."""
 
 from dataclasses import dataclass
 
