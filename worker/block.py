@@ -109,7 +109,7 @@ def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], val
 def _solve_stepped(
     study: Study, solver: Rk4Solver, points: Points, known: NDArray[np.bool_] | None, values: Values
 ) -> None:
-    """Each point from rest by fixed steps, those with a closed form too: the method is what is asked about."""
+    """Compute each point from rest by fixed steps, also those with a closed form: the study is about the method."""
     settings = _settings(study)._replace(
         energies=None
     )  # fixed steps measure none: one kernel for every study

@@ -12,7 +12,7 @@ import numpy as np
 
 _PACKAGE = "damperlab."
 UNKNOWN = "unknown"
-"""Fingerprint of a function that holds what cannot be told apart: equal to no other, not even to itself."""
+"""Fingerprint of a function with contents that cannot be compared: equal to no other, not even to itself."""
 
 
 class _UnknownValue(Exception):

@@ -99,8 +99,8 @@ def kernel(function: F) -> F:
     expression (`compiler`). So a point has the same bits in whatever block, process and order it is computed. Division by
     zero gives inf and NaN as in C, because a numerical failure is data, not an exception.
 
-    The compiler decides what is made part of its caller. Unless that is said, numba takes it from whichever caller is
-    compiled first: the machine code, though not its results, then depends on what a process has compiled before.
+    The compiler decides what is made part of its caller. By default numba takes it from the first compiled caller. Then the
+    machine code, though not its results, depends on what a process has compiled before.
     """
     return _kernel(function, forceinline=False)
 

@@ -7,8 +7,8 @@ Where other sources have changed, a kernel whose own functions (`fingerprint`) a
 
 A file begins with a line of JSON: what the kernel is, and how its bytes hash, so that a damaged file counts as none.
 
-The rest is a pickle, which can do anything when it is loaded: it is read only from folders into which nobody but the user, or
-whoever installed the package, can write.
+The rest is a pickle, which can run any code when it is loaded. It is read only from folders that nobody but the user, or the
+installer of the package, can write.
 """
 
 import hashlib
@@ -114,7 +114,7 @@ def is_private(folder: Path) -> bool:
 
 
 def is_as_safe_as_the_package(folder: Path) -> bool:
-    """Whether only those can write there who can change the package's sources too."""
+    """Whether only users with write access to the package's sources can write there."""
     try:
         inside, package = folder.stat(), _HERE.stat()
     except OSError:
@@ -175,8 +175,8 @@ class KernelCache:
     def load_overload(self, signature: Any, context: Any) -> Any:
         """Kernel for the types of a call; None where none is stored.
 
-        Machine code needs no more of numba than what allocates arrays. All else that it compiles with, `context.refresh`,
-        loads for 0.4 s, and is asked for where something is compiled.
+        Machine code needs no more of numba than what allocates arrays. `context.refresh` loads the rest of the compiler for
+        0.4 s, and is called only to compile.
         """
         file = self._file(signature)
         found = (
@@ -221,7 +221,7 @@ def _spelled(kind: Any) -> str:
 
 
 _Stored = tuple[dict[str, Any], bytes]
-"""What is said of a kernel, and its pickle."""
+"""The description of a kernel, and its pickle."""
 
 
 def _read(folder: Path, file: str, safe: Callable[[Path], bool]) -> _Stored | None:

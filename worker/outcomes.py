@@ -34,7 +34,7 @@ class SchedulerLost(Outage):
 
 @contextmanager
 def asking_the_cluster(client: "Client") -> Iterator[None]:
-    """Raise `SchedulerLost` where the scheduler is lost while it is asked for something, whatever the library makes of that."""
+    """Raise `SchedulerLost` if the scheduler is lost during a request, whatever error the library raises."""
     try:
         yield
     except Exception as error:
@@ -62,7 +62,7 @@ class Crashed(RuntimeError):
 
 
 class Leaving(RuntimeError):
-    """A worker was told to leave while it computed a block: nobody's fault, and the block is given to another."""
+    """A worker was asked to leave while it computed a block. It is not at fault, and another worker gets the block."""
 
 
 @dataclass(frozen=True)

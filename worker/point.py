@@ -160,7 +160,7 @@ def _has_friction(particle: Particle | None) -> bool:
 
 
 def is_followed(design: Design, history: int, followed: bool) -> bool:
-    """Whether a steady response is marched on, so as to show it: where that is asked for, or a massless particle moves."""
+    """Whether the march continues along a steady response to show it: on request, or if a massless particle moves."""
     massless = design.particle is not None and not design.particle.mass_ratio > 0.0
     return followed or history > 0 or massless
 

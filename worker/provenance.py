@@ -79,7 +79,7 @@ def code_version() -> str:
 
 
 def identity() -> dict[str, str]:
-    """What a worker answers when it is asked who it is.
+    """The identity of a worker, as it answers.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What kernels are compiled for: what acts in a scene, and what is asked of it."""
+"""Scenes, for which kernels are compiled: the forces that act, and the results that are wanted."""
 
 from collections.abc import Iterator
 from typing import Literal, NamedTuple

@@ -1,9 +1,9 @@
 """Kernels compiled once per machine, by one process at a time.
 
-A kernel is compiled for a scene: what acts in it and what is asked of it. Compiled on the way, each process that lacks it
-would compile it for itself; a file lock in the cache folder lets the first compile and the others load. What a scene needs
-is found by computing it once, as small as can be, so that no list of kernels has to be kept beside the code. A marker beside
-the kernels says that all of a scene are there.
+A kernel is compiled for a scene: the forces that act, and the results that are wanted. Compiled on the way, each process that
+lacks it would compile it for itself; a file lock in the cache folder lets the first compile and the others load. What a scene
+needs is found by computing it once, as small as can be, so that no list of kernels has to be kept beside the code. A marker
+beside the kernels says that all of a scene are there.
 """
 
 import os
@@ -113,7 +113,7 @@ def _has_held() -> float:
 
 
 def _made_by_name(scene: Scene, wait: bool) -> bool:
-    """As `_made`; what goes wrong is told with the scene's name."""
+    """As `_made`; an error names the scene."""
     try:
         return _made(scene, wait)
     except Exception as error:
@@ -237,7 +237,7 @@ def _alone(name: str, wait: bool) -> Iterator[bool]:
 
 
 def _compute_once(scene: Scene) -> None:
-    """Compute the smallest thing that calls every kernel of a scene, in the way of whoever asks for it."""
+    """Compute the smallest task that calls every kernel of a scene, as its users do."""
     if scene.purpose in ("record", "record-history"):
         _record(scene)
     elif scene.purpose in ("steady", "peaks", "acceleration"):

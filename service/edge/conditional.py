@@ -12,7 +12,7 @@ TAGGED_BYTES = 8 * 1024 * 1024
 
 
 class Head:
-    """ASGI middleware: answers HEAD as GET, without the body; what would only make the body is told to stop."""
+    """ASGI middleware: answers HEAD as GET without the body, and stops the computation of the body."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -38,7 +38,7 @@ class Head:
 
 
 class Tagged:
-    """ASGI middleware: gives JSON answers a tag of what they hold, and answers 304 to who has the same already."""
+    """ASGI middleware: gives JSON answers a tag of their content, and answers 304 to a client that has the same content."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app

@@ -34,8 +34,8 @@ _log = logging.getLogger("damperlab.edge")
 class Connection(H11Protocol):
     """uvicorn's connection, with an end to everything that a client may do slowly.
 
-    `overdue` is asked about once a second by the server. A head that does not come, or a body that does not, is answered
-    with 408; an answer that nobody reads is given up.
+    The server calls `overdue` about once a second. A head that does not come, or a body that does not, is answered with 408;
+    an answer that nobody reads is given up.
     """
 
     _head_since: float | None = None

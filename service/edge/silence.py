@@ -12,7 +12,7 @@ from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.faults import StoreFault
 
 PATIENCE_SECONDS = 0.5
-"""How long a request goes on before the catalogue is asked whether it answers at all."""
+"""Time after which a pending request leads to a test whether the catalogue answers."""
 SILENCE_SECONDS = 0.4
 """How long the catalogue may take to answer that."""
 
@@ -61,7 +61,7 @@ class Silence:
             raise
 
     async def _answers(self, catalogue: Catalogue) -> bool:
-        """Ask, once for all requests that want to know."""
+        """Test once for all requests that wait."""
         if self._asking is None or self._asking.done():
             self._asking = asyncio.create_task(_ask(catalogue))
         asking = self._asking  # by the time this one has ended another may be asking anew

@@ -1,1 +1,1 @@
-"""Who may ask, from where, and what is remembered of it."""
+"""Access: who may send requests, from where, and the audit log."""

@@ -1,4 +1,4 @@
-"""The audit log: who asked for which change, and how it was answered; one JSON document a line."""
+"""The audit log: owner, request and answer of each change; one JSON document a line."""
 
 import json
 import logging
@@ -26,7 +26,7 @@ class Audit:
         self._path = path
 
     def note(self, **facts: object) -> None:
-        """Add a line. A log that cannot be written is said in the service's own, and stops nobody."""
+        """Add a line. If it cannot be written, the service's log says so, and requests continue."""
         at = datetime.fromtimestamp(time.time(), UTC).isoformat(timespec="milliseconds")
         line = json.dumps({"at": at, **facts}) + "\n"
         try:

@@ -1,4 +1,4 @@
-"""Who asks: as a key, a session or a proxy says."""
+"""The caller, as identified by a key, a session or a proxy."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -23,7 +23,7 @@ PUBLIC_FILES = ("/", "/openapi.json")
 
 @dataclass(frozen=True)
 class Caller:
-    """Somebody who asks.
+    """A caller.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class Caller:
 
 
 ANYBODY = Caller("", SCOPES, "open")
-"""Everybody, where no keys are asked for."""
+"""Any caller, if no keys are required."""
 
 
 def counted_under(scope: Scope) -> str:
@@ -103,7 +103,7 @@ async def _known(request: Request) -> Caller:
 
 
 TheCaller = Annotated[Caller, Depends(_known)]
-"""Who asks, as a parameter of a route that needs a key."""
+"""The caller, as a parameter of a route that needs a key."""
 
 TheCallerOrNobody = Annotated[Caller | None, Depends(_caller)]
 """The same for one that needs none."""

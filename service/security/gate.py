@@ -18,7 +18,7 @@ WITHOUT_A_KEY = "nobody"
 
 
 class Gate:
-    """ASGI middleware: refuses what comes from elsewhere, from nobody, or from somebody who may not.
+    """ASGI middleware: refuses foreign, unidentified and unauthorised requests.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ from damperlab.service.settings import Settings
 from damperlab.studies.store.catalogue.access_keys import AccessKey, AccessKeys
 
 KEPT_SECONDS = 5.0
-"""How long a key that was recognised is believed before the catalogue is asked again: after that a revoked one is nothing."""
+"""Time after which a recognised key is looked up again. After it a revoked key is refused."""
 _KEPT = 1000
 _AT_ONCE = 4
 
@@ -30,7 +30,7 @@ def needs_keys(settings: Settings) -> bool:
 
 
 class Guard:
-    """Who may ask.
+    """The guard of a service.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Guard:
         self._kept: dict[bytes, tuple[Caller, float]] = {}
 
     async def identify(self, headers: Headers, peer: str | None) -> Caller | None:
-        """Say who asks; None for nobody that is known.
+        """Give the caller; None if unknown.
 
         Parameters
         ----------

@@ -31,10 +31,9 @@ class Hosts:
     Parameters
     ----------
     listens_on : str
-        The address that the service listens on. Loopback names are always right. Elsewhere so are the address itself, this
-        machine's name, and any address in digits: only a name can be made to point here by somebody else.
-    names : iterable of str
-        More names; ``.example.org`` stands for every name under it.
+        The address that the service listens on. Loopback names are always right. Beyond loopback they are also the address
+        itself, this machine's name, and any numeric address: others can point only a name here. names : iterable of str More
+        names; ``.example.org`` stands for every name under it.
     """
 
     def __init__(self, listens_on: str, names: Iterable[str] = ()) -> None:

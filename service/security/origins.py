@@ -1,4 +1,4 @@
-"""Requests that a page elsewhere makes a browser send: told by what the browser says of them, and refused."""
+"""Requests that a foreign page makes a browser send: recognised by the browser's headers, and refused."""
 
 from collections.abc import Collection
 

@@ -1,4 +1,4 @@
-"""A reverse proxy in front of the service: which peers are believed, and what they say of who asks."""
+"""A reverse proxy in front of the service: the trusted peers, and the callers that they name."""
 
 import ipaddress
 from collections.abc import Iterable

@@ -47,7 +47,7 @@ def comparison_body(asked: Earthquake, samples: int = 0) -> bytes:
 
 
 def fit_asked(body: bytes) -> tuple[FitQuestion | HistoryQuestion, list[Scene]]:
-    """Read what is asked of a measurement, and say what it needs compiled."""
+    """Read the question to a measurement, and give the scenes that it needs compiled."""
     question = read_fit(load_text(body, "json"))
     if isinstance(question, HistoryQuestion):
         return question, scenes_of_history(question)

@@ -130,7 +130,7 @@ class Kept:
 
 
 def _asked(path: str) -> tuple[str, str] | None:
-    """Read which study is asked, and what; None of what is not answered from a cube."""
+    """Read the study and the question; None if the answer does not come from a cube."""
     *first, study, what = path.split("/")
     return (study, what) if "/".join(first) == STUDIES and study and what in READS else None
 

@@ -14,9 +14,9 @@ Found = TypeVar("Found")
 
 
 class Shared(Generic[Found]):
-    """Looks something up once for all who ask while the look before is under way.
+    """Shares one look-up among all callers that arrive during the one before.
 
-    Nobody is told what was seen before they asked: whoever comes during a look waits for the next one.
+    No caller gets a result from before its call: callers that arrive during a look-up wait for the next one.
 
     Parameters
     ----------

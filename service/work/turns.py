@@ -1,4 +1,4 @@
-"""Turns: whoever has the fewest under way is next, so that nobody who asks for much keeps the others waiting."""
+"""Turns: the owner with the fewest requests under way is next, so no owner with many requests holds up the others."""
 
 from collections import Counter, deque
 from collections.abc import AsyncIterator

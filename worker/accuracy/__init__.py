@@ -1,1 +1,1 @@
-"""How accurate the solver is and how stable: error against run time, extreme cases. Imported only by who asks for it."""
+"""How accurate the solver is and how stable: error against run time, extreme cases. Imported only on demand."""

@@ -1,8 +1,8 @@
 """Steady answers held against plain marches that look for nothing: random design points of the whole cube, and extreme cases.
 
 Each answer is held against a march from the same start in its class, period, amplitude, impacts and, of a periodic one, the
-stability that its multiplier says. Where they differ, the march goes on from the end of the answer's own run: if that stays on
-the answer, the point has several responses, or a transient longer than the run, and a last bit decides which is met.
+stability that its multiplier says. If they differ, the march continues from the end of the answer's own run. If that stays on
+the answer, the point has several responses, or a transient longer than the run, and the last bit decides between them.
 """
 
 from collections import Counter

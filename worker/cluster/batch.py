@@ -17,7 +17,7 @@ COMMAND_SECONDS = 120.0
 MARGIN_SECONDS = 60.0
 """From the start of a job until Python counts a worker's lifetime, with time to spare: a shared folder loads slowly."""
 LEAVE_SECONDS = 25.0
-"""Longest time from being told to leave until a worker is gone."""
+"""Longest time from the request to leave until a worker is gone."""
 IDLE_SECONDS = 300.0
 """How long a worker stays without a block, or without a scheduler, before it gives its core back."""
 SHORTEST_SECONDS = MARGIN_SECONDS + LEAVE_SECONDS + 5.0
@@ -26,7 +26,7 @@ SHORTEST_SECONDS = MARGIN_SECONDS + LEAVE_SECONDS + 5.0
 
 @dataclass(frozen=True)
 class Jobs:
-    """What is asked of a batch system.
+    """Requests to a batch system.
 
     Parameters
     ----------

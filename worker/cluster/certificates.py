@@ -1,4 +1,4 @@
-"""Who may take part in a cluster: a private certificate authority, and where its files are read."""
+"""Membership of a cluster: a private certificate authority and its files."""
 
 import os
 import ssl
@@ -13,7 +13,8 @@ from damperlab.studies.faults import Fault
 from damperlab.worker.outcomes import ClusterUnusable
 
 CA, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"
-"""Files of a folder of certificates: who is believed, and what this one shows; the same on every machine of a cluster."""
+"""Files of a folder of certificates: the trusted authority, and the certificate and key to show; the same on every machine of
+a cluster."""
 VARIABLE = "DAMPERLAB_CLUSTER_TLS"
 """Environment variable that names the folder."""
 ROLES = ("client", "scheduler", "worker")

@@ -22,7 +22,7 @@ from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost
 SCHEDULER_TIMEOUT_SECONDS = 10.0
 """How long a scheduler, and the first of its workers, may take to answer."""
 GOODBYE_TIMEOUT = "1s"
-"""How long a scheduler that has died is asked to end, as Dask writes it."""
+"""Time for the end of a dead scheduler, as Dask writes it."""
 START_TIMEOUT_SECONDS = 120.0
 """How long worker processes of our own may take to start; a loaded machine imports numba slowly."""
 
@@ -97,7 +97,7 @@ def connect(workers: int | None = None, scheduler: str | None = None) -> Iterato
 
 
 def secret() -> Security:
-    """Certificates for one cluster of one run, in memory: who has them not can neither ask it nor join it.
+    """Certificates for the cluster of one run, in memory: without them a process can neither call nor join it.
 
     Returns
     -------
@@ -114,7 +114,8 @@ def secret() -> Security:
 
 
 def dask_setup(worker: object) -> None:
-    """Dask's hook as our own workers start: stand back behind whoever answers, and leave Ctrl-C to the coordinator.
+    """Dask's hook as our own workers start: run at lower priority than the process that answers, and leave Ctrl-C to the
+    coordinator.
 
     Scheduler, coordinator and service need little time, but soon. A terminal sends SIGINT to the whole process group. The
     coordinator then lets running blocks finish; workers that took it too would drop them, each with a traceback.
@@ -160,7 +161,7 @@ def _local(count: int) -> Iterator[Client]:
 
 
 async def _watched(cluster: SpecCluster) -> None:
-    """Wait until every worker's watcher knows that it runs: one that ends before that is never started again."""
+    """Wait until every worker's watcher has noticed it: a worker that ends before that is never restarted."""
     await cluster
 
 

@@ -20,7 +20,7 @@ from damperlab.worker.cluster.scheduler import SchedulerProcess
 from damperlab.worker.outcomes import ClusterUnusable
 
 LOOK_SECONDS = 2.0
-"""Between two looks at who has come and gone."""
+"""Time between two looks at arrived and departed workers."""
 AGAIN_SECONDS = 10.0
 """Between two submissions: jobs that end as soon as they begin shall not flood a batch system."""
 
@@ -30,8 +30,8 @@ _log = logging.getLogger(__name__)
 class Hired:
     """The jobs of one cluster.
 
-    A job waits, works or is over; that it is over is seen by its worker, which came and has gone. So no batch system
-    is asked again and again what becomes of its queue.
+    A job waits, works or is over; that it is over is seen by its worker, which came and has gone. So the queue of the batch
+    system is not queried too often.
 
     Parameters
     ----------

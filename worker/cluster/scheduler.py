@@ -1,7 +1,7 @@
-"""The scheduler of a cluster of our own, in a process of its own that knows no database and no store.
+"""The scheduler of our own cluster, in a process without addresses or keys of database and store.
 
-Whoever reaches a Dask scheduler can run anything in its process. So this one holds nothing but the names of blocks, and it
-answers only those who show the certificate of this one run.
+A client of a Dask scheduler can run any code in its process. So this process holds only names of blocks, and accepts only the
+certificate of this run.
 """
 
 import asyncio
@@ -29,7 +29,7 @@ _KEPT = (
     "LD_LIBRARY_PATH",
     "DAMPERLAB_CACHE_DIR",
 )
-"""What the process is told of the environment: no address of a database, no key of a store."""
+"""The environment of the process: no address of a database, no key of a store."""
 _TLS = ("tls_ca_file", "tls_scheduler_cert", "tls_scheduler_key")
 
 

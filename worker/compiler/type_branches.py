@@ -23,7 +23,7 @@ class FoldTypeTests(FunctionPass):  # type: ignore[misc]
         super().__init__()
 
     def run_pass(self, state: Any) -> bool:
-        """Put the answers into the code that `state` holds; whether there were any is not told."""
+        """Put the answers into the code of `state`. Their number is not returned."""
         code = state.func_ir
         for block in code.blocks.values():
             for statement in block.find_insts(ir.Assign):

@@ -1,4 +1,5 @@
-"""Parameters of a prototype estimated from its measured response: weighted least squares that knows the model's own errors.
+"""Parameters of a prototype estimated from its measured response: weighted least squares that includes the model's own
+errors.
 
 A coarse set of points that fill the ranges is computed first. The best of them are followed, each within a region that
 narrows. In the end the responses within about three standard deviations of the best are polynomials of the parameters (see

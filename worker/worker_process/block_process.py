@@ -1,6 +1,6 @@
 """A block computed in a process of its own, so that what it does to that process is seen and hurts nobody else.
 
-A worker that is gone may have been killed by its block, or with its machine, or told to leave: from outside all three look
+A lost worker may have been killed by its block, switched off with its machine, or asked to leave: from outside all three look
 alike. A process that ends by a signal while its parent lives on was ended by what it computed, or by the system for the
 memory that it took.
 """
@@ -18,7 +18,7 @@ import cloudpickle
 from damperlab.worker.outcomes import Crashed, Leaving
 
 _TO_ALL = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-"""What whoever ends a worker sends to all of its processes."""
+"""The signal that ends all processes of a worker."""
 
 
 def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
@@ -41,9 +41,7 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
     Crashed
         The process ended in the middle of the call.
     Leaving
-        It was told to end from outside.
-    Exception
-        What the function raised.
+        It was asked to end from outside. Exception What the function raised.
     """
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     process = subprocess.Popen(

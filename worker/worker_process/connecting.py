@@ -16,7 +16,7 @@ from damperlab.worker.cluster.certificates import refusal
 ASK_AGAIN_SECONDS = 1.0
 """Between two looks for a way to the scheduler."""
 REFUSED_AGAIN_SECONDS = 5.0
-"""Until a scheduler that did not let a worker in is asked again: its certificates may have been renewed, or the worker's."""
+"""Time until a worker tries again after a scheduler refused it: certificates of either may have been renewed."""
 
 
 async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: float) -> str | None:

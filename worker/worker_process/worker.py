@@ -1,4 +1,4 @@
-"""A worker process that knows how to leave: it takes no more blocks, ends or gives back what it runs, and is gone."""
+"""A worker process that leaves in order: it takes no more blocks, completes or returns its block, and exits."""
 
 import asyncio
 import math
@@ -59,7 +59,7 @@ class Terms:
 
 
 async def work(scheduler: str, security: Security, terms: Terms, memory_limit: str, name: str | None) -> int:
-    """Work for a scheduler until told to leave; one that is lost is waited for, and gone on with.
+    """Work for a scheduler until asked to leave. If the scheduler is lost, wait for it and continue.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ async def _connected(
     memory_limit: str,
     name: str | None,
 ) -> Worker | None:
-    """Give a worker that its scheduler knows; None where that is given up."""
+    """Give a worker that its scheduler has accepted; None if that fails."""
     gives_up_at = time.monotonic() + limit_seconds
     while (left := gives_up_at - time.monotonic()) > 0.0:
         host = await own_host(scheduler, told, left)
@@ -249,7 +249,7 @@ def announced(url: str) -> bool:
 def serve_worker(
     scheduler: str, security: Security, terms: Terms, memory_limit: str = "auto", name: str | None = None
 ) -> None:
-    """Be a worker until told to leave, then end the process; see `work`."""
+    """Work until asked to leave, then end the process; see `work`."""
     os.environ.update(ONE_THREAD)
     settings = {"distributed.worker.profile.enabled": False, "distributed.comm.timeouts.connect": "10s"}
     with dask.config.set(settings):
