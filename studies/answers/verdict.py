@@ -251,7 +251,7 @@ class _Known:
             only = kinds["one_frequency"]
             at = f"at {phrases.equal(FREQUENCY, only.values[FREQUENCY], '.4g')}"
             rows = [("least", self._value(self.lead, phrases), self._design(self.lead, phrases, True))]
-            rows += self._idle_row(phrases)
+            rows += self._idle_row(phrases) + self._acceleration()
             rows = [
                 (f"{name} {at}" if n == 0 else name, value, what)
                 for n, (name, value, what) in enumerate(rows)
@@ -316,15 +316,16 @@ class _Known:
             rows.append(("tuned mass damper", phrases.value(METRIC, self.tuned, ".3g"), mass))
         if not math.isnan(self.bare):
             rows.append(("without damper", phrases.value(METRIC, self.bare, ".3g"), ""))
-        if math.isfinite(self.acceleration_g) and damper != "tuned_mass_damper":
-            rows.append(("acceleration", f"{self.acceleration_g:.2g} g", self._assumed()))
-        return rows
+        return rows + (self._acceleration() if damper != "tuned_mass_damper" else [])
 
-    def _assumed(self) -> str:
-        """Say whose acceleration it is, and what is assumed where the study knows of no friction of the particle."""
+    def _acceleration(self) -> list[tuple[str, str, str]]:
+        """Say how hard the structure is shaken, and what is assumed if the study has no friction of the particle."""
+        if not math.isfinite(self.acceleration_g):
+            return []
         assumed = self.lead["impact_share"] > 0 and not any(name in self.cube.coords for name in BEFORE)
         said = "; its particle is taken as frictionless: `damperlab refine` tells how much it bears"
-        return f"largest of the structure{said if assumed else ''}"
+        what = f"largest of the structure{said if assumed else ''}"
+        return [("acceleration", f"{self.acceleration_g:.2g} g", what)]
 
     def _idle_row(self, phrases: Phrases) -> list[tuple[str, str, str]]:
         if self.lead is self.best:

@@ -281,6 +281,8 @@ def test_the_largest_acceleration_is_told_in_g_where_a_closed_form_tells_it(defi
         assert answer.attrs["acceleration_g"] == pytest.approx(1.8 * (10 * np.pi) ** 2 * 0.002 / 9.80665)
         of_part = optimal_designs(cube, Judging(band=(1.0, 1.1)))
         assert of_part.attrs["acceleration_g"] < answer.attrs["acceleration_g"]
+        alone = optimal_designs(cube.isel(frequency_ratio=[0]))
+        assert "acceleration" in {row[0] for row in alone.attrs["brief"]["rows"]}
         cube["acceleration_ratio"] = 3.0 * xr.ones_like(cube["amplitude_ratio"])
         measured = optimal_designs(cube).attrs["acceleration_g"]
         assert measured == pytest.approx(3.0 * (10 * np.pi) ** 2 * 0.002 / 9.80665)
