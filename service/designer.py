@@ -12,8 +12,6 @@ from damperlab.service.design_run import TRY_AGAIN, run_design
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.settings import Settings
 from damperlab.studies.design.kept import Kept
-from damperlab.studies.design.shelf import DesignBusy
-from damperlab.studies.faults import Fault
 from damperlab.studies.store.faults import StoreFault, StudyNotFound
 from damperlab.studies.store.provenance import DESIGNS
 from damperlab.studies.store.store import Store
@@ -100,20 +98,6 @@ class Designer:
             self.wake()
         return self.shelf.get(kept.id)
 
-    def delete(self, kept: Kept) -> None:
-        """Remove a design that has ended, with its answer; its studies stay.
-
-        Raises
-        ------
-        DesignBusy
-            If it has not ended.
-        """
-        if not kept.ended:
-            found = f"{kept.id}, which is {kept.state}"
-            told = f"Design {kept.id} is {kept.state}, so it is not possible to delete it now."
-            raise DesignBusy(Fault("design", found, "a design that has ended", "cancel it first", told))
-        self.shelf.remove(kept.id)
-
     def close(self) -> None:
         """Stop searching; what is not done goes on at the next start."""
         self.background.close()
@@ -129,6 +113,7 @@ class Designer:
             run.thread.join(STOP_SECONDS)
 
     def _start_runs(self) -> None:
+        self.shelf.bury()
         for kept in self.shelf.waiting():
             with self._lock:
                 if self.background.closing or len(self._runs) >= self._settings.designs_at_once:

@@ -1,9 +1,11 @@
 """What people say of a study beside its definition: another name, tags to find it by, and a note."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from damperlab.studies.brief import listed
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.faults import Fault, StudyFaults, describe
 
@@ -11,6 +13,8 @@ MOST_TAGS = 20
 MOST_NOTE = 4000
 """Characters of a note."""
 TAG = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
+KNOWN = ("tags", "note", "name")
+"""What may be said of a study; a design has a name alone."""
 TAG_WORDS = "up to 40 lower-case letters a to z, digits and hyphens, the first no hyphen"
 
 
@@ -33,32 +37,33 @@ class Remarks:
     name: str | None = None
 
 
-def read_remarks(document: object) -> Remarks:
-    """Check what somebody says of a study.
+def read_remarks(document: object, known: Sequence[str] = KNOWN) -> Remarks:
+    """Check what somebody says of a study or a design.
 
     Parameters
     ----------
     document : object
         ``tags``, a list of texts, and ``note`` and ``name``, a text each; each may be left out.
+    known : sequence of str
+        Those that may be given.
 
     Raises
     ------
     StudyFaults
         With every fault.
     """
+    names = listed(known)
     if not isinstance(document, dict):
-        told = "The remarks must be a mapping with `tags`, `note` or `name`."
-        advice = 'write {"tags": ["rig-2"], "note": "…"}'
-        raise StudyFaults(
-            [Fault("remarks", describe(document), "a mapping of tags, note and name", advice, told)]
-        )
+        told = f"The remarks must be a mapping of {names}."
+        advice = f'write {{"{known[-1]}": "…"}}'
+        raise StudyFaults([Fault("remarks", describe(document), f"a mapping of {names}", advice, told)])
     faults = [
-        Fault(str(name), describe(value), "tags, note and name", "remove it", "{field} is not a known key.")
+        Fault(str(name), describe(value), names, "remove it", "{field} is not a known key.")
         for name, value in document.items()
-        if name not in ("tags", "note", "name")
+        if name not in known
     ]
     if not document:
-        faults.append(Fault("remarks", "nothing", "tags, note or name", "add what is to be kept"))
+        faults.append(Fault("remarks", "nothing", names, "add what is to be kept"))
     tags, note, called = document.get("tags"), document.get("note"), document.get("name")
     faults += [] if tags is None else _faults_of_tags(tags)
     faults += [] if note is None else _faults_of_text("note", note, MOST_NOTE, "\n\t")

@@ -96,7 +96,7 @@ def report(error: Exception, as_json: bool) -> int:
     elif isinstance(fault := getattr(error, "fault", None), Fault):
         # Store and cluster raise errors of their own that carry the one fault.
         kind, faults = _kebab(type(error).__name__), (fault,)
-        status = BAD_USAGE if kind in ("study-not-found", "query-fault") else FAILED
+        status = BAD_USAGE if kind in ("study-not-found", "design-not-found", "query-fault") else FAILED
     elif isinstance(error, OSError):
         kind, text = "system", _of_system(error)
     else:

@@ -10,6 +10,7 @@ import typer
 from damperlab.service.cli.accuracy import accuracy
 from damperlab.service.cli.asked import Command
 from damperlab.service.cli.design import design
+from damperlab.service.cli.designs import designs
 from damperlab.service.cli.doctor import doctor
 from damperlab.service.cli.earthquake import earthquake, records
 from damperlab.service.cli.export import export
@@ -102,6 +103,7 @@ for group, panel, commands in GROUPS:
     for command in commands:
         group.command(command.__name__, rich_help_panel=panel)(command)
 check.command("paper")(reproduce)
+app.add_typer(designs, name="designs", rich_help_panel="More")
 admin.add_typer(keys, name="keys")
 for name, group in (("store", store), ("admin", admin), ("check", check)):
     app.add_typer(group, name=name, rich_help_panel="Operate")

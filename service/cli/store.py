@@ -12,6 +12,7 @@ from damperlab.studies.field import option_of
 
 if TYPE_CHECKING:
     from damperlab.service.settings import Settings
+    from damperlab.studies.design.kept import Kept
     from damperlab.studies.store.record import Record
     from damperlab.studies.store.store import Store
 
@@ -101,6 +102,6 @@ def has_store(data_dir: Path | None) -> bool:
     return settings.catalogue is not None or (settings.data_dir / SQLITE_FILE).is_file()
 
 
-def label(record: "Record") -> str:
-    """Name a study in a sentence: its free text, which may be empty, and its id."""
-    return f"{record.name} ({record.id})" if record.name else record.id
+def label(kept: "Record | Kept") -> str:
+    """Name a study or a design in a sentence: its free text, which may be empty, and its id."""
+    return f"{kept.name} ({kept.id})" if kept.name else kept.id

@@ -215,12 +215,28 @@ class Design:
         self._ask("POST", "/resume")
         return self
 
-    def delete(self) -> None:
-        """Delete the design and its answer; one that has not ended has to be cancelled first. Its studies stay."""
-        self._ask("DELETE")
+    def rename(self, name: str) -> "Design":
+        """Call the design something else; its specification keeps its own name."""
+        self.name = str(self._ask("PATCH", json={"name": name})["name"])
+        return self
 
-    def _ask(self, method: str, what: str = "") -> Any:
-        return self._transport.ask(method, f"/designs/{self.id}{what}")
+    def delete(self, trash: bool = False) -> None:
+        """Delete the design and its answer; one that has not ended has to be cancelled first. Its studies stay.
+
+        Parameters
+        ----------
+        trash : bool
+            Whether `undelete` may restore it for a week.
+        """
+        self._ask("DELETE", params={"trash": True} if trash else None)
+
+    def undelete(self) -> "Design":
+        """Restore the design from the trash."""
+        self._ask("POST", "/undelete")
+        return self
+
+    def _ask(self, method: str, what: str = "", **more: Any) -> Any:
+        return self._transport.ask(method, f"/designs/{self.id}{what}", **more)
 
 
 def ask_for(transport: Transport, specification: "Specification") -> Design:

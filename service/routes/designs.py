@@ -1,10 +1,10 @@
-"""Designs: asked for by a specification, listed, looked at, cancelled, resumed, deleted; their reports."""
+"""Designs: asked for by a specification, listed, looked at, cancelled, resumed, deleted, restored; their reports."""
 
 from contextlib import suppress
 from typing import Annotated, Any
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Path, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
@@ -15,11 +15,13 @@ from damperlab.service.documents import Document
 from damperlab.service.examples import SPECIFICATION_BODY
 from damperlab.service.problems import Problem, documented
 from damperlab.service.routes.report import DOCUMENT, ReportQuery, document, stem
+from damperlab.service.security.caller import TheCaller, require_owner
 from damperlab.service.state import Service, TheDesign, TheExactDesign, TheService
 from damperlab.service.work.functions import specified
 from damperlab.studies.design.kept import Kept
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.faults import StudyNotFound
+from damperlab.studies.store.record import TRASH_DAYS
 from damperlab.studies.text import Format
 from damperlab.studies.vocabulary import State
 
@@ -50,6 +52,19 @@ class DesignsQuery(BaseModel):
     )
     state: State | None = None
     name: str | None = Field(None, max_length=200, description="Only designs whose name contains this text.")
+    trash: bool = Field(False, description="List those instead that were deleted and can be restored.")
+
+
+class DeleteQuery(BaseModel):
+    """Parameters of a deletion."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    trash: bool = Field(
+        False,
+        description=f"Keep it for {TRASH_DAYS} days, in which POST /designs/{{design_id}}/undelete restores it; until then "
+        "it counts for quotas.",
+    )
 
 
 @router.post(
@@ -84,7 +99,7 @@ async def ask(request: Request, service: TheService, query: Annotated[AskQuery, 
 def _keep(service: Service, asked: Specification, budget: int) -> Document:
     kept, new = service.designer.shelf.put(asked, budget)
     service.designer.wake()
-    return Document(_shown(service, kept), 201 if new else 200, {"Location": f"{router.prefix}/{kept.id}"})
+    return Document(shown(service, kept), 201 if new else 200, {"Location": f"{router.prefix}/{kept.id}"})
 
 
 @router.get(
@@ -97,7 +112,7 @@ def list_designs(service: TheService, query: Annotated[DesignsQuery, Query()]) -
     """List designs without their specifications and answers; ask for one design to see its own."""
     fitting = [
         each
-        for each in service.designer.shelf.every()
+        for each in service.designer.shelf.every(query.trash)
         if (query.cursor is None or each.place < query.cursor)
         and query.state in (None, each.state)
         and (query.name or "").lower() in each.name.lower()
@@ -118,7 +133,7 @@ def list_designs(service: TheService, query: Annotated[DesignsQuery, Query()]) -
 )
 def show(service: TheService, design: TheDesign) -> Document:
     """Say what is known so far and what is left; once it is done, `answer` is what `damperlab design --json` prints."""
-    return Document(_shown(service, design))
+    return Document(shown(service, design))
 
 
 @router.get(
@@ -150,7 +165,7 @@ def cancel(service: TheService, design: TheExactDesign) -> Document:
     kept = service.designer.cancel(design)
     if kept.state != "cancelled":
         raise Problem(409, "design-ended", f"The design is {kept.state}: there is nothing left to cancel.")
-    return Document(_shown(service, kept))
+    return Document(shown(service, kept))
 
 
 @router.post(
@@ -164,7 +179,7 @@ def resume(service: TheService, design: TheExactDesign) -> Document:
     kept = service.designer.resume(design)
     if kept.state == "done":
         raise Problem(409, "design-ended", "The design is done: there is nothing left to compute.")
-    return Document(_shown(service, kept))
+    return Document(shown(service, kept))
 
 
 @router.delete(
@@ -173,13 +188,31 @@ def resume(service: TheService, design: TheExactDesign) -> Document:
     responses=documented(404, 409, 503),
     summary="Delete a design and its answer",
 )
-def delete(service: TheService, design: TheExactDesign) -> Response:
+def delete(service: TheService, design: TheExactDesign, query: Annotated[DeleteQuery, Query()]) -> Response:
     """Delete a design that has ended; the studies that it asked for stay."""
-    service.designer.delete(design)
+    service.designer.shelf.delete(design, query.trash)
     return Response(status_code=204)
 
 
-def _shown(service: Service, kept: Kept) -> dict[str, Any]:
+@router.post(
+    "/{design_id}/undelete",
+    response_class=Document,
+    responses={200: gives("Design"), **documented(404, 503)},
+    summary="Restore a design from the trash",
+)
+def undelete(
+    service: TheService,
+    caller: TheCaller,
+    design_id: Annotated[str, Path(max_length=200, description="A design's whole id.")],
+) -> Document:
+    """Restore a design that was deleted with `trash`, with its answer."""
+    shelf = service.designer.shelf
+    require_owner(caller, shelf.trashed(design_id).owner, "design")
+    return Document(shown(service, shelf.undelete(design_id)))
+
+
+def shown(service: Service, kept: Kept) -> dict[str, Any]:
+    """Give a design with its answer, and how far the studies are that it waits for."""
     done = points = 0
     waited_for = () if kept.round is None or kept.ended else kept.round.studies
     for study_id in waited_for:

@@ -1,4 +1,7 @@
-"""Tags, notes and other names of studies."""
+"""Tags, notes and other names of studies and designs."""
+
+from collections.abc import Sequence
+from typing import Any
 
 from anyio.to_thread import run_sync
 from fastapi import APIRouter
@@ -8,55 +11,87 @@ from damperlab.service.answer_schemas import gives
 from damperlab.service.body import JSON_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.problems import documented
-from damperlab.service.state import TheExactStudy, TheService
+from damperlab.service.routes.designs import router as designs
+from damperlab.service.routes.designs import shown
+from damperlab.service.state import Service, TheExactDesign, TheExactStudy, TheService
 from damperlab.studies.definition import MAX_NAME
-from damperlab.studies.remarks import MOST_NOTE, MOST_TAGS, TAG, read_remarks
+from damperlab.studies.remarks import KNOWN, MOST_NOTE, MOST_TAGS, TAG, Remarks, read_remarks
 from damperlab.studies.text import load_text
 
-router = APIRouter(prefix="/api/v1/studies", tags=["studies"])
+router = APIRouter()
 
 _TAGS = {"type": "array", "maxItems": MOST_TAGS, "items": {"type": "string", "pattern": f"^{TAG.pattern}$"}}
-_BODY = {
-    "required": True,
-    "content": {
-        "application/json": {
-            "schema": {
-                "type": "object",
-                "additionalProperties": False,
-                "minProperties": 1,
-                "properties": {
-                    "tags": _TAGS | {"description": "All tags from now on; the list may be empty."},
-                    "note": {"type": "string", "maxLength": MOST_NOTE, "description": "Empty for none."},
-                    "name": {
-                        "type": "string",
-                        "maxLength": MAX_NAME,
-                        "description": "What it is called from now on; its definition stays as it is.",
-                    },
-                },
-            },
-            "examples": {
-                "both": {
-                    "summary": "Tags and a note",
-                    "value": {"tags": ["rig-2", "steel"], "note": "Measured on the shaker in May."},
-                },
-                "none": {"summary": "No tag any more, the note as it is", "value": {"tags": []}},
-            },
-        }
+_PROPERTIES: dict[str, dict[str, Any]] = {
+    "tags": _TAGS | {"description": "All tags from now on; the list may be empty."},
+    "note": {"type": "string", "maxLength": MOST_NOTE, "description": "Empty for none."},
+    "name": {
+        "type": "string",
+        "maxLength": MAX_NAME,
+        "description": "What it is called from now on; its definition stays as it is.",
     },
 }
+_EXAMPLES = {
+    "both": {
+        "summary": "Tags and a note",
+        "value": {"tags": ["rig-2", "steel"], "note": "Measured on the shaker in May."},
+    },
+    "none": {"summary": "No tag any more, the note as it is", "value": {"tags": []}},
+}
+_NAME_ALONE = ("name",)
+
+
+def _body(known: Sequence[str], examples: dict[str, Any]) -> dict[str, Any]:
+    schema = {
+        "type": "object",
+        "additionalProperties": False,
+        "minProperties": 1,
+        "properties": {name: _PROPERTIES[name] for name in known},
+    }
+    return {
+        "requestBody": {
+            "required": True,
+            "content": {"application/json": {"schema": schema, "examples": examples}},
+        }
+    }
+
+
+async def _read(request: Request, service: Service, known: Sequence[str]) -> Remarks:
+    media_type(request, JSON_TYPES)
+    body = await read_body(request, service.settings.body_limit_bytes)
+    return read_remarks(load_text(body, "json"), known)
 
 
 @router.patch(
-    "/{study_id}",
+    "/api/v1/studies/{study_id}",
     response_class=Document,
     responses={200: gives("Record"), **documented(404, 413, 415, 422, 503)},
-    openapi_extra={"requestBody": _BODY},
+    openapi_extra=_body(KNOWN, _EXAMPLES),
     summary="Tag a study, write a note to it, or call it something else",
+    tags=["studies"],
 )
 async def remark(request: Request, service: TheService, study: TheExactStudy) -> Document:
     """Keep tags, a note and another name with a study. They are no part of what it asks, and change nothing computed."""
-    media_type(request, JSON_TYPES)
-    body = await read_body(request, service.settings.body_limit_bytes)
-    remarks = read_remarks(load_text(body, "json"))
+    remarks = await _read(request, service, KNOWN)
     record = await run_sync(service.dispatcher.remark, study.id, remarks)
     return Document(record.document())
+
+
+@router.patch(
+    f"{designs.prefix}/{{design_id}}",
+    response_class=Document,
+    responses={200: gives("Design"), **documented(404, 413, 415, 422, 503)},
+    openapi_extra=_body(
+        _NAME_ALONE, {"name": {"summary": "Another name", "value": {"name": "pump, second draft"}}}
+    ),
+    summary="Call a design something else",
+    tags=["designs"],
+)
+async def rename(request: Request, service: TheService, design: TheExactDesign) -> Document:
+    """Keep another name with a design; the specification keeps its own."""
+    remarks = await _read(request, service, _NAME_ALONE)
+    return await run_sync(_rename, service, design.id, remarks.name or "")
+
+
+def _rename(service: Service, design_id: str, name: str) -> Document:
+    service.designer.shelf.rename(design_id, name)
+    return Document(shown(service, service.designer.shelf.get(design_id)))

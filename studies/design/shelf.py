@@ -2,10 +2,12 @@
 
 A file is written whole or not at all, and none is ever changed by two sides: the request is written once, the round by who
 searches, the end by who ends it first. So a process that is killed at any moment leaves a design that can be gone on with.
+Another name and a place in the trash are files beside them.
 """
 
 import json
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict
@@ -13,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from damperlab.studies.design.kept import Kept, Round, now
-from damperlab.studies.faults import Fault, StudyFaults, describe
+from damperlab.studies.faults import Fault, StudyFaults, describe, printable
 from damperlab.studies.specification.reading import parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.catalogue.rows import FIRST_DIGITS
@@ -22,13 +24,15 @@ from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.sealed import PLACEHOLDER, require_seal, seal
 from damperlab.studies.store.kept_quota import USUAL, KeptQuota
 from damperlab.studies.store.provenance import SUBMITTED_BY, signed
+from damperlab.studies.store.record import TRASH_DAYS, utc
 from damperlab.studies.vocabulary import State
 
 DESIGNS = "designs"
 """The folder of the designs, in the data directory."""
 ID_DIGITS = 12
 REQUEST, ROUND, ANSWER, REPORT, END = "request.json", "round.json", "answer.json", "report.html", "end.json"
-
+NAME, TRASH = "name.json", "trash.json"
+WHERE = "`damperlab designs list` or GET /api/v1/designs lists them"
 
 _putting = threading.Lock()
 """Held from counting to writing, so that designs that come at the same time are counted too."""
@@ -50,7 +54,7 @@ class Shelf:
         self._quota = quota
 
     def put(self, asked: Specification, budget: int) -> tuple[Kept, bool]:
-        """Keep what is asked; the same specification is one design.
+        """Keep what is asked; the same specification is one design. One in the trash is asked for anew.
 
         Returns
         -------
@@ -72,18 +76,34 @@ class Shelf:
         ids = self.ids()
         if design_id in ids:
             return self.get(design_id), False
-        full = self._quota.reached("design", [self._owner(each) for each in ids])
+        others = (ids | self._in_trash()) - {design_id}
+        full = self._quota.reached("design", [self._owner(each) for each in others])
         if full is not None:
             raise DesignsFull(full)
+        self.remove(design_id)  # from the trash, or what a deletion left that was cut short
         folder = self._folder.at(design_id)
-        folder.clear()  # what a deletion left that was cut short
         request = {"specification": asked.document, "budget_points": budget, "created": now()}
         folder.fill({REQUEST: _sealed(signed(request))})
         return self.get(design_id), True
 
     def ids(self) -> set[str]:
-        """Give the ids of all designs."""
+        """Give the ids of all designs, without those in the trash."""
+        return {name for name in self._requested() if not self._has(name, TRASH)}
+
+    def _requested(self) -> set[str]:
         return {name for name in self._folder.shelves() if self._has(name, REQUEST)}
+
+    def _in_trash(self) -> set[str]:
+        """Give the ids of the designs that can be restored."""
+        return {name for name in self._requested() if (self._trashed_until(name) or 0.0) > time.time()}
+
+    def _trashed_until(self, design_id: str) -> float | None:
+        """Say until when a deleted design can be restored, in seconds since 1970; None where it is not deleted."""
+        try:
+            put_away_ns, _ = self._folder.at(design_id).stamp(TRASH)
+        except FileNotFoundError:
+            return None
+        return 1e-9 * put_away_ns + 86_400.0 * TRASH_DAYS
 
     def find(self, reference: str) -> Kept:
         """Find a design by its id, its name, or the first digits of its id, in this order.
@@ -101,12 +121,14 @@ class Shelf:
         if len(found) == 1:
             return self.get(found.pop())
         many = f"{describe(reference)}, which stands for {len(found)} designs"
+        if reference in self._in_trash():
+            return self.get(reference)  # which says so
         raise DesignNotFound(
             Fault(
                 "design",
                 many if found else describe(reference),
                 "the id of one design",
-                "GET /api/v1/designs lists them",
+                WHERE,
             )
         )
 
@@ -116,13 +138,25 @@ class Shelf:
         Raises
         ------
         DesignNotFound
-            Where there is none; `DesignDamaged` where its files are not what was written.
+            Where there is none, or it is in the trash; `DesignDamaged` where its files are not what was written.
         """
+        until = self._trashed_until(design_id)
+        if until is None:
+            return self._kept(design_id)
+        if until <= time.time():
+            raise _unknown(design_id)
+        when = f"in the trash until {utc(until):%Y-%m-%d %H:%M:%S} UTC"
+        advice = f"restore it with `damperlab designs undelete {design_id}`"
+        told = f"Design {design_id} is {when}."
+        raise DesignNotFound(
+            Fault("design", f"{design_id}, {when}", "a design that is not deleted", advice, told)
+        )
+
+    def _kept(self, design_id: str) -> Kept:
         try:
             request = self._read(design_id, REQUEST)
         except FileNotFoundError:
-            allowed, advice = "the whole id of a design", "GET /api/v1/designs lists them"
-            raise DesignNotFound(Fault("design", describe(design_id), allowed, advice)) from None
+            raise _unknown(design_id) from None
         try:
             end: Mapping[str, Any] = self._read(design_id, END)
         except FileNotFoundError:
@@ -137,7 +171,7 @@ class Shelf:
             digest, name = design_id, str(request["specification"].get("name", ""))
         return Kept(
             id=design_id,
-            name=name,
+            name=self._renamed(design_id, name),
             digest=digest,
             state=state,
             specification=request["specification"],
@@ -149,12 +183,12 @@ class Shelf:
             round=at,
         )
 
-    def every(self) -> list[Kept]:
-        """Give all designs whose files are sound, the newest first."""
+    def every(self, trash: bool = False) -> list[Kept]:
+        """Give all designs whose files are sound, the newest first; with `trash` those instead that can be restored."""
         found = []
-        for design_id in self.ids():
+        for design_id in self._in_trash() if trash else self.ids():
             try:
-                found.append(self.get(design_id))
+                found.append(self._kept(design_id))
             except DesignNotFound:
                 continue  # deleted meanwhile; what is damaged is told by `damaged`
         return sorted(found, key=lambda each: each.place, reverse=True)
@@ -241,6 +275,63 @@ class Shelf:
         except FileNotFoundError:
             raise damaged(design_id, f"{REPORT} is lost") from None
 
+    def rename(self, design_id: str, name: str) -> None:
+        """Call a design something else; its specification stays as it is."""
+        self._folder.at(design_id).put(NAME, _sealed({"name": name}))
+
+    def delete(self, kept: Kept, trash: bool = False) -> None:
+        """Remove a design that has ended, with its answer; its studies stay.
+
+        Parameters
+        ----------
+        kept : Kept
+            The design.
+        trash : bool
+            Whether it stays in the trash for `TRASH_DAYS`, from where `undelete` restores it.
+
+        Raises
+        ------
+        DesignBusy
+            If it has not ended.
+        """
+        if not kept.ended:
+            found = f"{kept.id}, which is {kept.state}"
+            told = f"Design {kept.id} is {kept.state}, so it is not possible to delete it now."
+            raise DesignBusy(Fault("design", found, "a design that has ended", "cancel it first", told))
+        if trash:
+            self._folder.at(kept.id).put(TRASH, b"")  # its age says how long it has been there
+        else:
+            self.remove(kept.id)
+
+    def trashed(self, design_id: str) -> Kept:
+        """Give a deleted design that can be restored, by its whole id; raise `DesignNotFound` where there is none."""
+        if design_id in self._in_trash():
+            return self._kept(design_id)
+        allowed, advice = (
+            "the whole id of a design in the trash",
+            "`damperlab designs list --trash` lists them",
+        )
+        told = f"Design {printable(design_id)} is not in the trash."
+        raise DesignNotFound(Fault("design", describe(design_id), allowed, advice, told))
+
+    def undelete(self, design_id: str) -> Kept:
+        """Restore a design from the trash, as it was.
+
+        Raises
+        ------
+        DesignNotFound
+            If it is not there.
+        """
+        kept = self.trashed(design_id)
+        self._folder.at(design_id).remove(TRASH)
+        return kept
+
+    def bury(self) -> None:
+        """Remove the designs whose time in the trash is over."""
+        with _putting:  # what is asked for anew meanwhile stays
+            for design_id in self._requested() - self.ids() - self._in_trash():
+                self.remove(design_id)
+
     def remove(self, design_id: str) -> None:
         """Remove a design; its studies stay."""
         folder = self._folder.at(design_id)
@@ -252,7 +343,7 @@ class Shelf:
         """Give the files of a design as they are; one that ends meanwhile is given as it was before or after."""
         folder, found = self._folder.at(design_id), {}
         # the end first: what it stands for is there before it
-        for name in (END, ANSWER, REPORT, ROUND, REQUEST):
+        for name in (END, ANSWER, REPORT, ROUND, NAME, TRASH, REQUEST):
             with suppress(FileNotFoundError):
                 found[name] = folder.get(name)
         return found
@@ -275,6 +366,13 @@ class Shelf:
             owner: str | None = self._read(design_id, REQUEST).get(SUBMITTED_BY)
             return owner
         return None
+
+    def _renamed(self, design_id: str, name: str) -> str:
+        """Give the name that somebody gave a design later, or the one that it was asked for with."""
+        try:
+            return str(self._read(design_id, NAME)["name"])
+        except FileNotFoundError:
+            return name
 
     def _round(self, design_id: str) -> Round | None:
         try:
@@ -315,6 +413,10 @@ class DesignBusy(StoreFault):
 
 class DesignsFull(StoreFault):
     """No more designs can be kept."""
+
+
+def _unknown(design_id: str) -> DesignNotFound:
+    return DesignNotFound(Fault("design", describe(design_id), "the whole id of a design", WHERE))
 
 
 def damaged(design_id: str, why: str) -> DesignDamaged:

@@ -14,6 +14,7 @@ from tests.service.cli.commands import run
 from tests.service.contract import document_now
 from tests.service.test_contract import check
 
+from damperlab import Client
 from damperlab.studies.design.shelf import Shelf
 from damperlab.studies.store.store import Store
 
@@ -119,6 +120,27 @@ def test_designs_are_listed_page_by_page(client: httpx.Client, helpers: Any, des
         other["id"]
     ]
     client.delete(f"{DESIGNS}/{other['id']}").raise_for_status()
+
+
+def test_a_design_is_renamed_put_into_the_trash_and_restored(
+    client: httpx.Client, service: Any, design: dict[str, Any]
+) -> None:
+    document, one = document_now(), f"{DESIGNS}/{design['id']}"
+    renamed = client.patch(one, json={"name": "second draft"})
+    check(document, "patch", f"{DESIGNS}/{{design_id}}", renamed)
+    assert renamed.json() == design | {"name": "second draft"}
+    refused = client.patch(one, json={"tags": ["steel"]})
+    assert (refused.status_code, refused.json()["errors"][0]["allowed"]) == (422, "name")
+    with Client(service.url) as python:
+        (same,) = python.designs(name="second draft")
+        same.rename(design["name"]).delete(trash=True)
+        assert "in the trash" in client.get(one).json()["errors"][0]["message"]
+        assert [each["id"] for each in client.get(DESIGNS, params={"trash": True}).json()["designs"]] == [
+            design["id"]
+        ]
+        assert same.undelete().record == design
+    again = client.post(f"{one}/undelete")
+    assert (again.status_code, again.json()["type"]) == (404, "urn:damperlab:problem:design-not-found")
 
 
 @pytest.mark.night

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from sqlalchemy import func, select, update
 
+from damperlab.studies.design.shelf import Shelf as Designs
 from damperlab.studies.store.catalogue.home import holds_results, parse_cube_name
 from damperlab.studies.store.catalogue.rows import ALIVE, NEVER_ENTERED, pieces, study_row
 from damperlab.studies.store.catalogue.rowsum import is_sound
@@ -138,6 +139,7 @@ def collect_garbage(
         swept += remove_exports(store.data_dir, older_than, dry_run=dry_run)
     if not dry_run:
         store.bury(limit)
+        Designs(store.data_dir).bury()
     with store.catalogue.reading() as connection:
         ids = connection.execute(select(studies.c.id).where(ALIVE)).scalars().all()
     for study_id in ids:

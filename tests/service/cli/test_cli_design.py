@@ -64,6 +64,29 @@ def test_what_the_command_finds_is_kept_as_what_a_service_finds_is(
     assert shelf.report(kept.id).decode() == (folder / "report.html").read_text()
 
 
+def test_a_design_is_listed_renamed_put_into_the_trash_and_restored(
+    written: tuple[Path, dict[str, Any]],
+) -> None:
+    data = ("--data-dir", written[0] / "data")
+
+    def listed(*options: str) -> dict[str, str]:
+        found = json.loads(run("designs", "list", *options, "--json", *data).stdout)["designs"]
+        return {each["id"]: each["name"] for each in found}
+
+    (design_id,) = listed()
+    run("designs", "rename", "small <machine>", "pump", *data)
+    assert listed() == {design_id: "pump"}
+    assert run("designs", "list", *data).stdout.splitlines()[-1].split()[:3] == [design_id, "pump", "done"]
+    run("designs", "delete", "pump", *data, status=1)  # nobody is there to answer
+    put_away = run("designs", "delete", "pump", "--trash", *data).stderr
+    assert f"damperlab designs undelete {design_id}" in put_away
+    assert "in the trash until" in run("designs", "rename", design_id, "x", *data, status=2).stderr
+    assert (listed(), listed("--trash")) == ({}, {design_id: "pump"})
+    run("designs", "undelete", design_id, *data)
+    run("designs", "rename", design_id, SPECIFICATION["name"], *data)
+    assert (listed(), listed("--trash")) == ({design_id: SPECIFICATION["name"]}, {})
+
+
 def test_the_report_loads_nothing_and_says_what_the_answer_says(
     written: tuple[Path, dict[str, Any]],
 ) -> None:

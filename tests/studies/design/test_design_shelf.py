@@ -1,12 +1,14 @@
 """Designs as they are kept: whole at every moment, one for each specification, and damage is told."""
 
+import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from damperlab.studies.design.kept import Kept, Round
-from damperlab.studies.design.shelf import DesignDamaged, DesignNotFound, DesignsFull, Shelf
+from damperlab.studies.design.shelf import DesignBusy, DesignDamaged, DesignNotFound, DesignsFull, Shelf
 from damperlab.studies.specification.reading import parse_specification, read_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.care.backup import copy_store
@@ -117,11 +119,76 @@ def test_so_many_designs_are_kept_in_all_and_of_each_owner(tmp_path: Path, asked
     assert len(shelf.ids()) == 3
 
 
-@pytest.mark.parametrize("name", ["request.json", "end.json", "answer.json"])
+def test_a_design_comes_back_from_the_trash_as_it_was(tmp_path: Path, asked: Specification) -> None:
+    shelf = Shelf(tmp_path)
+    design_id = kept_design(shelf, asked).id
+    with pytest.raises(DesignBusy):
+        shelf.delete(shelf.get(design_id), trash=True)
+    shelf.finish(design_id, {"words": ["a"]}, "report")
+    kept = shelf.get(design_id)
+    shelf.delete(kept, trash=True)
+    assert (shelf.every(), shelf.every(trash=True), shelf.ids()) == ([], [kept], set())
+    for look in (shelf.get, shelf.find):
+        with pytest.raises(DesignNotFound, match="in the trash until"):
+            look(design_id)
+    shelf.bury()  # what may still be restored stays
+    assert shelf.undelete(design_id) == shelf.get(design_id) == kept
+    assert shelf.every(trash=True) == []
+    assert shelf.answer(design_id) == {"words": ["a"]}
+    with pytest.raises(DesignNotFound, match="is not in the trash"):
+        shelf.undelete(design_id)
+
+
+def test_what_has_been_in_the_trash_for_a_week_is_gone(tmp_path: Path, asked: Specification) -> None:
+    shelf = Shelf(tmp_path)
+    design_id = kept_design(shelf, asked).id
+    shelf.end(design_id, "cancelled")
+    shelf.delete(shelf.get(design_id), trash=True)
+    trash = tmp_path / "designs" / design_id / "trash.json"
+    ago = trash.stat().st_mtime - 7 * 86_400
+    os.utime(trash, (ago, ago))
+    assert shelf.every(trash=True) == []
+    for look in (shelf.get, shelf.undelete):
+        with pytest.raises(DesignNotFound):
+            look(design_id)
+    other = shelf.put(read_specification("antenna-mast"), 10)[0]
+    shelf.bury()
+    assert [folder.name for folder in (tmp_path / "designs").iterdir()] == [other.id]
+
+
+def test_what_is_asked_for_anew_is_taken_out_of_the_trash_and_begins_anew(
+    tmp_path: Path, asked: Specification
+) -> None:
+    shelf = Shelf(tmp_path, KeptQuota(1))
+    design_id = kept_design(shelf, asked).id
+    shelf.finish(design_id, {"words": ["old"]}, "old")
+    shelf.rename(design_id, "old")
+    shelf.delete(shelf.get(design_id), trash=True)
+    with pytest.raises(DesignsFull):  # the trash counts
+        shelf.put(read_specification("antenna-mast"), 10)
+    again = kept_design(shelf, asked)
+    assert (again.state, again.name) == ("queued", asked.name)
+    assert shelf.every(trash=True) == []
+
+
+def test_a_design_has_another_name_and_its_specification_keeps_its_own(
+    tmp_path: Path, asked: Specification
+) -> None:
+    shelf = Shelf(tmp_path)
+    kept = kept_design(shelf, asked)
+    shelf.rename(kept.id, "second draft")
+    assert shelf.get(kept.id) == replace(kept, name="second draft")
+    assert shelf.find("second draft").id == kept.id
+    with pytest.raises(DesignNotFound):
+        shelf.find(asked.name)
+
+
+@pytest.mark.parametrize("name", ["request.json", "end.json", "answer.json", "name.json"])
 def test_every_changed_byte_is_told(tmp_path: Path, asked: Specification, name: str) -> None:
     store = Store.open(tmp_path)
     shelf = Shelf(tmp_path)
     design_id = kept_design(shelf, asked).id
+    shelf.rename(design_id, "draft")
     shelf.finish(design_id, {"words": ["a"]}, "")
     assert list(check_catalogue(store)) == []
     file = tmp_path / "designs" / design_id / name
@@ -149,6 +216,9 @@ def test_a_backup_holds_the_designs(tmp_path: Path, asked: Specification) -> Non
     # what ends, and what goes on after it had ended
     shelf.end(running.id, "cancelled")
     shelf.resume(design_id)
+    shelf.rename(design_id, "draft")
+    # and a copy that was put into the trash there is as it is here
+    there.delete(there.get(design_id), trash=True)
     copy_store(source, target)
     assert (there.get(running.id), there.get(design_id)) == (shelf.get(running.id), shelf.get(design_id))
     source.close()
