@@ -1,17 +1,20 @@
 """A list of studies in one request: all are valid and stored, or none."""
 
-from typing import Any
+from typing import Annotated, Any
+
+from typing_extensions import TypeAliasType, TypedDict
 
 from damperlab.service.documents import Document
-from damperlab.service.estimates import estimate_document
+from damperlab.service.estimates import Estimate, estimate_document
 from damperlab.service.state import Service
 from damperlab.studies.definition import parse_study
 from damperlab.studies.faults import MAX_FAULTS, WHOLE, Fault, StudyFaults
 from damperlab.studies.ground.shelf import Shelf
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import make_plan
+from damperlab.studies.shapes import Like
 from damperlab.studies.store.life_cycle.entering import Submission
-from damperlab.studies.store.record import Record
+from damperlab.studies.store.record import Record, RecordDocument
 from damperlab.studies.store.store import Store
 from damperlab.studies.text import MOST_STUDIES
 from damperlab.worker.dispatch.cost_model import seconds_per_point
@@ -19,6 +22,22 @@ from damperlab.worker.provenance import provenance
 
 MOST_VALUES = 1_000_000
 """Most values along all axes of a list's studies: they are in memory at once, as one study's are."""
+
+
+class SubmittedList(TypedDict):
+    """Studies that were submitted together; `created` says of each whether it is new."""
+
+    studies: list[Annotated[dict[str, Any], Like(Record, "definition", "provenance", created=bool)]]
+
+
+class EstimateList(TypedDict):
+    """What several studies would cost."""
+
+    studies: list[Estimate]
+
+
+SubmittedDocument = TypeAliasType("SubmittedDocument", RecordDocument | SubmittedList)
+SubmittedBefore = TypeAliasType("SubmittedBefore", RecordDocument | SubmittedList | Estimate | EstimateList)
 
 
 def submit_list(
@@ -51,7 +70,7 @@ def submit_list(
         [Submission(*each, by, reuse, priority=priority) for each in zip(studies, plans, strict=True)]
     )
     service.dispatcher.wake()
-    some = [summary(record) | {"created": created} for record, created in entered]
+    some = [record.summary() | {"created": created} for record, created in entered]
     return Document({"studies": some}, 201 if any(created for _, created in entered) else 200)
 
 
@@ -60,13 +79,6 @@ def estimate_list(store: Store, shelf: Shelf, documents: list[Any], key: str | N
     studies = _parse(documents, shelf, key)
     sizes = [estimate_document(each, make_plan(each, seconds_per_point), store) for each in studies]
     return Document({"studies": sizes})
-
-
-def summary(record: Record) -> dict[str, Any]:
-    """Give a record without its definition, which may be long."""
-    return {
-        name: value for name, value in record.document().items() if name not in ("definition", "provenance")
-    }
 
 
 def _parse(documents: list[Any], shelf: Shelf, key: str | None) -> list[AnyStudy]:

@@ -4,6 +4,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import partial
+from typing import Literal
 
 from distributed import Client
 
@@ -40,6 +41,10 @@ def opening(settings: Settings, wanted: Callable[[], int]) -> Callable[[], Abstr
     return partial(hire, jobs, settings.cluster_host, settings.data_dir / "jobs", wanted)
 
 
+ClusterState = Literal["idle", "running", "lost"]
+"""Of a shared cluster."""
+
+
 class SharedCluster:
     """A cluster for many threads.
 
@@ -56,8 +61,8 @@ class SharedCluster:
         self._client: Client | None = None
 
     @property
-    def state(self) -> str:
-        """One of idle (no study has needed it yet), running, lost (the scheduler has gone away)."""
+    def state(self) -> ClusterState:
+        """Whether no study has needed it yet, it runs, or its scheduler has gone away."""
         client = self._client
         if client is None:
             return "idle"

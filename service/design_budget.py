@@ -1,7 +1,10 @@
 """What a design takes: core minutes as points."""
 
+from typing_extensions import TypedDict
+
 from damperlab.studies.design.design import designing
 from damperlab.studies.plan import make_plan
+from damperlab.studies.shapes import Count
 from damperlab.studies.specification.specification import Specification
 from damperlab.worker.dispatch.cost_model import seconds_per_point
 
@@ -9,6 +12,27 @@ FEWEST, MOST = 100, 10_000_000
 """Points of a budget."""
 HERE_SECONDS = 2.0
 """Expected work of one study of a design up to which whoever searches computes it: a cluster takes longer to hand it out."""
+
+
+class DesignSize(TypedDict):
+    """What a specification asks for, and how many points its budget allows."""
+
+    name: str
+    digest: str
+    chosen: list[str]
+    budget_points: Count
+    understood: list[str]
+
+
+def size_document(asked: Specification, budget: int, understood: list[str]) -> DesignSize:
+    """Say what a specification asks for, without computing anything of it."""
+    return {
+        "name": asked.name,
+        "digest": asked.digest,
+        "chosen": list(asked.free),
+        "budget_points": budget,
+        "understood": understood,
+    }
 
 
 def budget_of(asked: Specification) -> int:

@@ -13,7 +13,7 @@ from damperlab.studies.design.alternatives import CALLED as ALONE
 from damperlab.studies.design.answer import answer_document, cases_of, limits_of
 from damperlab.studies.design.build import Build
 from damperlab.studies.design.found import Found
-from damperlab.studies.design.kept import Round
+from damperlab.studies.design.kept import KnownDesign, Round
 from damperlab.studies.design.shelf import Shelf
 from damperlab.studies.design.spelling import (
     CALLED,
@@ -58,7 +58,7 @@ def keep_answer(shelf: Shelf, design_id: str, found: Found, rounds: int, started
         When it began, in ISO 8601.
     """
     answer, report = plain(answer_document(found)), design_report(found)
-    known = {name: answer[name] for name in ("design", "worst", "feasible")}
+    known = KnownDesign(design=answer["design"], worst=answer["worst"], feasible=answer["feasible"])
     shelf.follow(design_id, Round("the answer", rounds, found.book.spent, 0, (), known, started))
     shelf.finish(design_id, answer, report)
     return report

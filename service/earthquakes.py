@@ -1,14 +1,34 @@
 """What both doors answer about earthquakes: a comparison with its units, bounded in what it costs."""
 
-from typing import Any
+from typing import Annotated, NotRequired
 
+from damperlab.studies.brief import InShort
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.ground.brief import brief_of
 from damperlab.studies.ground.paper import SOURCE_NOTE, TABLE_A1
 from damperlab.studies.ground.question import Earthquake
+from damperlab.studies.shapes import Measured, Says, Table
+from damperlab.studies.vocabulary import CASES
+from damperlab.worker.ground.comparison import Comparison, compare, structure_of
 
 MOST_WINDOWS = 3_000_000
 """Windows that one comparison may march through, all starts together: some seconds."""
+
+
+class WithPaper(Comparison):
+    """A comparison beside the paper's own."""
+
+    brief: InShort
+    paper_table_a1: Annotated[dict[str, dict[str, Measured]], Says(propertyNames={"enum": list(CASES)})]
+    note: str
+    units: dict[str, str]
+
+
+class ComparedDocument(WithPaper):
+    """The answer to a comparison, with time histories where they are asked for."""
+
+    histories: NotRequired[Annotated[dict[str, Table], Says(propertyNames={"enum": list(CASES)})]]
+
 
 UNITS = {
     "m": "displacements and the length scale",
@@ -19,7 +39,7 @@ UNITS = {
 }
 
 
-def answer_comparison(asked: Earthquake, samples: int = 0) -> dict[str, Any]:
+def answer_comparison(asked: Earthquake, samples: int = 0) -> WithPaper:
     """Compute a comparison, bounded in what it may cost.
 
     Parameters
@@ -34,8 +54,6 @@ def answer_comparison(asked: Earthquake, samples: int = 0) -> dict[str, Any]:
     StudyFaults
         Where it would take too long.
     """
-    from damperlab.worker.ground.comparison import compare, structure_of
-
     motion = asked.motion
     omega = structure_of(asked).omega
     shortest = min(motion.step_s, 0.4 / omega)
@@ -56,11 +74,18 @@ def answer_comparison(asked: Earthquake, samples: int = 0) -> dict[str, Any]:
                 )
             ]
         )
-    answer = compare(asked)
+    compared = compare(asked)
     paper = {case: {"peak_m": peak, "rms_m": rms} for case, (peak, rms) in TABLE_A1.items()}
-    if samples:
-        from damperlab.service.histories import sampled
+    answer: WithPaper = {
+        **compared,
+        "brief": brief_of(compared).document(),
+        "paper_table_a1": paper,
+        "note": SOURCE_NOTE,
+        "units": UNITS,
+    }
+    if not samples:
+        return answer
+    from damperlab.service.histories import sampled
 
-        answer["histories"] = sampled(asked, samples)
-    brief = brief_of(answer).document()
-    return {**answer, "brief": brief, "paper_table_a1": paper, "note": SOURCE_NOTE, "units": UNITS}
+    shown: ComparedDocument = {**answer, "histories": sampled(asked, samples)}
+    return shown

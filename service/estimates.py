@@ -1,14 +1,17 @@
 """What a study will cost, and whether what a request needs is compiled, as documents: what HTTP sends and --json prints.
 
-They ask what computes, so they load the compiler; `damperlab.service.answers` asks the store alone.
+They ask what computes, so they load the compiler; what asks the store alone loads none.
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
+
+from typing_extensions import TypedDict
 
 from damperlab.studies.digest import family_digest
 from damperlab.studies.kind import AnyStudy
 from damperlab.studies.plan import Plan
+from damperlab.studies.shapes import Count, Measured, Sentences
 from damperlab.studies.store.cube.cube import bytes_per_point
 from damperlab.studies.store.reuse.family import done_of_family
 from damperlab.studies.store.store import Store
@@ -23,7 +26,32 @@ DOUBT, DOUBT_KNOWING = 4.0, 2.5
 and 31 of 32 drawn at random (560 points of any hybrid scene, the earlier one of 180)."""
 
 
-def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -> dict[str, Any]:
+class Estimate(TypedDict):
+    """What a study will cost."""
+
+    digest: str
+    points: Count
+    blocks: Count
+    bytes: Count
+    seconds: Measured
+    seconds_low: Measured
+    seconds_high: Measured
+    compiling_seconds: Measured
+    kernels_missing: Count
+    definition: dict[str, Any]
+    understood: Sentences
+
+
+class Readiness(TypedDict):
+    """Whether what a request needs is compiled."""
+
+    phase: Literal["ready", "compiling"]
+    phase_done: Count
+    phase_total: Count
+    compiling_seconds: Measured
+
+
+def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -> Estimate:
     """Say what a study will cost, before it is stored.
 
     Parameters
@@ -63,7 +91,7 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
     }
 
 
-def readiness_document(wanted: Sequence[Scene]) -> dict[str, Any]:
+def readiness_document(wanted: Sequence[Scene]) -> Readiness:
     """Say whether what a request needs is compiled, before it is computed.
 
     Parameters

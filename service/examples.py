@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from damperlab.service.answer_schemas import answer_schemas
+from damperlab.service.answer_types import declared_schemas
 from damperlab.service.problems import PROBLEM_SCHEMA, documented
 from damperlab.service.schemas import comparison_schema, simulation_schema
 from damperlab.service.security.caller import SAFE_METHODS, scope_of
@@ -258,7 +258,7 @@ def complete(document: dict[str, Any]) -> None:
         "Fit": fit_schema(),
         "Problem": PROBLEM_SCHEMA,
     }
-    for some in (study.pop("$defs", {}), by_hand, answer_schemas()):
+    for some in (study.pop("$defs", {}), by_hand, declared_schemas()):
         twice = schemas.keys() & some.keys()
         if twice:
             raise ValueError(

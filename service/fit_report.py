@@ -3,23 +3,72 @@
 import json
 from collections.abc import Sequence
 from html import escape
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.faults import StudyFaults
 from damperlab.studies.fit.fitted import Estimate, Fitted
 from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.fit.verdict import told, verdict
+from damperlab.studies.shapes import Count, Number, Range, Says
 from damperlab.studies.spelling import unit_of
 from damperlab.worker.fit.model import FittedCurve
 
 COLUMNS = ("parameter", "value", "low", "high", "deviation", "range")
 
 
-def fit_document(fitted: Fitted) -> dict[str, Any]:
+class Parameter(TypedDict):
+    """An estimated parameter with its interval, and the range in which it was looked for."""
+
+    value: Number
+    low: Number
+    high: Number
+    deviation: Number
+    range: Range
+    determined: bool
+
+
+class Estimates(TypedDict):
+    """Parameters and their correlations."""
+
+    parameters: dict[str, Parameter]
+    correlation: dict[str, dict[str, Number]]
+
+
+class FitDocument(Estimates):
+    """What every fit gives, of a response or of a time history."""
+
+    measured: str
+    confidence: Number
+    cannot_tell_apart: list[list[str]]
+    chi_square: Number
+    degrees_of_freedom: Count
+    probability: Number
+    widening: Number
+    others: list[dict[str, Number]]
+    evaluations: Count
+    words: list[str]
+
+
+class FittedDocument(FitDocument):
+    """What a fit of a frequency response gives."""
+
+    rows: list[dict[str, Number]]
+    outliers: list[Count]
+    units: dict[str, str]
+    study: Annotated[
+        dict[str, Any] | None,
+        Says(
+            description="The prototype with its estimated parameters, as a study; null where none can be made of it."
+        ),
+    ]
+
+
+def fit_document(fitted: Fitted) -> FittedDocument:
     """Put a fit into a document of plain data: parameters, correlations, goodness, rows, a study, sentences."""
     question = fitted.question
     measured = question.measured
@@ -65,7 +114,7 @@ def study_of(fitted: Fitted | FittedHistory) -> dict[str, Any] | None:
         return None
 
 
-def estimates_document(estimates: Sequence[Estimate], correlation: NDArray[np.float64]) -> dict[str, Any]:
+def estimates_document(estimates: Sequence[Estimate], correlation: NDArray[np.float64]) -> Estimates:
     """Put the parameters and their correlations into a document."""
     names = [each.name for each in estimates]
     return {

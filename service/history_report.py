@@ -1,15 +1,41 @@
 """A fit of a time history as a document, and as a page to keep or to print."""
 
 from html import escape
-from typing import Any
+from typing import Annotated, Any
 
-from damperlab.service.fit_report import COLUMNS, estimates_document, parameter_rows, study_of, study_parts
+from damperlab.service.fit_report import (
+    COLUMNS,
+    FitDocument,
+    estimates_document,
+    parameter_rows,
+    study_of,
+    study_parts,
+)
 from damperlab.service.html import drawing, page, said, table
 from damperlab.studies.fit.history.fitted import FittedHistory
 from damperlab.studies.fit.verdict import told, verdict_of_history
+from damperlab.studies.shapes import Count, Number, Numbers, Says
 
 
-def history_document(fitted: FittedHistory) -> dict[str, Any]:
+class FittedHistoryDocument(FitDocument):
+    """What a fit of a time history gives."""
+
+    stretch_s: Number
+    rows_counted: Count
+    correlated: Number
+    time_s: Numbers
+    measured_m: Numbers
+    model_m: Numbers
+    deviation_m: Numbers
+    study: Annotated[
+        dict[str, Any] | None,
+        Says(
+            description="The prototype as a study around its natural frequency; null where nothing says how its base moves."
+        ),
+    ]
+
+
+def history_document(fitted: FittedHistory) -> FittedHistoryDocument:
     """Put a fit of a time history into a document of plain data."""
     question = fitted.question
     measured = question.measured

@@ -10,6 +10,9 @@ from damperlab.worker.point import Design
 
 Column = NDArray[np.float64]
 
+FORCES = ("spring", "damping", "friction", "excitation")
+"""On a structure, over k·Z."""
+
 SAMPLES_PER_CYCLE = 256
 HARMONICS = 8
 """Highest harmonic of the excitation in a spectrum of a steady motion."""

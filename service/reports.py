@@ -4,9 +4,35 @@ import json
 import os
 from pathlib import Path
 from tempfile import NamedTemporaryFile
-from typing import Any
+from typing import Any, NotRequired
+
+from typing_extensions import TypedDict
 
 NAME = "accuracy.json"
+
+
+class AccuracyReport(TypedDict):
+    """A report, as `damperlab.worker.accuracy.report` makes it."""
+
+    created: str
+    version: str
+    diagrams: list[dict[str, Any]]
+    stability: list[dict[str, Any]]
+    passed: bool
+
+
+class AboutReport(TypedDict):
+    """When a report was made, with which version, and whether it passed."""
+
+    created: NotRequired[str]
+    version: NotRequired[str]
+    passed: bool
+
+
+class AccuracyReports(TypedDict):
+    """The reports that there are."""
+
+    reports: list[AboutReport]
 
 
 def keep_report(data_dir: Path, report: dict[str, Any]) -> Path:

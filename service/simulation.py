@@ -4,11 +4,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any, NotRequired
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
+from damperlab.service.motions import FORCES
 from damperlab.studies.choices import CompliantContact, Contact, DwellContact
 from damperlab.studies.consistency import compliant_fault, rubbing_faults
 from damperlab.studies.contact import parse_contact
@@ -25,7 +27,8 @@ from damperlab.studies.field import fields_of
 from damperlab.studies.guard import guard
 from damperlab.studies.quantity import QUANTITY_OF, RATIOS, read_count
 from damperlab.studies.questions import Simulated
-from damperlab.studies.variables import BEFORE, DIMENSIONS, VARIABLES, ResponseClass, Status
+from damperlab.studies.shapes import Count, Like, Number, Numbers, Says, Table
+from damperlab.studies.variables import BEFORE, DIMENSIONS, VARIABLES, ResponseClass, Status, Variable
 from damperlab.studies.vocabulary import DEFAULTS, EXCITATIONS, OF_PARTICLE, Method
 from damperlab.worker.attractors import Attractors, find_attractors
 from damperlab.worker.kernel_arguments import acting, contact_time_of, wall_of
@@ -37,6 +40,8 @@ from damperlab.worker.solver.sliding import rubs
 from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.settle import Settings as Steadiness
 
+Columns = Annotated[dict[str, NDArray[np.float64]], Like(dict[str, Numbers])]
+"""Columns of a time history, by name."""
 FIELDS = {each.name: each for each in fields_of(Simulated)}
 KEYS = (*DIMENSIONS, "particle", "contact", *FIELDS)
 
@@ -211,7 +216,62 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
     return Asked(design, cycles, history, samples, method, starts, seed)
 
 
-def compute(asked: Asked, cycles_limit: int) -> dict[str, Any]:
+def _measured(variable: Variable) -> dict[str, Any]:
+    """Describe a result as JSON schema."""
+    return {
+        "type": ["number", "null"] if variable.flags is None else "integer",
+        "description": f"{variable.long_name} [{variable.units}]",
+    }
+
+
+class Met(TypedDict):
+    """The responses that many starts lead to."""
+
+    starts: Count
+    failed: Count
+    decided_by_a_rounding: bool
+    met: list[Table]
+    note: str
+
+
+class SimulatedDocument(TypedDict):
+    """A design point that was computed."""
+
+    metrics: Annotated[
+        dict[str, float | int],
+        Like(dict[str, Any]),
+        Says(properties={name: _measured(variable) for name, variable in VARIABLES.items()}),
+    ]
+    status: str
+    response_class: str
+    state: dict[str, Number]
+    events: dict[str, Count]
+    cycles: Count
+    history: Columns
+    forces: NotRequired[
+        Annotated[
+            Columns,
+            Says(
+                propertyNames={"enum": list(FORCES)},
+                description="On the structure over k·Z, at the samples of the history; none of an instantaneous impact.",
+            ),
+        ]
+    ]
+    spectrum: NotRequired[
+        Annotated[
+            Columns,
+            Says(
+                propertyNames={"enum": ["multiple", "amplitude"]},
+                description="Amplitudes of u over Z at multiples of the excitation's frequency, over its whole cycles.",
+            ),
+        ]
+    ]
+    settles_after_cycles: NotRequired[Number]
+    attractors: NotRequired[Met]
+    wall: NotRequired[dict[str, Number]]
+
+
+def compute(asked: Asked, cycles_limit: int) -> SimulatedDocument:
     """Compute what was asked for.
 
     Parameters
@@ -258,11 +318,11 @@ def _settings(asked: Asked, cycles_limit: int) -> Steadiness:
     return Steadiness(max(1, min(STEADY_CYCLES, int(cycles_limit / slowness))), 0.02, 1e-9)
 
 
-def simulation_document(answer: Simulation, samples: int) -> dict[str, Any]:
+def simulation_document(answer: Simulation, samples: int) -> SimulatedDocument:
     """Put a simulation into a document with at most `samples` samples of its time history."""
     metrics = answer.metrics
     after = settles_after(metrics)
-    return {
+    found: SimulatedDocument = {
         "metrics": metrics,
         "status": Status(int(metrics["status"])).sentence,
         "response_class": ResponseClass(int(metrics.get("response_class", ResponseClass.UNKNOWN))).sentence,
@@ -270,8 +330,10 @@ def simulation_document(answer: Simulation, samples: int) -> dict[str, Any]:
         "events": answer.events,
         "cycles": answer.cycles,
         "history": decimated(answer.history, samples),
-        **({} if after is None else {"settles_after_cycles": after}),
     }
+    if after is not None:
+        found["settles_after_cycles"] = after
+    return found
 
 
 def settles_after(metrics: Mapping[str, float]) -> float | None:
@@ -285,7 +347,7 @@ def settles_after(metrics: Mapping[str, float]) -> float | None:
     return float(metrics["period"] * math.log(SETTLED) / math.log(multiplier))
 
 
-def attractors_document(found: Attractors, rubbing: bool) -> dict[str, Any]:
+def attractors_document(found: Attractors, rubbing: bool) -> Met:
     """Put the responses that many starts lead to into a document; `rubbing` where the particle has friction of its own."""
     return {
         "starts": found.starts,

@@ -2,8 +2,12 @@
 
 import shlex
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field
-from typing import Any, Literal, get_args
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal, get_args
+
+from typing_extensions import TypedDict
+
+from damperlab.studies.shapes import Says, Sentences, Table
 
 Damper = Literal["hybrid", "friction_alone", "particle_alone", "tuned_mass_damper", "no_damper"]
 """What a verdict may be for."""
@@ -26,6 +30,22 @@ def damper_of(acts: bool, rubs: bool) -> Damper:
     return "friction_alone" if rubs else "no_damper"
 
 
+class NoteDocument(TypedDict):
+    """A note as plain data."""
+
+    kind: str
+    severity: Severity
+    values: Table
+
+
+Notes = Annotated[
+    list[NoteDocument],
+    Says(
+        description="What is known beside it, as data: the gravest first; values in the units of this document."
+    ),
+]
+
+
 @dataclass(frozen=True)
 class Note:
     """Something that is known of an answer, as data: a sentence is made of it where somebody reads it.
@@ -43,6 +63,21 @@ class Note:
     kind: str
     severity: Severity
     values: Mapping[str, Any] = field(default_factory=dict)
+
+
+class BriefDocument(TypedDict):
+    """A short answer as plain data."""
+
+    damper: Damper | None
+    sentences: Sentences
+    rows: list[list[str]]
+    next: str
+
+
+InShort = Annotated[
+    BriefDocument,
+    Says(description="What to do in short: the decision, what comes second, and one next step."),
+]
 
 
 @dataclass(frozen=True)
@@ -72,10 +107,14 @@ class Brief:
         object.__setattr__(self, "sentences", kept)
         object.__setattr__(self, "rows", self.rows[:MOST_ROWS])
 
-    def document(self) -> dict[str, Any]:
+    def document(self) -> BriefDocument:
         """Give it as plain data."""
-        found = asdict(self)
-        return found | {"sentences": list(self.sentences), "rows": [list(row) for row in self.rows]}
+        return {
+            "damper": self.damper,
+            "sentences": list(self.sentences),
+            "rows": [list(row) for row in self.rows],
+            "next": self.next,
+        }
 
 
 def command(verb: str, name: str, options: str = "") -> str:
@@ -89,10 +128,13 @@ def listed(words: Iterable[str]) -> str:
     return f"{', '.join(most)} and {last}" if most else last
 
 
-def notes_document(notes: list[Note]) -> list[dict[str, Any]]:
+def notes_document(notes: list[Note]) -> list[NoteDocument]:
     """Give notes as plain data, the gravest first."""
     order: list[Severity] = ["danger", "caution", "hint"]
-    return [asdict(each) for each in sorted(notes, key=lambda each: order.index(each.severity))]
+    return [
+        {"kind": each.kind, "severity": each.severity, "values": dict(each.values)}
+        for each in sorted(notes, key=lambda each: order.index(each.severity))
+    ]
 
 
 def lines_of(brief: Mapping[str, Any]) -> list[str]:

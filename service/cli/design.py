@@ -199,10 +199,11 @@ def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "tu
 
 
 def _print_size(asked: "Specification", budget: int, unusual: list[str], as_json: bool) -> None:
+    from damperlab.service.design_budget import size_document
+
     free = list(asked.free)
     if as_json:
-        size = {"name": asked.name, "digest": asked.digest, "chosen": free, "budget_points": budget}
-        print_json(size | {"understood": unusual})
+        print_json(size_document(asked, budget, unusual))
     else:
         chosen = (
             f"Chosen: {', '.join(free)}" if free else "Nothing is to be chosen: the damper given is assessed"

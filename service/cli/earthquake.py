@@ -2,7 +2,7 @@
 
 from math import isnan
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -45,6 +45,9 @@ from damperlab.studies.field import given, option_of
 from damperlab.studies.ground.quantities import QUANTITIES
 from damperlab.studies.questions import Compared
 from damperlab.studies.rounding import ROUNDING, ROUNDING_WORD
+
+if TYPE_CHECKING:
+    from damperlab.service.earthquakes import WithPaper
 
 RECORD_SUFFIXES = (".at2", ".csv", ".txt")
 
@@ -249,7 +252,7 @@ def _generated(recipe: dict[str, Any], name: str) -> Any:
     return GENERATED[way](values | {"name": name} if name and isinstance(values, dict) else values)
 
 
-def _write_csv(answer: dict[str, Any], output: Path) -> None:
+def _write_csv(answer: "WithPaper", output: Path) -> None:
     with make_parent(output).open("w", encoding="utf-8") as file:
         names = [name for name in next(iter(answer["cases"].values())) if name not in ("label", "spread")]
         file.write(",".join(("damper", *names)) + "\n")
@@ -267,7 +270,7 @@ def _printed(name: str, value: float) -> float:
     return float(value) * (1e3 if name.endswith("_m") else 1.0)
 
 
-def _print(answer: dict[str, Any]) -> None:
+def _print(answer: "WithPaper") -> None:
     from damperlab.studies.cavity import cavity_of
 
     record, design = answer["record"], answer["design"]

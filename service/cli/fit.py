@@ -25,6 +25,7 @@ from damperlab.studies.field import option_of
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, MADE_BY
 
 if TYPE_CHECKING:
+    from damperlab.service.fit_report import FitDocument
     from damperlab.studies.fit.fitted import Fitted
     from damperlab.studies.fit.history.fitted import FittedHistory
     from damperlab.worker.scenes import Scene
@@ -162,7 +163,7 @@ class _Way(NamedTuple):
     scenes: Callable[[Any], "list[Scene]"]
     fit: Callable[..., Any]
     verdict: Callable[[Any], list[str]]
-    document: Callable[..., dict[str, Any]]
+    document: "Callable[..., FitDocument]"
     write: Callable[..., None]
     check_study: Callable[[Any], object]
     computed: str

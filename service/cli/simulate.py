@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from math import isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -32,6 +32,8 @@ from damperlab.studies.vocabulary import DESIGN_POINT, OF_PARTICLE
 
 if TYPE_CHECKING:
     import numpy as np
+
+    from damperlab.service.simulation import Met, SimulatedDocument
 
 CYCLES_LIMIT = 10_000_000
 """Of a service's requests the settings are stricter; here nobody else waits."""
@@ -144,7 +146,7 @@ def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output:
     note(f"Wrote {output}.")
 
 
-def _print(answer: dict[str, Any], steady: bool, details: bool) -> None:
+def _print(answer: "SimulatedDocument", steady: bool, details: bool) -> None:
     """Print the response in short, with its details every metric and the state at the end."""
     metrics = answer["metrics"]
     for line in lines_of(Brief(None, (answer["status"],), tuple(_rows(answer))).document()):
@@ -166,7 +168,7 @@ def _print(answer: dict[str, Any], steady: bool, details: bool) -> None:
         say("Details: --details.")
 
 
-def _rows(answer: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
+def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
     """Say how far the mass moves, how that repeats, and where the energy goes; nothing of what is not known."""
     known = {name: value for name, value in answer["metrics"].items() if not isnan(value)}
     if AMPLITUDE in known:
@@ -194,7 +196,7 @@ def _rows(answer: dict[str, Any]) -> Iterator[tuple[str, str, str]]:
         yield "energy lost", "", ", ".join(parts)
 
 
-def _end(answer: dict[str, Any], steady: bool) -> str:
+def _end(answer: "SimulatedDocument", steady: bool) -> str:
     """Write the state at the end, or where a cycle of the steady response begins."""
     state = ", ".join(
         f"{name} = {number(value)}" for name, value in answer["state"].items() if value is not None
@@ -204,11 +206,12 @@ def _end(answer: dict[str, Any], steady: bool) -> str:
         cycles = counted(answer["cycles"], "cycle")
         cycles += " more along the steady response" if steady else " from rest"
         return f"After {cycles}: {state}; {events}."
-    known = not isnan(answer["state"]["u"])
+    u = answer["state"]["u"]
+    known = u is not None and not isnan(u)
     return f"Steady response where a cycle of the base begins: {state}." if known else ""
 
 
-def _print_attractors(found: dict[str, Any]) -> None:
+def _print_attractors(found: "Met") -> None:
     """Print the responses that the starts lead to, and what decides between them."""
     names = (
         "response_class",

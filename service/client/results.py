@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from damperlab.service.client.figure import finished
 from damperlab.studies.html import card
+from damperlab.studies.kinds import dimensions_of_definition
+from damperlab.studies.store.provenance import SUBMITTED_BY
 from damperlab.studies.store.record import Record
 
 if TYPE_CHECKING:
@@ -179,9 +181,11 @@ def read_record(document: Mapping[str, Any]) -> Record:
         "priority": 0,
         "tags": (),
         "note": "",
+        "dimensions": dimensions_of_definition(document["definition"]),
+        "submitted_by": document["provenance"].get(SUBMITTED_BY),
     }
     document = {**before, **document}
     values = {field.name: document[field.name] for field in fields(Record)}
     for name in ("created", "started", "finished"):
         values[name] = None if values[name] is None else datetime.fromisoformat(values[name])
-    return Record(**values | {name: tuple(values[name]) for name in ("chunk", "shape", "tags")})
+    return Record(**values | {name: tuple(values[name]) for name in ("chunk", "shape", "tags", "dimensions")})

@@ -4,9 +4,10 @@ from typing import TYPE_CHECKING, NotRequired
 
 from damperlab.service.questions.forms import along
 from damperlab.service.questions.question import Question, Subject, Words
-from damperlab.service.questions.shapes import Count, InShort, Number, Numbers, OfPoints
+from damperlab.studies.brief import InShort
 from damperlab.studies.kinds import SUITE
 from damperlab.studies.questions import Fragile
+from damperlab.studies.shapes import Count, Number, Numbers, OfPoints
 
 if TYPE_CHECKING:
     import xarray as xr

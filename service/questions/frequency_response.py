@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, NotRequired
 
 from damperlab.service.questions.forms import CURVE, metric_of
 from damperlab.service.questions.question import Question, Subject, Words
-from damperlab.service.questions.shapes import Numbers, OfMetric
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC
 from damperlab.studies.questions import Followed, Second
+from damperlab.studies.shapes import Numbers, OfMetric
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,6 +21,8 @@ class FrequencyResponse(OfMetric):
     frequency_ratio: Numbers
     values: Numbers
     status: NotRequired[Numbers]
+    amplitude_error: NotRequired[Numbers]
+    response_class: NotRequired[Numbers]
 
 
 def check(selection: Followed, second: Second) -> None:

@@ -7,18 +7,10 @@ from typing_extensions import TypedDict
 
 from damperlab.service.questions.forms import RANKING
 from damperlab.service.questions.question import Question, Subject, Words
-from damperlab.service.questions.shapes import (
-    Count,
-    InShort,
-    Notes,
-    OfCube,
-    Range,
-    Says,
-    Sentences,
-)
-from damperlab.studies.brief import MOST_ROWS, DoubtKind
+from damperlab.studies.brief import MOST_ROWS, DoubtKind, InShort, Notes
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.questions import Judging, Ranking
+from damperlab.studies.shapes import Count, OfCube, Range, Says, Sentences
 from damperlab.studies.vocabulary import RESPECTS, Objective
 
 if TYPE_CHECKING:

@@ -1,23 +1,26 @@
 """What a refinement is answered with: what is known, how well, and what computing on costs."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from damperlab.service.questions.shapes import Count, InShort, Notes, Number, OfStudy, Table
-from damperlab.studies.brief import notes_document
+from typing_extensions import TypedDict
+
+from damperlab.studies.brief import InShort, Notes, notes_document
+from damperlab.studies.shapes import Count, Like, Measured, OfStudy, Table
+from damperlab.studies.store.record import Record
 
 if TYPE_CHECKING:
-    from damperlab.studies.answers.follow_up import Refinement as Found
+    from damperlab.studies.answers.follow_up import Refinement
 
 
-class Refinement(OfStudy):
+class Refined(TypedDict):
     """How well an optimum or a class boundary is known, and the follow-ups that tell more."""
 
     known: bool
     found: Table
-    steps: dict[str, Number]
+    steps: dict[str, Measured]
     points: Count
     fine_points: Count
-    spent: dict[str, Number]
+    spent: dict[str, Measured]
     definition: dict[str, Any] | None
     definitions: list[dict[str, Any]]
     note: str
@@ -25,7 +28,22 @@ class Refinement(OfStudy):
     brief: InShort | None
 
 
-def refinement_document(found: "Found") -> dict[str, Any]:
+class RefinementDocument(Refined, OfStudy):
+    """The same with the study in front."""
+
+
+Entered = Annotated[dict[str, Any], Like(Record, "definition")]
+"""A follow-up study that was entered."""
+
+
+class FollowUpsDocument(RefinementDocument):
+    """A refinement, and the records of the follow-ups that it entered."""
+
+    follow_up: Entered
+    follow_ups: list[Entered]
+
+
+def refinement_document(found: "Refinement") -> Refined:
     """Put a refinement into a document, but for the study in front."""
     definitions = [study.document() for study in found.studies]
     return {
@@ -39,5 +57,5 @@ def refinement_document(found: "Found") -> dict[str, Any]:
         "definitions": definitions,
         "note": found.say(),
         "notes": notes_document(list(found.notes)),
-        "brief": found.brief and found.brief.document(),
+        "brief": None if found.brief is None else found.brief.document(),
     }

@@ -4,12 +4,13 @@ from typing import TYPE_CHECKING, Annotated, NotRequired
 
 from damperlab.service.questions.forms import MAP, metric_of
 from damperlab.service.questions.question import Question, Subject, Words
-from damperlab.service.questions.shapes import Notes, Numbers, OfMetric, Plane, Says
+from damperlab.studies.brief import Notes
 from damperlab.studies.faults import Fault, StudyFaults, describe
 from damperlab.studies.field import given
 from damperlab.studies.kinds import shown_axes
 from damperlab.studies.questions import Plane as Axes
 from damperlab.studies.questions import Selection, Subtracted, Window
+from damperlab.studies.shapes import Numbers, OfMetric, Plane, Says
 from damperlab.studies.vocabulary import Reduction
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ class ResonanceMap(OfMetric):
     y: Numbers
     values: Annotated[Plane, Says(description="values[y][x]")]
     status: NotRequired[Plane]
+    amplitude_error: NotRequired[Plane]
+    response_class: NotRequired[Plane]
     computed_share: NotRequired[Plane]
     over: NotRequired[str]
     reduce: NotRequired[Reduction]

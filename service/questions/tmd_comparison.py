@@ -6,18 +6,10 @@ from typing_extensions import TypedDict
 
 from damperlab.service.questions.forms import along
 from damperlab.service.questions.question import Question, Subject, Words
-from damperlab.service.questions.shapes import (
-    Count,
-    InShort,
-    Notes,
-    Number,
-    Numbers,
-    OfPoints,
-    Range,
-    Sentences,
-)
+from damperlab.studies.brief import InShort, Notes
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC
 from damperlab.studies.questions import Design, Tuning
+from damperlab.studies.shapes import Count, Number, Numbers, OfPoints, Range, Sentences
 from damperlab.studies.vocabulary import Criterion
 
 if TYPE_CHECKING:

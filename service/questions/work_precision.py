@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 from damperlab.service.questions.forms import along
 from damperlab.service.questions.question import Question, Subject, Words
-from damperlab.service.questions.shapes import Numbers, OfPoints
 from damperlab.studies.kinds import HARMONIC
+from damperlab.studies.shapes import Numbers, OfPoints
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -2,10 +2,10 @@
 
 from fastapi import APIRouter
 
-from damperlab.service.answer_schemas import gives
+from damperlab.service.answer_types import gives
 from damperlab.service.documents import Document
 from damperlab.service.problems import Problem, documented
-from damperlab.service.reports import last_report
+from damperlab.service.reports import AccuracyReport, AccuracyReports, last_report
 from damperlab.service.state import TheService
 
 router = APIRouter(prefix="/api/v1", tags=["accuracy"])
@@ -14,7 +14,7 @@ router = APIRouter(prefix="/api/v1", tags=["accuracy"])
 @router.get(
     "/accuracy/reports",
     response_class=Document,
-    responses={200: gives("AccuracyReports")},
+    responses={200: gives(AccuracyReports)},
     summary="Which accuracy reports there are",
 )
 def list_reports(service: TheService) -> Document:
@@ -28,7 +28,7 @@ def list_reports(service: TheService) -> Document:
 @router.get(
     "/accuracy",
     response_class=Document,
-    responses={200: gives("AccuracyReport"), **documented(404)},
+    responses={200: gives(AccuracyReport), **documented(404)},
     summary="Error against run time, and extreme cases, as last measured",
 )
 def ask_accuracy(service: TheService) -> Document:

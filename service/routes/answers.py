@@ -5,15 +5,26 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Path
 from starlette.requests import Request
 from starlette.responses import Response
+from typing_extensions import TypeAliasType
 
-from damperlab.service.answer_schemas import PROMISED, gives
+from damperlab.service.answer_types import gives
 from damperlab.service.documents import Document
+from damperlab.service.earthquakes import ComparedDocument
+from damperlab.service.estimates import Readiness
+from damperlab.service.fit_report import FittedDocument
+from damperlab.service.history_report import FittedHistoryDocument
 from damperlab.service.problems import documented
 from damperlab.service.security.caller import TheCaller
+from damperlab.service.simulation import SimulatedDocument
 from damperlab.service.work.later import promised
-from damperlab.service.work.promises import Promise, Promises
+from damperlab.service.work.promises import PROMISED, Promise, Promises
 
 router = APIRouter(prefix="/api/v1/answers", tags=["answers"])
+
+PromisedAnswer = TypeAliasType(
+    "PromisedAnswer",
+    SimulatedDocument | Readiness | ComparedDocument | FittedDocument | FittedHistoryDocument,
+)
 
 
 async def _promises(request: Request) -> Promises:
@@ -37,7 +48,7 @@ ThePromise = Annotated[Promise, Depends(_promise)]
     "/{answer_id}",
     response_class=Document,
     responses={
-        200: gives("PromisedAnswer"),
+        200: gives(PromisedAnswer),
         202: PROMISED,
         **documented(404, 413, 415, 422, 429, 503),
     },

@@ -1,65 +1,142 @@
 """What a study can be made of: the named studies, the dimensions, the variables and their meanings."""
 
-from typing import Any
+from typing import Annotated, Any
 
 from fastapi import APIRouter
+from typing_extensions import TypedDict
 
-from damperlab.service.answer_schemas import gives
+from damperlab.service.answer_types import gives
 from damperlab.service.documents import Document
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.named import named_specifications, named_texts
 from damperlab.studies.physical import QUANTITIES
 from damperlab.studies.quantity import RATIOS, Quantity
+from damperlab.studies.shapes import Number, Says, Sentences
 from damperlab.studies.text import load_text
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, VARIABLES, ResponseClass, Status, Variable
-from damperlab.studies.vocabulary import CRITERIA, DEFAULTS, OBJECTIVES, RESPECTS
+from damperlab.studies.vocabulary import CRITERIA, DEFAULTS, OBJECTIVES, RESPECTS, Criterion, Objective
 
 router = APIRouter(prefix="/api/v1", tags=["studies"])
+
+
+class Named(TypedDict):
+    """A named study or specification, as it was written."""
+
+    name: str
+    about: Sentences
+    definition: dict[str, Any]
+
+
+class Bounds(TypedDict):
+    """A quantity, and between what it may lie."""
+
+    name: str
+    lowest: Number
+    highest: Number
+    long_name: str
+
+
+class Dimension(Bounds):
+    """A dimension; `default` is what a study gets where it says nothing."""
+
+    default: Number
+
+
+class AboutVariable(TypedDict):
+    """A result variable."""
+
+    name: str
+    units: str
+    long_name: str
+    doc: str
+    coded: bool
+
+
+class SuiteDimension(TypedDict):
+    """A dimension of a survey over records."""
+
+    name: str
+    units: str
+    long_name: str
+
+
+class OfSuites(TypedDict):
+    """What surveys over records have."""
+
+    dimensions: list[SuiteDimension]
+    variables: list[AboutVariable]
+
+
+class Meaning(TypedDict):
+    """What a response class is called, and is."""
+
+    name: str
+    sentence: str
+
+
+class Catalog(TypedDict):
+    """What a study can be made of, and what its results mean."""
+
+    studies: list[Named]
+    specifications: list[Named]
+    dimensions: list[Dimension]
+    physical: list[Bounds]
+    variables: list[AboutVariable]
+    suite: OfSuites
+    status: dict[str, str]
+    response_class: dict[str, Meaning]
+    objectives: dict[Objective, str]
+    respects: Annotated[dict[str, str], Says(propertyNames={"enum": list(RESPECTS)})]
+    tunings: dict[Criterion, str]
 
 
 @router.get(
     "/catalog",
     response_class=Document,
-    responses={200: gives("Catalog")},
+    responses={200: gives(Catalog)},
     summary="Named studies, dimensions, variables, meanings",
 )
 def catalog() -> Document:
     """Say what a study can be made of and what its results mean: all that a form or a legend needs."""
-    return Document(
-        {
-            "studies": [_study(name, text) for name, text in named_texts().items()],
-            "specifications": [_study(name, text) for name, text in named_specifications().items()],
+    found: Catalog = {
+        "studies": [_study(name, text) for name, text in named_texts().items()],
+        "specifications": [_study(name, text) for name, text in named_specifications().items()],
+        "dimensions": [
+            {**_bounds(quantity, DIMENSION_LONG_NAMES[name]), "default": DEFAULTS.get(name)}
+            for name, quantity in RATIOS.items()
+        ],
+        "physical": [_bounds(quantity, quantity.meaning) for quantity in QUANTITIES],
+        "variables": [_variable(variable) for variable in VARIABLES.values()],
+        "suite": {
             "dimensions": [
-                _bounds(quantity) | {"long_name": DIMENSION_LONG_NAMES[name], "default": DEFAULTS.get(name)}
-                for name, quantity in RATIOS.items()
+                {"name": name, "units": units, "long_name": words}
+                for name, (units, words) in SUITE_DIMENSIONS.items()
             ],
-            "physical": [_bounds(quantity) | {"long_name": quantity.meaning} for quantity in QUANTITIES],
-            "variables": [_variable(variable) for variable in VARIABLES.values()],
-            "suite": {
-                "dimensions": [
-                    {"name": name, "units": units, "long_name": words}
-                    for name, (units, words) in SUITE_DIMENSIONS.items()
-                ],
-                "variables": [_variable(variable) for variable in SUITE_VARIABLES.values()],
-            },
-            "status": {str(status.value): status.sentence for status in Status},
-            "response_class": {
-                str(kind.value): {"name": kind.name.lower().replace("_", " "), "sentence": kind.sentence}
-                for kind in ResponseClass
-            },
-            "objectives": OBJECTIVES,
-            "respects": {name: meaning for name, (_, meaning) in RESPECTS.items()},
-            "tunings": CRITERIA,
-        }
-    )
+            "variables": [_variable(variable) for variable in SUITE_VARIABLES.values()],
+        },
+        "status": {str(status.value): status.sentence for status in Status},
+        "response_class": {
+            str(kind.value): {"name": kind.name.lower().replace("_", " "), "sentence": kind.sentence}
+            for kind in ResponseClass
+        },
+        "objectives": OBJECTIVES,
+        "respects": {name: meaning for name, (_, meaning) in RESPECTS.items()},
+        "tunings": CRITERIA,
+    }
+    return Document(found)
 
 
-def _bounds(quantity: Quantity) -> dict[str, Any]:
-    return {"name": quantity.name, "lowest": quantity.lowest, "highest": quantity.highest}
+def _bounds(quantity: Quantity, long_name: str) -> Bounds:
+    return {
+        "name": quantity.name,
+        "lowest": quantity.lowest,
+        "highest": quantity.highest,
+        "long_name": long_name,
+    }
 
 
-def _variable(variable: Variable) -> dict[str, Any]:
+def _variable(variable: Variable) -> AboutVariable:
     return {
         "name": variable.name,
         "units": variable.units,
@@ -69,7 +146,7 @@ def _variable(variable: Variable) -> dict[str, Any]:
     }
 
 
-def _study(name: str, text: bytes) -> dict[str, Any]:
+def _study(name: str, text: bytes) -> Named:
     """Give a named study or specification as it was written, and the comment that it opens with."""
     opening = []
     for line in text.decode().splitlines():

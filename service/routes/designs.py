@@ -1,16 +1,18 @@
 """Designs: asked for by a specification, listed, looked at, cancelled, resumed, deleted, restored; their reports."""
 
 from contextlib import suppress
-from typing import Annotated, Any
+from typing import Annotated
 
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Path, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
+from typing_extensions import TypeAliasType, TypedDict
 
-from damperlab.service.answer_schemas import gives
+from damperlab.service.answer_types import declare, gives
 from damperlab.service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
+from damperlab.service.design_budget import DesignSize, size_document
 from damperlab.service.documents import Document
 from damperlab.service.examples import SPECIFICATION_BODY
 from damperlab.service.problems import Problem, documented
@@ -18,7 +20,9 @@ from damperlab.service.routes.report import DOCUMENT, ReportQuery, document, ste
 from damperlab.service.security.caller import TheCaller, require_owner
 from damperlab.service.state import Service, TheDesign, TheExactDesign, TheService
 from damperlab.service.work.functions import specified
-from damperlab.studies.design.kept import Kept
+from damperlab.studies.design.answer import DesignAnswer
+from damperlab.studies.design.kept import DesignSummary, Kept, KeptDocument
+from damperlab.studies.shapes import Count, Says
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import TRASH_DAYS
@@ -27,8 +31,24 @@ from damperlab.studies.vocabulary import State
 
 router = APIRouter(prefix="/api/v1/designs", tags=["designs"])
 
-NOT_LISTED = ("specification", "studies")
-"""What a list leaves out."""
+
+class DesignPage(TypedDict):
+    """A page of designs."""
+
+    designs: list[DesignSummary]
+    cursor: str | None
+
+
+class DesignDocument(KeptDocument):
+    """A design, how far the studies are that it waits for, and its answer."""
+
+    studies_done: Count
+    points_of_round: Annotated[Count, Says(description="Points of the round's studies that are there.")]
+    answer: DesignAnswer | None
+
+
+declare(DesignAnswer, DesignSummary)
+DesignOrBudget = TypeAliasType("DesignOrBudget", DesignDocument | DesignSize)
 
 
 class AskQuery(BaseModel):
@@ -72,8 +92,8 @@ class DeleteQuery(BaseModel):
     status_code=201,
     response_class=Document,
     responses={
-        200: gives("DesignOrBudget", "The same was asked for before; or the answer to a dry run"),
-        201: gives("Design", "Kept, and about to be searched", Location="Address of the design."),
+        200: gives(DesignOrBudget, "The same was asked for before; or the answer to a dry run"),
+        201: gives(DesignDocument, "Kept, and about to be searched", Location="Address of the design."),
         **documented(413, 415, 422, 429, 503, 507),
     },
     openapi_extra={"requestBody": SPECIFICATION_BODY},
@@ -91,8 +111,7 @@ async def ask(request: Request, service: TheService, query: Annotated[AskQuery, 
         request, specified, body, written_in, service.settings.records
     )
     if query.dry_run:
-        found = {"name": asked.name, "digest": asked.digest, "chosen": list(asked.free)}
-        return Document(found | {"budget_points": budget, "understood": unusual})
+        return Document(size_document(asked, budget, unusual))
     return await run_sync(_keep, service, asked, budget, limiter=service.submissions)
 
 
@@ -105,7 +124,7 @@ def _keep(service: Service, asked: Specification, budget: int) -> Document:
 @router.get(
     "",
     response_class=Document,
-    responses={200: gives("DesignPage"), **documented(422, 503)},
+    responses={200: gives(DesignPage), **documented(422, 503)},
     summary="A page of designs, newest first",
 )
 def list_designs(service: TheService, query: Annotated[DesignsQuery, Query()]) -> Document:
@@ -119,16 +138,13 @@ def list_designs(service: TheService, query: Annotated[DesignsQuery, Query()]) -
     ]
     page = fitting[: query.limit]
     last = page[-1].place if len(fitting) > len(page) else None
-    documents = [
-        {name: value for name, value in each.document().items() if name not in NOT_LISTED} for each in page
-    ]
-    return Document({"designs": documents, "cursor": last})
+    return Document(DesignPage(designs=[each.summary() for each in page], cursor=last))
 
 
 @router.get(
     "/{design_id}",
     response_class=Document,
-    responses={200: gives("Design"), **documented(404, 503)},
+    responses={200: gives(DesignDocument), **documented(404, 503)},
     summary="A design: how far it is, and its answer",
 )
 def show(service: TheService, design: TheDesign) -> Document:
@@ -157,7 +173,7 @@ async def ask_report(
 @router.post(
     "/{design_id}/cancel",
     response_class=Document,
-    responses={200: gives("Design"), **documented(404, 409, 503)},
+    responses={200: gives(DesignDocument), **documented(404, 409, 503)},
     summary="Stop a design",
 )
 def cancel(service: TheService, design: TheExactDesign) -> Document:
@@ -171,7 +187,7 @@ def cancel(service: TheService, design: TheExactDesign) -> Document:
 @router.post(
     "/{design_id}/resume",
     response_class=Document,
-    responses={200: gives("Design"), **documented(404, 409, 503)},
+    responses={200: gives(DesignDocument), **documented(404, 409, 503)},
     summary="Go on with a design",
 )
 def resume(service: TheService, design: TheExactDesign) -> Document:
@@ -197,7 +213,7 @@ def delete(service: TheService, design: TheExactDesign, query: Annotated[DeleteQ
 @router.post(
     "/{design_id}/undelete",
     response_class=Document,
-    responses={200: gives("Design"), **documented(404, 503)},
+    responses={200: gives(DesignDocument), **documented(404, 503)},
     summary="Restore a design from the trash",
 )
 def undelete(
@@ -211,7 +227,7 @@ def undelete(
     return Document(shown(service, shelf.undelete(design_id)))
 
 
-def shown(service: Service, kept: Kept) -> dict[str, Any]:
+def shown(service: Service, kept: Kept) -> DesignDocument:
     """Give a design with its answer, and how far the studies are that it waits for."""
     done = points = 0
     waited_for = () if kept.round is None or kept.ended else kept.round.studies
@@ -220,5 +236,9 @@ def shown(service: Service, kept: Kept) -> dict[str, Any]:
             record = service.store.find(study_id)
             done += record.state == "done"
             points += record.points_done
-    document = kept.document() | {"studies_done": done, "points_of_round": points}
-    return document | {"answer": service.designer.shelf.answer(kept.id) if kept.state == "done" else None}
+    return {
+        **kept.document(),
+        "studies_done": done,
+        "points_of_round": points,
+        "answer": service.designer.shelf.answer(kept.id) if kept.state == "done" else None,
+    }

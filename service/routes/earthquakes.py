@@ -7,21 +7,24 @@ from fastapi import APIRouter, Path, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 from starlette.responses import Response
+from typing_extensions import TypeAliasType, TypedDict
 
-from damperlab.service.answer_schemas import PROMISED, gives
+from damperlab.service.answer_types import gives
 from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_body
 from damperlab.service.documents import Document
-from damperlab.service.estimates import readiness_document
+from damperlab.service.earthquakes import ComparedDocument
+from damperlab.service.estimates import Readiness, readiness_document
 from damperlab.service.examples import COMPARISON_BODY, RECORD_BODY
 from damperlab.service.histories import history_scenes
 from damperlab.service.problems import documented
 from damperlab.service.security.caller import TheCaller, require_owner
 from damperlab.service.state import Service, TheService
-from damperlab.service.work.functions import comparison_body, looked_at, uploaded
+from damperlab.service.work.functions import Look, comparison_body, looked_at, uploaded
+from damperlab.service.work.promises import PROMISED
 from damperlab.studies.faults import Fault, StudyFaults, describe, unknown_key
 from damperlab.studies.ground.files import Layout
 from damperlab.studies.ground.generated import GENERATED, WRITTEN, recipe_in
-from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.motion import GroundMotion, GroundMotionDocument, MotionOfId
 from damperlab.studies.ground.question import Earthquake, read_earthquake
 from damperlab.studies.guard import MAX_KEYS
 from damperlab.studies.text import load_text
@@ -31,6 +34,19 @@ from damperlab.worker.ground.response_spectrum import SCENE
 from damperlab.worker.scenes import Scene
 
 router = APIRouter(prefix="/api/v1", tags=["earthquakes"])
+
+
+class GroundMotions(TypedDict):
+    """The records that there are."""
+
+    records: list[GroundMotionDocument]
+
+
+class GroundMotionShown(GroundMotionDocument, Look):
+    """A record with its samples and its response spectrum."""
+
+
+ComparedOrReadiness = TypeAliasType("ComparedOrReadiness", ComparedDocument | Readiness)
 
 TEXT_TYPES = ("text/plain", "text/csv", "application/octet-stream")
 
@@ -73,7 +89,7 @@ class ComparisonQuery(ComputeQuery):
 @router.get(
     "/records",
     response_class=Document,
-    responses={200: gives("GroundMotions"), **documented(503)},
+    responses={200: gives(GroundMotions), **documented(503)},
     summary="Ground-motion records",
 )
 async def list_records(service: TheService) -> Document:
@@ -90,8 +106,8 @@ def _list(service: Service) -> Document:
     response_class=Document,
     status_code=201,
     responses={
-        200: gives("GroundMotion", "The same samples are there already"),
-        201: gives("GroundMotion", "Kept"),
+        200: gives(GroundMotionDocument, "The same samples are there already"),
+        201: gives(GroundMotionDocument, "Kept"),
         **documented(413, 415, 422, 429, 503, 507),
     },
     openapi_extra={"requestBody": RECORD_BODY},
@@ -112,7 +128,7 @@ async def add_record(
 
 def _add(service: Service, motion: GroundMotion) -> Document:
     record_id, new = service.settings.records.put(motion)
-    document = {"id": record_id, **motion.summary()}
+    document: MotionOfId = {"id": record_id, **motion.summary()}
     return Document(document, 201 if new else 200)
 
 
@@ -160,7 +176,7 @@ def _generated(body: bytes) -> GroundMotion:
 @router.get(
     "/records/{record_id}",
     response_class=Document,
-    responses={200: gives("GroundMotionShown"), **documented(404, 422, 429, 503)},
+    responses={200: gives(GroundMotionShown), **documented(404, 422, 429, 503)},
     summary="A record: its samples and its response spectrum",
 )
 async def show_record(
@@ -197,7 +213,7 @@ def remove_record(
 @router.post(
     "/earthquake-comparisons",
     response_class=Document,
-    responses={200: gives("ComparedOrReadiness"), 202: PROMISED, **documented(413, 415, 422, 429, 503)},
+    responses={200: gives(ComparedOrReadiness), 202: PROMISED, **documented(413, 415, 422, 429, 503)},
     openapi_extra={"requestBody": COMPARISON_BODY},
     summary="Dampers under a record",
 )

@@ -6,23 +6,29 @@ from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query
 from starlette.requests import Request
 from starlette.responses import Response
+from typing_extensions import TypeAliasType
 
-from damperlab.service.answer_schemas import PROMISED, gives
+from damperlab.service.answer_types import gives
 from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_body
 from damperlab.service.documents import Document
-from damperlab.service.estimates import readiness_document
+from damperlab.service.estimates import Readiness, readiness_document
 from damperlab.service.examples import FIT_BODY
+from damperlab.service.fit_report import FittedDocument
+from damperlab.service.history_report import FittedHistoryDocument
 from damperlab.service.problems import documented
 from damperlab.service.state import TheService
 from damperlab.service.work.functions import fit_asked, fit_body
+from damperlab.service.work.promises import PROMISED
 
 router = APIRouter(prefix="/api/v1", tags=["fits"])
+
+FittedOrReadiness = TypeAliasType("FittedOrReadiness", FittedDocument | FittedHistoryDocument | Readiness)
 
 
 @router.post(
     "/fits",
     response_class=Document,
-    responses={200: gives("FittedOrReadiness"), 202: PROMISED, **documented(413, 415, 422, 429, 503)},
+    responses={200: gives(FittedOrReadiness), 202: PROMISED, **documented(413, 415, 422, 429, 503)},
     openapi_extra={"requestBody": FIT_BODY},
     summary="Estimate parameters from a measured response or time history",
 )

@@ -1,8 +1,12 @@
 """Whether the process lives, and whether it can serve."""
 
-from fastapi import APIRouter, Request
+from typing import Literal
 
-from damperlab.service.answer_schemas import gives
+from fastapi import APIRouter, Request
+from typing_extensions import TypedDict
+
+from damperlab.service.answer_types import gives
+from damperlab.service.cluster import ClusterState
 from damperlab.service.documents import Document
 from damperlab.service.problems import Problem, documented
 from damperlab.service.state import Service
@@ -10,16 +14,31 @@ from damperlab.service.state import Service
 router = APIRouter(prefix="/health", tags=["health"])
 
 
-@router.get("/live", response_class=Document, responses={200: gives("Live")}, summary="The process answers")
+class Live(TypedDict):
+    """That the process answers."""
+
+    status: Literal["live"]
+
+
+class Ready(TypedDict):
+    """That studies can be taken, and how the cluster is."""
+
+    status: Literal["ready"]
+    cluster: ClusterState
+    cluster_message: str | None
+    running: list[str]
+
+
+@router.get("/live", response_class=Document, responses={200: gives(Live)}, summary="The process answers")
 async def live() -> Document:
     """Answer from the event loop itself: whatever computes, this does not wait."""
-    return Document({"status": "live"})
+    return Document(Live(status="live"))
 
 
 @router.get(
     "/ready",
     response_class=Document,
-    responses={200: gives("Ready"), **documented(503)},
+    responses={200: gives(Ready), **documented(503)},
     summary="Studies can be taken, queried and run",
 )
 async def ready(request: Request) -> Document:
@@ -33,10 +52,10 @@ async def ready(request: Request) -> Document:
         raise problem
     dispatcher = service.dispatcher
     return Document(
-        {
-            "status": "ready",
-            "cluster": dispatcher.cluster.state,
-            "cluster_message": dispatcher.trouble,
-            "running": dispatcher.running,
-        }
+        Ready(
+            status="ready",
+            cluster=dispatcher.cluster.state,
+            cluster_message=dispatcher.trouble,
+            running=dispatcher.running,
+        )
     )

@@ -9,8 +9,9 @@ from anyio.to_thread import run_sync
 from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
+from typing_extensions import TypedDict
 
-from damperlab.service.answer_schemas import gives
+from damperlab.service.answer_types import gives
 from damperlab.service.documents import Document
 from damperlab.service.edge.conditional import TAGGED_BYTES
 from damperlab.service.parameters import asks
@@ -19,6 +20,8 @@ from damperlab.service.questions.every import BY_ROUTE, EVERY
 from damperlab.service.questions.question import Question, Subject, in_front
 from damperlab.service.state import TheService, TheStudy
 from damperlab.service.work.apart import is_large, pieces, written
+from damperlab.studies.kinds import EVERY_DIMENSION
+from damperlab.studies.shapes import Says
 from damperlab.studies.store.export.table import dimensions_of
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
@@ -26,21 +29,29 @@ from damperlab.studies.store.store import Store
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
 
 
+class StudyAxes(TypedDict):
+    """The values of every dimension of a study, and the variables that it stores."""
+
+    study: str
+    axes: Annotated[dict[str, list[float | str]], Says(propertyNames={"enum": list(EVERY_DIMENSION)})]
+    variables: list[str]
+
+
 @router.get(
     "/axes",
     response_class=Document,
-    responses={200: gives("StudyAxes"), **documented(404, 503)},
+    responses={200: gives(StudyAxes), **documented(404, 503)},
     summary="The values of every dimension",
 )
 def axes(service: TheService, study: TheStudy) -> Document:
     """List the grid's values by dimension, and the names of the variables that the study stores."""
     cube = service.store.cube(study.id)
     return Document(
-        {
-            "study": study.id,
-            "axes": {name: cube[name].values for name in dimensions_of(cube)},
-            "variables": [str(name) for name in cube.data_vars],
-        }
+        StudyAxes(
+            study=study.id,
+            axes={name: cube[name].values.tolist() for name in dimensions_of(cube)},
+            variables=[str(name) for name in cube.data_vars],
+        )
     )
 
 
@@ -61,7 +72,7 @@ def _add(question: Question[Any]) -> None:
         f"/{question.route}",
         ask,
         response_class=Document,
-        responses={200: gives(question.gives.__name__), **documented(404, 409, 422, 429, 503)},
+        responses={200: gives(question.gives), **documented(404, 409, 422, 429, 503)},
         summary=question.summary,
         description=cleandoc(question.answer.__doc__ or ""),
         name=question.operation or f"ask_{question.command}",

@@ -7,14 +7,20 @@ import xarray as xr
 from anyio.to_thread import run_sync
 from fastapi import APIRouter
 from starlette.requests import Request
+from typing_extensions import TypeAliasType
 
-from damperlab.service.answer_schemas import gives
+from damperlab.service.answer_types import gives
 from damperlab.service.documents import Document
 from damperlab.service.parameters import asks
 from damperlab.service.problems import documented, lacking
 from damperlab.service.questions.optimal_designs import with_follow_ups
 from damperlab.service.questions.question import Subject
-from damperlab.service.questions.refinement import refinement_document
+from damperlab.service.questions.refinement import (
+    FollowUpsDocument,
+    Refined,
+    RefinementDocument,
+    refinement_document,
+)
 from damperlab.service.routes.questions import answered
 from damperlab.service.routes.questions import router as questions
 from damperlab.service.settings import Settings
@@ -34,12 +40,13 @@ from damperlab.worker.provenance import provenance
 
 router = APIRouter(prefix=questions.prefix)
 
+RefinementOrFollowUps = TypeAliasType("RefinementOrFollowUps", FollowUpsDocument | RefinementDocument)
 FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
     200: gives(
-        "RefinementOrFollowUps",
+        RefinementOrFollowUps,
         "Nothing new is stored: a dry run, nothing left to ask, or follow-ups that are there",
     ),
-    201: gives("FollowUps", "Stored and queued", Location="Address of the first of them."),
+    201: gives(FollowUpsDocument, "Stored and queued", Location="Address of the first of them."),
     **documented(404, 409, 422, 429, 503, 507),
 }
 
@@ -102,11 +109,11 @@ _add(
 async def _follow(service: Service, study: Record, found: Refinement, dry_run: bool) -> Document:
     document = refinement_document(found)
     if not found.studies or dry_run:
-        return answered(study, document)
+        return answered(study, {**document})
     return await run_sync(_submit, service, study, found, document, limiter=service.submissions)
 
 
-def _submit(service: Service, study: Record, found: Refinement, document: dict[str, Any]) -> Document:
+def _submit(service: Service, study: Record, found: Refinement, document: Refined) -> Document:
     submitted = [
         service.store.submit(each, make_plan(each, seconds_per_point), provenance() | {REFINES: study.id})
         for each in found.studies
@@ -116,8 +123,14 @@ def _submit(service: Service, study: Record, found: Refinement, document: dict[s
         {key: value for key, value in record.document().items() if key != "definition"}
         for record, _ in submitted
     ]
-    answer = {"study": study.id, "name": study.name, "state": study.state, **document}
-    answer |= {"follow_up": follow_ups[0], "follow_ups": follow_ups}
+    answer: FollowUpsDocument = {
+        "study": study.id,
+        "name": study.name,
+        "state": study.state,
+        **document,
+        "follow_up": follow_ups[0],
+        "follow_ups": follow_ups,
+    }
     created = any(new for _, new in submitted)
     location = {"Location": f"/api/v1/studies/{follow_ups[0]['id']}"}
     return Document(answer, 201 if created else 200, location)

@@ -7,15 +7,16 @@ from anyio.to_thread import run_sync
 from fastapi import APIRouter
 from starlette.requests import Request
 
-from damperlab.service.answer_schemas import gives
+from damperlab.service.answer_types import gives
 from damperlab.service.body import JSON_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.problems import documented
+from damperlab.service.routes.designs import DesignDocument, shown
 from damperlab.service.routes.designs import router as designs
-from damperlab.service.routes.designs import shown
 from damperlab.service.state import Service, TheExactDesign, TheExactStudy, TheService
 from damperlab.studies.definition import MAX_NAME
 from damperlab.studies.remarks import KNOWN, MOST_NOTE, MOST_TAGS, TAG, Remarks, read_remarks
+from damperlab.studies.store.record import RecordDocument
 from damperlab.studies.text import load_text
 
 router = APIRouter()
@@ -64,7 +65,7 @@ async def _read(request: Request, service: Service, known: Sequence[str]) -> Rem
 @router.patch(
     "/api/v1/studies/{study_id}",
     response_class=Document,
-    responses={200: gives("Record"), **documented(404, 413, 415, 422, 503)},
+    responses={200: gives(RecordDocument), **documented(404, 413, 415, 422, 503)},
     openapi_extra=_body(KNOWN, _EXAMPLES),
     summary="Tag a study, write a note to it, or call it something else",
     tags=["studies"],
@@ -79,7 +80,7 @@ async def remark(request: Request, service: TheService, study: TheExactStudy) ->
 @router.patch(
     f"{designs.prefix}/{{design_id}}",
     response_class=Document,
-    responses={200: gives("Design"), **documented(404, 413, 415, 422, 503)},
+    responses={200: gives(DesignDocument), **documented(404, 413, 415, 422, 503)},
     openapi_extra=_body(
         _NAME_ALONE, {"name": {"summary": "Another name", "value": {"name": "pump, second draft"}}}
     ),

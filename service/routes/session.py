@@ -4,8 +4,9 @@ from anyio.to_thread import run_sync
 from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
+from typing_extensions import TypedDict
 
-from damperlab.service.answer_schemas import gives
+from damperlab.service.answer_types import gives
 from damperlab.service.body import JSON_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.problems import Problem, documented
@@ -14,10 +15,21 @@ from damperlab.service.security.guard import Guard
 from damperlab.service.security.sessions import COOKIE
 from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.text import load_text
+from damperlab.studies.vocabulary import Scope
 
 BODY_LIMIT_BYTES = 1024
 
 router = APIRouter(prefix="/api/v1/session", tags=["session"])
+
+
+class Session(TypedDict):
+    """Whether the service asks for keys, and who the caller is."""
+
+    needed: bool
+    signed_in: bool
+    owner: str
+    scopes: list[Scope]
+
 
 _BODY = {
     "required": True,
@@ -37,7 +49,7 @@ _BODY = {
 @router.get(
     "",
     response_class=Document,
-    responses={200: gives("Session")},
+    responses={200: gives(Session)},
     summary="Who asks, and whether a key is needed",
 )
 def show(request: Request, caller: TheCallerOrNobody) -> Document:
@@ -48,7 +60,7 @@ def show(request: Request, caller: TheCallerOrNobody) -> Document:
 @router.post(
     "",
     response_class=Document,
-    responses={200: gives("Session"), **documented(401, 413, 415, 422)},
+    responses={200: gives(Session), **documented(401, 413, 415, 422)},
     openapi_extra={"requestBody": _BODY},
     summary="Sign in with a key",
 )
@@ -109,6 +121,11 @@ def _guard(request: Request) -> Guard:
     return guard
 
 
-def _document(guard: Guard, owner: str, scopes: tuple[str, ...]) -> Document:
-    found = {"needed": guard.needs_keys, "signed_in": bool(scopes), "owner": owner, "scopes": list(scopes)}
+def _document(guard: Guard, owner: str, scopes: tuple[Scope, ...]) -> Document:
+    found: Session = {
+        "needed": guard.needs_keys,
+        "signed_in": bool(scopes),
+        "owner": owner,
+        "scopes": list(scopes),
+    }
     return Document(found, headers={"Cache-Control": "no-store"})

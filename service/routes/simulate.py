@@ -6,26 +6,30 @@ from anyio.to_thread import run_sync
 from fastapi import APIRouter, Query
 from starlette.requests import Request
 from starlette.responses import Response
+from typing_extensions import TypeAliasType
 
-from damperlab.service.answer_schemas import PROMISED, gives
+from damperlab.service.answer_types import gives
 from damperlab.service.body import JSON_TYPES, ComputeQuery, media_type, read_body
 from damperlab.service.documents import Document
-from damperlab.service.estimates import readiness_document
+from damperlab.service.estimates import Readiness, readiness_document
 from damperlab.service.examples import SIMULATE_BODY
 from damperlab.service.problems import documented
-from damperlab.service.simulation import Asked, read_simulation, scenes_asked
+from damperlab.service.simulation import Asked, SimulatedDocument, read_simulation, scenes_asked
 from damperlab.service.state import Service, TheService
 from damperlab.service.work.functions import simulation_body
+from damperlab.service.work.promises import PROMISED
 from damperlab.studies.text import load_text
 from damperlab.worker.scenes import Scene
 
 router = APIRouter(prefix="/api/v1", tags=["simulate"])
 
+SimulatedOrReadiness = TypeAliasType("SimulatedOrReadiness", SimulatedDocument | Readiness)
+
 
 @router.post(
     "/simulate",
     response_class=Document,
-    responses={200: gives("SimulatedOrReadiness"), 202: PROMISED, **documented(413, 415, 422, 429, 503)},
+    responses={200: gives(SimulatedOrReadiness), 202: PROMISED, **documented(413, 415, 422, 429, 503)},
     openapi_extra={"requestBody": SIMULATE_BODY},
     summary="Compute one design point now",
 )

@@ -11,8 +11,8 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
-from damperlab.service.answer_schemas import gives
-from damperlab.service.batches import estimate_list, submit_list, summary
+from damperlab.service.answer_types import gives
+from damperlab.service.batches import SubmittedBefore, SubmittedDocument, estimate_list, submit_list
 from damperlab.service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.estimates import estimate_document
@@ -28,8 +28,8 @@ from damperlab.studies.faults import Fault, StudyFaults
 from damperlab.studies.plan import make_plan
 from damperlab.studies.store.faults import StoreFault
 from damperlab.studies.store.life_cycle.wanted import Wanted
-from damperlab.studies.store.record import TRASH_DAYS, Record
-from damperlab.studies.store.reuse.differences import differences_of
+from damperlab.studies.store.record import TRASH_DAYS, Record, RecordDocument, RecordPage, RecordsDocument
+from damperlab.studies.store.reuse.differences import DifferencesDocument, differences_of
 from damperlab.studies.store.store import Store
 from damperlab.studies.text import Format, load_text
 from damperlab.studies.vocabulary import PRIORITIES, State
@@ -121,8 +121,10 @@ class DifferencesQuery(BaseModel):
     status_code=201,
     response_class=Document,
     responses={
-        200: gives("SubmittedBefore", "The same definition was submitted before; or the answer to a dry run"),
-        201: gives("Submitted", "Stored and queued", Location="Address of the study, where one was sent."),
+        200: gives(SubmittedBefore, "The same definition was submitted before; or the answer to a dry run"),
+        201: gives(
+            SubmittedDocument, "Stored and queued", Location="Address of the study, where one was sent."
+        ),
         **documented(403, 413, 415, 422, 429, 503, 507),
     },
     openapi_extra={"requestBody": STUDY_BODY},
@@ -199,7 +201,7 @@ def _submit(service: Service, body: bytes, kind: Format, query: SubmitQuery, key
 @router.get(
     "",
     response_class=Document,
-    responses={200: gives("RecordPage"), **documented(422, 503)},
+    responses={200: gives(RecordPage), **documented(422, 503)},
     summary="A page of studies, newest first",
 )
 def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> Document:
@@ -224,13 +226,13 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
         if error.fault.field in ("cursor", "tag", "axis", "from", "to"):
             raise StudyFaults((error.fault,)) from error
         raise
-    return Document({"studies": [summary(record) for record in page.records], "cursor": page.cursor})
+    return Document({"studies": [record.summary() for record in page.records], "cursor": page.cursor})
 
 
 @router.get(
     "/{study_id}",
     response_class=Document,
-    responses={200: gives("Record"), **documented(404)},
+    responses={200: gives(RecordDocument), **documented(404)},
     summary="A study's record",
 )
 async def show(study: TheStudy) -> Document:
@@ -268,7 +270,7 @@ async def events(
 @router.post(
     "/{study_id}/cancel",
     response_class=Document,
-    responses={200: gives("Record"), **documented(404, 409)},
+    responses={200: gives(RecordDocument), **documented(404, 409)},
     summary="Stop a study",
 )
 def cancel(service: TheService, study: TheExactStudy) -> Document:
@@ -282,7 +284,7 @@ def cancel(service: TheService, study: TheExactStudy) -> Document:
 @router.post(
     "/{study_id}/resume",
     response_class=Document,
-    responses={200: gives("Record"), **documented(404, 409, 429)},
+    responses={200: gives(RecordDocument), **documented(404, 409, 429)},
     summary="Go on with a study",
 )
 def resume(service: TheService, study: TheExactStudy) -> Document:
@@ -296,7 +298,7 @@ def resume(service: TheService, study: TheExactStudy) -> Document:
 @router.post(
     "/{study_id}/retry",
     response_class=Document,
-    responses={200: gives("Record"), **documented(404, 409, 429, 503)},
+    responses={200: gives(RecordDocument), **documented(404, 409, 429, 503)},
     summary="Compute failed blocks again",
 )
 def retry(service: TheService, study: TheExactStudy) -> Document:
@@ -309,8 +311,8 @@ def retry(service: TheService, study: TheExactStudy) -> Document:
     status_code=201,
     response_class=Document,
     responses={
-        200: gives("Record", "A version by today's solver exists already, or is queued"),
-        201: gives("Record", "Entered beside the older results", Location="Address of the version."),
+        200: gives(RecordDocument, "A version by today's solver exists already, or is queued"),
+        201: gives(RecordDocument, "Entered beside the older results", Location="Address of the version."),
         **documented(404, 409, 429, 503, 507),
     },
     summary="Recompute an outdated study, beside its results",
@@ -325,18 +327,18 @@ def recompute(service: TheService, study: TheExactStudy) -> Document:
 @router.get(
     "/{study_id}/versions",
     response_class=Document,
-    responses={200: gives("Records"), **documented(404)},
+    responses={200: gives(RecordsDocument), **documented(404)},
     summary="Every version of a study, oldest first",
 )
 def versions(service: TheService, study: TheStudy) -> Document:
     """List the records of all versions without their definitions, which are one."""
-    return Document({"studies": [summary(record) for record in service.store.versions(study.id)]})
+    return Document({"studies": [record.summary() for record in service.store.versions(study.id)]})
 
 
 @router.get(
     "/{study_id}/differences",
     response_class=Document,
-    responses={200: gives("Differences"), **documented(404, 409, 422, 429, 503)},
+    responses={200: gives(DifferencesDocument), **documented(404, 409, 422, 429, 503)},
     summary="How a version differs from an older one",
 )
 async def differences(
@@ -367,7 +369,7 @@ def delete(service: TheService, study: TheExactStudy, query: Annotated[DeleteQue
 @router.post(
     "/{study_id}/undelete",
     response_class=Document,
-    responses={200: gives("Record"), **documented(404, 409, 503)},
+    responses={200: gives(RecordDocument), **documented(404, 409, 503)},
     summary="Restore a study from the trash",
 )
 def undelete(

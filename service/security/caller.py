@@ -5,14 +5,13 @@ from typing import Annotated, Literal
 
 from fastapi import Depends
 from starlette.requests import Request
-from starlette.types import Scope
+from starlette.types import Scope as Connection
 
 from damperlab.service.problems import Problem
 from damperlab.service.security.address import counted_address
 from damperlab.studies.faults import Fault
-from damperlab.studies.store.provenance import SUBMITTED_BY
 from damperlab.studies.store.record import Record
-from damperlab.studies.vocabulary import SCOPES
+from damperlab.studies.vocabulary import SCOPES, Scope
 
 SAFE_METHODS = frozenset(("GET", "HEAD", "OPTIONS"))
 """Methods that change nothing."""
@@ -38,7 +37,7 @@ class Caller:
     """
 
     owner: str
-    scopes: tuple[str, ...]
+    scopes: tuple[Scope, ...]
     how: Literal["open", "key", "session", "proxy"]
     key_id: str = ""
 
@@ -52,7 +51,7 @@ ANYBODY = Caller("", SCOPES, "open")
 """Any caller, if no keys are required."""
 
 
-def counted_under(scope: Scope) -> str:
+def counted_under(scope: Connection) -> str:
     """Name whom the limits count a request under: its key or user, and where nobody needs a key its address."""
     caller: Caller = scope["caller"]
     address = scope.get("client_address") if caller.how == "open" else None
@@ -74,7 +73,7 @@ def require_own(caller: Caller, study: Record) -> None:
     Problem
         403 where the study is not the caller's, who is no admin.
     """
-    require_owner(caller, study.provenance.get(SUBMITTED_BY), "study")
+    require_owner(caller, study.submitted_by, "study")
 
 
 def require_owner(caller: Caller, owner: str | None, what: str) -> None:

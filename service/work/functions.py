@@ -1,8 +1,7 @@
 """What is computed for requests; the answer is made into JSON beside it, so that the service only hands it on."""
 
-from typing import Any
-
 import numpy as np
+from typing_extensions import TypedDict
 
 from damperlab.service.design_budget import budget_of
 from damperlab.service.documents import Document
@@ -19,6 +18,7 @@ from damperlab.studies.ground.files import Layout, read_record
 from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.ground.question import Earthquake
 from damperlab.studies.ground.shelf import Shelf
+from damperlab.studies.shapes import Number, Numbers
 from damperlab.studies.specification.reading import load_specification, parse_specification
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.text import Format, load_text
@@ -66,7 +66,17 @@ def uploaded(body: bytes, layout: Layout, name: str, units: AccelerationUnits | 
     return read_record(body, layout, name, units)
 
 
-def looked_at(motion: GroundMotion, most: int) -> dict[str, Any]:
+class Look(TypedDict):
+    """Samples of a record, and its response spectrum."""
+
+    time_s: Numbers
+    acceleration_m_s2: Numbers
+    damping_ratio: Number
+    period_s: Numbers
+    pseudo_acceleration_m_s2: Numbers
+
+
+def looked_at(motion: GroundMotion, most: int) -> Look:
     """Give what a record looks like: at most `most` samples, its peaks among them, and its response spectrum."""
     a = motion.acceleration_m_s2
     rows = np.arange(a.size)

@@ -10,7 +10,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from damperlab.service.documents import Document
 from damperlab.service.problems import defect
-from damperlab.service.work.promises import Promise, Promises
+from damperlab.service.work.promises import Promise, PromiseDocument, Promises
 
 PATHS = ("/api/v1/simulate", "/api/v1/earthquake-comparisons", "/api/v1/fits")
 """What computes for a request."""
@@ -110,7 +110,7 @@ def promised(promise: Promise) -> Document:
     """Say where the answer will be."""
     seconds = time.monotonic() - promise.began
     return Document(
-        {"state": "computing", "seconds": seconds, "answer": promise.address},
+        PromiseDocument(state="computing", seconds=seconds, answer=promise.address),
         202,
         {
             "Location": promise.address,

@@ -4,9 +4,14 @@ import asyncio
 import time
 import uuid
 from dataclasses import dataclass, field
+from typing import Annotated, Literal
 
+from typing_extensions import TypedDict
+
+from damperlab.service.answer_types import gives
 from damperlab.service.problems import Problem
 from damperlab.studies.faults import Fault, printable
+from damperlab.studies.shapes import Says
 
 KEPT_SECONDS = 600.0
 """How long an answer is kept once it is there."""
@@ -14,6 +19,20 @@ KEPT = 256
 """Most promises, kept and under way."""
 KEPT_BYTES = 256 << 20
 """Most bytes of all kept answers."""
+
+
+class PromiseDocument(TypedDict):
+    """Where an answer will be."""
+
+    state: Literal["computing"]
+    seconds: Annotated[float, Says(minimum=0, description="Since it was asked for.")]
+    answer: Annotated[str, Says(description="Path of the answer.")]
+
+
+PROMISED = gives(
+    PromiseDocument, "It is computed, and will be found where this says.", Location="Where it will be."
+)
+"""What a request is answered that prefers a promise to waiting (RFC 7240)."""
 
 
 @dataclass

@@ -1,22 +1,26 @@
 """A design as plain data: what `damperlab design --json` prints."""
 
 from dataclasses import asdict
-from typing import Any
+from typing import Annotated, Any, Literal, NotRequired
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
-from damperlab.studies.brief import notes_document
+from damperlab.studies.brief import InShort, Notes, notes_document
 from damperlab.studies.design.absorber import DETUNED, curve
-from damperlab.studies.design.alternatives import LACKS
-from damperlab.studies.design.backbone import backbone_document
-from damperlab.studies.design.build import Build, design_document
+from damperlab.studies.design.backbone import OverBand, backbone_document
+from damperlab.studies.design.build import Build, Built, design_document
 from damperlab.studies.design.found import Found, at_ends
 from damperlab.studies.design.front import OfMass, undominated
+from damperlab.studies.design.kept import KnownDesign, Where, Worst
+from damperlab.studies.design.margins import Margin
 from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.spelling import material_of
+from damperlab.studies.design.starts import Starts, hertz
 from damperlab.studies.design.verdict import acceleration_g, verdict_of
 from damperlab.studies.design.words import details_of
+from damperlab.studies.shapes import Count, Like, Measured, Number, Numbers, Range
 from damperlab.studies.specification.measure import DAMPER_LIMITS
 from damperlab.studies.specification.records import Case, Under
 from damperlab.studies.specification.specification import Specification
@@ -28,7 +32,145 @@ SAMPLES = 301
 """Frequencies of a response in closed form."""
 
 
-def answer_document(found: Found) -> dict[str, Any]:
+class Amount(TypedDict):
+    """A value and its units."""
+
+    value: Measured
+    units: str
+
+
+class ReachedUnder(TypedDict):
+    """Under what a limited result is what it is."""
+
+    frequency_ratio: Number
+    frequency_hz: Number
+    excitation: str | None
+    record: str | None
+    scale: Number
+
+
+class Limit(ReachedUnder):
+    """A limit, what of it is reached, and whether it is kept and binds."""
+
+    limit: str
+    allowed: Measured
+    reached: Measured
+    at_most: Measured
+    kept: bool
+    binds: bool
+    relax_to: Number
+
+
+class Response(TypedDict, total=False):
+    """The response of a damper over the band; empty without one."""
+
+    frequency_ratio: Numbers
+    frequency_hz: Numbers
+    value: Numbers
+    error: Numbers
+
+
+class Alternative(KnownDesign):
+    """A damper without one of its parts, in place of the recommended one; `ratio` is over that one's worst case."""
+
+    ratio: Number
+    response: Response
+
+
+class BesideAbsorber(TypedDict):
+    """A tuned mass damper of the same mass in place of the recommended damper."""
+
+    mass_ratio: Number
+    tuning: Number
+    damping_ratio: Number
+    worst: Amount
+    nominal: Amount
+    detuned: Amount
+    detuned_by: Number
+    stroke: Amount
+    detuned_stroke: Amount
+    feasible: bool
+    exceeded: list[str]
+    ratio: Number
+    response: Response
+
+
+class NoDamper(TypedDict):
+    """The structure alone."""
+
+    response: Response
+
+
+class BestOfMass(KnownDesign):
+    """The best damper found of a mass, as drawn, with other dampers of that mass."""
+
+    particle_mass_kg: NotRequired[Number]
+    mass_ratio: NotRequired[Number]
+    looked_at: Count
+    recommended: bool
+    lighter_as_good: bool
+    tuned_mass_damper: Number
+    particle_alone: Number
+
+
+class Ended(TypedDict):
+    """Why the search ended."""
+
+    criterion: str
+    looked_at: Count
+
+
+class UnderRecord(TypedDict):
+    """The measure of the drawn damper under a record at a scale."""
+
+    record: str
+    record_name: str
+    scale: Number
+    value: Number
+
+
+class DesignAnswer(TypedDict):
+    """What `damperlab design --json` prints."""
+
+    name: str
+    digest: str
+    verdict: InShort
+    notes: Notes
+    design: Built
+    worst: Worst
+    nominal: Worst
+    excitations: list[Worst]
+    feasible: bool
+    limits: list[Limit]
+    acceleration_g: Number
+    probability: Number
+    probability_interval: Range | None
+    builds: Count
+    builds_within: Number
+    starts: Annotated[dict[str, Any], Like(Starts)] | None
+    at_range_end: dict[str, str]
+    margins: dict[str, Annotated[dict[str, Any], Like(Margin)]]
+    friction_alone: Alternative | None
+    particle_alone: Alternative | None
+    tuned_mass_damper: BesideAbsorber | None
+    compared: Worst
+    pareto: list[dict[str, Number]]
+    masses: list[BestOfMass]
+    stopped: str
+    ended: Ended
+    left_out: list[str]
+    confidence: Number
+    points: Count
+    budget_points: Count
+    words: list[str]
+    response: Response
+    no_damper: NoDamper
+    amplitudes: list[OverBand]
+    cases: list[UnderRecord]
+    specification: dict[str, Any]
+
+
+def answer_document(found: Found) -> DesignAnswer:
     """Give all that was found as mappings, lists, texts and numbers; one that is not finite stands for a failed response."""
     asked, build, stated = found.asked, found.build, found.stated
     builds = found.builds
@@ -52,10 +194,11 @@ def answer_document(found: Found) -> dict[str, Any]:
         "probability_interval": None if builds is None else [builds.low, builds.high],
         "builds": 0 if builds is None else builds.drawn,
         "builds_within": None if builds is None else builds.bound,
-        "starts": _starts(found),
+        "starts": None if found.starts is None else asdict(found.starts),
         "at_range_end": at_ends(found),
         "margins": {name: asdict(margin) for name, margin in found.margins.items()},
-        **{name: _alternative(found, name) for name in LACKS},
+        "friction_alone": _alternative(found, "friction_alone"),
+        "particle_alone": _alternative(found, "particle_alone"),
         "tuned_mass_damper": _absorber(found),
         "compared": worst_document(asked, found.compared),
         "pareto": [
@@ -86,7 +229,7 @@ def answer_document(found: Found) -> dict[str, Any]:
     }
 
 
-def known_document(asked: Specification, ahead: tuple[Build, Score]) -> dict[str, Any]:
+def known_document(asked: Specification, ahead: tuple[Build, Score]) -> KnownDesign:
     """Give the best damper so far, as the answer gives the recommended one."""
     build, score = ahead
     return {
@@ -96,7 +239,7 @@ def known_document(asked: Specification, ahead: tuple[Build, Score]) -> dict[str
     }
 
 
-def worst_document(asked: Specification, score: Score) -> dict[str, Any]:
+def worst_document(asked: Specification, score: Score) -> Worst:
     """Give a worst case with its units, and where it is."""
     return {
         "measure": asked.measure.name,
@@ -107,33 +250,35 @@ def worst_document(asked: Specification, score: Score) -> dict[str, Any]:
     }
 
 
-def _where(asked: Specification, score: Score) -> dict[str, Any]:
+def _where(asked: Specification, score: Score) -> Where:
     """Give what a worst case is under: a frequency and an amplitude, or a record and its scale; None for what it has not."""
     under = score.under
-    nowhere = ("ratio", "frequency_ratio", "frequency_hz", "base_amplitude_m")
-    if isinstance(under, Case):
-        name = asked.records_of(under).name
-        return dict.fromkeys(nowhere) | {
-            "excitation": name or None,
-            "record": under.source.id,
-            "record_name": under.source.called,
-            "scale": under.scale,
-        }
-    no_record = dict.fromkeys(("record", "record_name", "scale")) if asked.cases else {}
-    if not asked.excitations:
-        return dict.fromkeys((*nowhere, "excitation")) | no_record
-    bound = binding(asked, score)
-    at = score.frequency_ratio
-    known = no_record | {
-        "ratio": score.value / (score.amplitude_m * _rate(asked) ** asked.measure.order),
-        "frequency_ratio": at,
-        "frequency_hz": at * asked.structure.natural_frequency_hz if asked.in_units else None,
-        "base_amplitude_m": score.amplitude_m if asked.in_units else None,
-        "excitation": bound.name or None,
+    known: Where = {
+        "ratio": None,
+        "frequency_ratio": None,
+        "frequency_hz": None,
+        "base_amplitude_m": None,
+        "excitation": None,
     }
-    # a mean is at no frequency, and under a constant velocity at no amplitude of the displacement
-    if asked.measure.mean:
-        known |= dict.fromkeys(nowhere if bound.motion.order else ("frequency_ratio", "frequency_hz"))
+    if isinstance(under, Case):
+        known["excitation"] = asked.records_of(under).name or None
+        known["record"], known["record_name"] = under.source.id, under.source.called
+        known["scale"] = under.scale
+        return known
+    if asked.cases:
+        known["record"] = known["record_name"] = known["scale"] = None
+    if not asked.excitations:
+        return known
+    bound = binding(asked, score)
+    known["excitation"] = bound.name or None
+    if not asked.measure.mean:  # which is at no frequency
+        known["frequency_ratio"] = score.frequency_ratio
+        known["frequency_hz"] = hertz(asked, score.frequency_ratio)
+    if not (
+        asked.measure.mean and bound.motion.order
+    ):  # under a constant velocity: at no amplitude of the displacement
+        known["ratio"] = score.value / (score.amplitude_m * _rate(asked) ** asked.measure.order)
+        known["base_amplitude_m"] = score.amplitude_m if asked.in_units else None
     return known
 
 
@@ -142,23 +287,9 @@ def _rate(asked: Specification) -> float:
     return asked.structure.angular_frequency if asked.in_units else 1.0
 
 
-def _starts(found: Found) -> dict[str, Any] | None:
-    """Give what several starts lead to; lengths in metres, or over the base amplitude where there are no units."""
-    if found.starts is None:
-        return None
-    known = asdict(found.starts)
-    for each in (known, *known["where"]):
-        each["frequency_hz"] = _hertz(found.asked, each["frequency_ratio"])
-    return known
-
-
-def _hertz(asked: Specification, ratio: float) -> float | None:
-    return ratio * asked.structure.natural_frequency_hz if asked.in_units else None
-
-
-def limits_of(found: Found) -> list[dict[str, Any]]:
+def limits_of(found: Found) -> list[Limit]:
     """Give what of each limit is reached, and whether it is kept and binds."""
-    rows: list[dict[str, Any]] = []
+    rows: list[Limit] = []
     asked = found.asked
     for name, limit in asked.limits.items():
         reached, at_most = found.stated.reached[name], found.stated.at_most[name]
@@ -194,24 +325,28 @@ def limits_of(found: Found) -> list[dict[str, Any]]:
     return rows
 
 
-def _reached_at(asked: Specification, at: tuple[Under, float] | None) -> dict[str, Any]:
+def _reached_at(asked: Specification, at: tuple[Under, float] | None) -> ReachedUnder:
     """Give under what a limited result is what it is; None where nothing has it."""
-    known = dict.fromkeys(("frequency_ratio", "frequency_hz", "excitation", "record", "scale"))
+    known: ReachedUnder = {
+        "frequency_ratio": None,
+        "frequency_hz": None,
+        "excitation": None,
+        "record": None,
+        "scale": None,
+    }
     if at is None:
         return known
     under, ratio = at
     if isinstance(under, Case):
-        name = asked.records_of(under).name
-        return known | {"excitation": name or None, "record": under.source.id, "scale": under.scale}
-    hertz = ratio * asked.structure.natural_frequency_hz if asked.in_units else None
-    return known | {
-        "frequency_ratio": ratio,
-        "frequency_hz": hertz,
-        "excitation": under.excitation.name or None,
-    }
+        known["excitation"] = asked.records_of(under).name or None
+        known["record"], known["scale"] = under.source.id, under.scale
+        return known
+    known["frequency_ratio"], known["frequency_hz"] = ratio, hertz(asked, ratio)
+    known["excitation"] = under.excitation.name or None
+    return known
 
 
-def _alternative(found: Found, name: str) -> dict[str, Any] | None:
+def _alternative(found: Found, name: str) -> Alternative | None:
     other = found.alternatives.get(name)
     if other is None:
         return None
@@ -224,7 +359,7 @@ def _alternative(found: Found, name: str) -> dict[str, Any] | None:
     }
 
 
-def _absorber(found: Found) -> dict[str, Any] | None:
+def _absorber(found: Found) -> BesideAbsorber | None:
     beside = found.absorber
     if beside is None:
         return None
@@ -246,10 +381,9 @@ def _absorber(found: Found) -> dict[str, Any] | None:
     }
 
 
-def _of_mass(found: Found, one: OfMass) -> dict[str, Any]:
+def _of_mass(found: Found, one: OfMass) -> BestOfMass:
     """Give the best damper found of a mass, as drawn, with other dampers of that mass."""
-    return {
-        _mass_name(found.asked): one.mass_kg,
+    best: BestOfMass = {
         "design": design_document(one.build, found.asked),
         "worst": worst_document(found.asked, one.score),
         "feasible": one.score.violation == 0.0,
@@ -259,9 +393,11 @@ def _of_mass(found: Found, one: OfMass) -> dict[str, Any]:
         "tuned_mass_damper": one.absorber,
         "particle_alone": one.particle_alone,
     }
+    best[_mass_name(found.asked)] = one.mass_kg
+    return best
 
 
-def _mass_name(asked: Specification) -> str:
+def _mass_name(asked: Specification) -> Literal["particle_mass_kg", "mass_ratio"]:
     """Name the mass of a particle: in a specification in ratios the structure's is 1."""
     return "particle_mass_kg" if asked.in_units else "mass_ratio"
 
@@ -283,16 +419,16 @@ def cases_of(found: Found) -> list[tuple[Case, float]]:
     return [(each, float(found.book.curve(found.build, each).measured[0])) for each in cases]
 
 
-def _response(found: Found, build: Build) -> dict[str, Any]:
+def _response(found: Found, build: Build) -> Response:
     """Give the response of a damper as drawn at every frequency computed, with its error; empty without a band."""
     asked = found.asked
     if not asked.excitations:
         return {}
     known = found.book.curve(build, found.binding.largest)
-    return _over(found, known.r, known.measured) | {"error": known.errors.tolist()}
+    return {**_over(found, known.r, known.measured), "error": known.errors.tolist()}
 
 
-def _closed_form(found: Found, absorber: Absorber) -> dict[str, Any]:
+def _closed_form(found: Found, absorber: Absorber) -> Response:
     """Give the response with a tuned mass damper, or with none, on the nominal structure; empty without a band."""
     if not found.asked.excitations:
         return {}
@@ -302,8 +438,8 @@ def _closed_form(found: Found, absorber: Absorber) -> dict[str, Any]:
     return _over(found, r, curve(found.asked, found.binding.largest, absorber, r))
 
 
-def _over(found: Found, r: NDArray[np.float64], values: NDArray[np.float64]) -> dict[str, Any]:
-    known: dict[str, Any] = {"frequency_ratio": r.tolist(), "value": values.tolist()}
+def _over(found: Found, r: NDArray[np.float64], values: NDArray[np.float64]) -> Response:
+    known: Response = {"frequency_ratio": r.tolist(), "value": values.tolist()}
     if found.asked.in_units:
         known["frequency_hz"] = (r * found.asked.structure.natural_frequency_hz).tolist()
     return known

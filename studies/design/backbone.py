@@ -5,16 +5,35 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from typing_extensions import TypedDict
 
 from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.found import Found
+from damperlab.studies.shapes import Number, Numbers
 from damperlab.studies.specification.excitation import Amplitude
 
 SAME = 1e-9
 """Share by which an amplitude may miss an end of the range that it is at."""
 
 
-def backbone_document(found: Found) -> list[dict[str, Any]]:
+class OverBand(TypedDict):
+    """The response of a damper over the band under one amplitude."""
+
+    amplitude: Number
+    amplitude_units: str
+    asked: bool
+    frequency_ratio: Numbers
+    frequency_hz: Numbers | None
+    value: Numbers
+    ratio: Numbers
+    units: str
+    worst: Number
+    worst_ratio: Number
+    worst_frequency_ratio: Number
+    worst_frequency_hz: Number
+
+
+def backbone_document(found: Found) -> list[OverBand]:
     """Give the response of the damper as drawn under amplitudes of the excitation that binds, the smallest first.
 
     Returns
@@ -28,18 +47,15 @@ def backbone_document(found: Found) -> list[dict[str, Any]]:
     return [_under(found, each) for each in found.shown]
 
 
-def _under(found: Found, amplitude: Amplitude) -> dict[str, Any]:
+def _under(found: Found, amplitude: Amplitude) -> OverBand:
     asked, excitation = found.asked, amplitude.excitation
     curve = found.book.curve(found.build, amplitude)
     values = curve.measured
     ratios = values / (curve.base_m * curve.rate**asked.measure.order)
     place = int(values.argmax())
     hertz = asked.structure.natural_frequency_hz if asked.in_units else None
-    peak = {
-        "worst_ratio": float(ratios[place]),
-        "worst_frequency_ratio": float(curve.r[place]),
-        "worst_frequency_hz": None if hertz is None else hertz * float(curve.r[place]),
-    }
+    # an rms over the band is at no frequency
+    peak = None if asked.measure.mean else float(curve.r[place])
     low, high = excitation.lowest_m * (1.0 - SAME), excitation.highest_m * (1.0 + SAME)
     return {
         "amplitude": asked.level(amplitude) if asked.in_units else amplitude.reference_m,
@@ -51,8 +67,9 @@ def _under(found: Found, amplitude: Amplitude) -> dict[str, Any]:
         "ratio": ratios.tolist(),
         "units": asked.unit,
         "worst": curve.judged,
-        # an rms over the band is at no frequency
-        **(dict.fromkeys(peak) if asked.measure.mean else peak),
+        "worst_ratio": None if peak is None else float(ratios[place]),
+        "worst_frequency_ratio": peak,
+        "worst_frequency_hz": None if peak is None or hertz is None else hertz * peak,
     }
 
 

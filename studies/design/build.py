@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 from damperlab.studies.cavity import LEVEL, Cavity, cavity_of
+from damperlab.studies.shapes import Says
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.measure import DAMPER_LIMITS, DamperLimit
 from damperlab.studies.specification.records import Case, Under
@@ -187,14 +188,19 @@ class Build:
         return replace(self, **changed, cavity=cavity_of(numbers | inside))
 
 
-def design_document(build: Build, asked: Specification) -> dict[str, float | None]:
+Built = Annotated[
+    dict[str, float | str | None], Says(description="A damper in drawing values and in ratios.")
+]
+
+
+def design_document(build: Build, asked: Specification) -> Built:
     """Give a damper in drawing values, where there are units, and in ratios at the largest base amplitude.
 
     Under ground-motion records alone there is no base amplitude, and no ratio to it.
     """
     amplitude = asked.largest_m if asked.excitations else 1.0
     _, restitution, mass, clearance, friction = build.place(asked.structure, amplitude)
-    found: dict[str, float | None] = {
+    found: Built = {
         name: getattr(build, name) if asked.in_units or name == "restitution" else None for name in CHOSEN
     }
     ratios = dict(zip(RATIO_OF.values(), (clearance, friction, mass, restitution), strict=True))

@@ -2,9 +2,76 @@
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any
+from typing import Annotated, Any, NotRequired
 
+from typing_extensions import TypedDict
+
+from damperlab.studies.design.build import Built
+from damperlab.studies.shapes import Count, Number, Says
 from damperlab.studies.vocabulary import State
+
+
+class Where(TypedDict):
+    """What a worst case is under: an excitation with its frequency and amplitude, or a record with its scale."""
+
+    ratio: Number
+    frequency_ratio: Number
+    frequency_hz: Number
+    base_amplitude_m: Number
+    excitation: Annotated[str | None, Says(description="Its name, where there are several.")]
+    record: NotRequired[
+        Annotated[str | None, Says(description="The ground-motion record, of a design under records.")]
+    ]
+    record_name: NotRequired[
+        Annotated[str | None, Says(description="What it is called: its id, or what it was generated from.")]
+    ]
+    scale: NotRequired[Number]
+
+
+class Worst(Where):
+    """A worst case with its units, and where it is."""
+
+    measure: str
+    value: Number
+    error: Number
+    units: str
+
+
+class KnownDesign(TypedDict):
+    """A damper, and its worst case as drawn."""
+
+    design: Built
+    worst: Worst
+    feasible: bool
+
+
+class DesignSummary(TypedDict):
+    """What a list of designs shows."""
+
+    id: Annotated[str, Says(description="First 12 hex digits of the digest.")]
+    name: str
+    state: State
+    stage: Annotated[str | None, Says(description="What is computed now, in words.")]
+    round: Annotated[Count, Says(description="Rounds of studies begun.")]
+    points: Annotated[Count, Says(description="Points known when the round began.")]
+    points_wanted: Annotated[Count, Says(description="Points of the round's studies.")]
+    budget_points: Annotated[Count, Says(description="Most points.")]
+    known: Annotated[
+        KnownDesign | None,
+        Says(description="The best so far, as drawn; of a design that is done the one it recommends."),
+    ]
+    created: str
+    started: str | None
+    finished: str | None
+    message: Annotated[str | None, Says(description="Why it failed, or what it waits for.")]
+    digest: str
+
+
+class KeptDocument(DesignSummary):
+    """A design without its answer."""
+
+    studies: Annotated[list[str], Says(description="Ids of the round's studies.")]
+    specification: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -34,7 +101,7 @@ class Round:
     points: int
     wanted: int
     studies: tuple[str, ...]
-    known: dict[str, Any] | None
+    known: KnownDesign | None
     started: str
     message: str | None = None
 
@@ -87,8 +154,8 @@ class Kept:
         """Where it stands among the designs of its folder; texts of this kind are ordered as the designs were asked for."""
         return f"{int(1e6 * datetime.fromisoformat(self.created).timestamp()):020d}-{self.id}"
 
-    def document(self) -> dict[str, Any]:
-        """Give the design as JSON-able values, without its answer."""
+    def summary(self) -> DesignSummary:
+        """Give what a list of designs shows."""
         at = self.round
         return {
             "id": self.id,
@@ -100,14 +167,17 @@ class Kept:
             "points_wanted": 0 if at is None or self.ended else at.wanted,
             "budget_points": self.budget_points,
             "known": None if at is None else at.known,
-            "studies": [] if at is None else list(at.studies),
             "created": self.created,
             "started": None if at is None else at.started,
             "finished": self.finished,
             "message": self.message,
             "digest": self.digest,
-            "specification": self.specification,
         }
+
+    def document(self) -> KeptDocument:
+        """Give the design as JSON-able values, without its answer."""
+        studies = [] if self.round is None else list(self.round.studies)
+        return {**self.summary(), "studies": studies, "specification": self.specification}
 
 
 def now() -> str:

@@ -10,6 +10,7 @@ from damperlab.studies.design.score import Score
 from damperlab.studies.design.search import CLOSE, Search
 from damperlab.studies.design.steps import Step
 from damperlab.studies.quantity import PARTICLE_FRICTION
+from damperlab.studies.shapes import Measured
 from damperlab.studies.specification.damper import QUANTITIES
 from damperlab.studies.specification.specification import OF_DAMPER, Specification, beside_rubbing
 
@@ -23,8 +24,8 @@ FEW = 3
 class Margin:
     """How far one quantity may move alone: it holds from `low` to `high`, and was seen to fail at the values beyond."""
 
-    low: float
-    high: float
+    low: Measured
+    high: Measured
     fails_below: float | None
     fails_above: float | None
 

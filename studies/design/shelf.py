@@ -248,7 +248,7 @@ class Shelf:
         """Let a design that was cancelled or has failed go on."""
         self._folder.at(design_id).remove(END)
 
-    def answer(self, design_id: str) -> dict[str, Any]:
+    def answer(self, design_id: str) -> Any:
         """Give the answer of a design that is done.
 
         Raises
@@ -257,10 +257,9 @@ class Shelf:
             If it is not what was written.
         """
         try:
-            found: dict[str, Any] = self._read(design_id, ANSWER)["answer"]
+            return self._read(design_id, ANSWER)["answer"]
         except FileNotFoundError:
             raise damaged(design_id, f"{ANSWER} is lost") from None
-        return found
 
     def report(self, design_id: str) -> bytes:
         """Give the report of a design that is done, a page of HTML.

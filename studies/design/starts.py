@@ -12,6 +12,7 @@ from damperlab.studies.design.curve import Curve
 from damperlab.studies.design.score import Score, binding
 from damperlab.studies.design.search import Search
 from damperlab.studies.design.steps import Step
+from damperlab.studies.shapes import Count, Measured
 from damperlab.studies.specification.excitation import Amplitude
 from damperlab.studies.specification.specification import STARTS, Specification
 from damperlab.studies.variables import ResponseClass
@@ -50,9 +51,9 @@ class Reached:
         Whether rest leads to it.
     """
 
-    displacement: float
+    displacement: Measured
     value: float | None
-    share: float
+    share: Measured
     response_class: str | None
     from_rest: bool
 
@@ -65,6 +66,8 @@ class Several:
     ----------
     frequency_ratio : float
         Which.
+    frequency_hz : float or None
+        The same in hertz; None without units.
     attractors : int
         How many responses.
     highest : float
@@ -75,11 +78,12 @@ class Several:
         Of all starts, that lead to further responses, or failed.
     """
 
-    frequency_ratio: float
-    attractors: int
-    highest: float
+    frequency_ratio: Measured
+    frequency_hz: float | None
+    attractors: Count
+    highest: Measured
     responses: tuple[Reached, ...]
-    share_left: float
+    share_left: Measured
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,8 @@ class Starts:
         The largest displacement of any, in the unit of lengths.
     frequency_ratio : float
         Where that is.
+    frequency_hz : float or None
+        The same in hertz; None without units.
     beyond : int or None
         Frequencies at which some start leads to more than the stated worst case is at most; None where something else than
         the displacement is measured, which is not known of every start.
@@ -103,11 +109,12 @@ class Starts:
         The frequencies of `several`, ascending.
     """
 
-    count: int
-    frequencies: int
-    several: int
-    worst: float
-    frequency_ratio: float
+    count: Count
+    frequencies: Count
+    several: Count
+    worst: Measured
+    frequency_ratio: Measured
+    frequency_hz: float | None
     beyond: int | None
     where: tuple[Several, ...]
 
@@ -155,9 +162,15 @@ def starts_of(
         several=len(where),
         worst=float(worst_of[place]),
         frequency_ratio=float(r[place]),
+        frequency_hz=hertz(asked, float(r[place])),
         beyond=int((worst_of > bound).sum()) if displacement else None,
         where=tuple(where),
     )
+
+
+def hertz(asked: Specification, ratio: float) -> float | None:
+    """Give a frequency in hertz; None without units."""
+    return ratio * asked.structure.natural_frequency_hz if asked.in_units else None
 
 
 def _several(asked: Specification, cube: xr.Dataset, largest: Amplitude, rest: Curve) -> Iterator[Several]:
@@ -174,6 +187,7 @@ def _several(asked: Specification, cube: xr.Dataset, largest: Amplitude, rest: C
         found = tuple(_reached(measure.variable, unit, at, base_m, known))
         yield Several(
             frequency_ratio=r,
+            frequency_hz=hertz(asked, r),
             attractors=int(at["attractors"]),
             highest=base_m * float(at["amplitude_ratio_worst"]),
             responses=found,

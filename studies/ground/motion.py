@@ -2,11 +2,14 @@
 
 import hashlib
 from dataclasses import dataclass, field
+from typing import NotRequired
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import TypedDict
 
 from damperlab.studies.faults import Fault, StudyFaults
+from damperlab.studies.shapes import Count, Measured
 from damperlab.studies.vocabulary import ACCELERATION_UNITS
 
 STANDARD_GRAVITY = ACCELERATION_UNITS["g"]
@@ -17,6 +20,33 @@ SHORTEST_STEP, LONGEST_STEP = 1e-5, 1.0
 """Bounds of a time step [s]."""
 MOST_ACCELERATION = 1e4
 """Bound on a sample [m/s²], a thousand times the strongest ever recorded: beyond it the unit is wrong."""
+
+
+class MotionSummary(TypedDict):
+    """What a list of records shows, in SI units."""
+
+    name: str
+    source: str
+    samples: Count
+    step_s: Measured
+    duration_s: Measured
+    peak_acceleration_m_s2: Measured
+    peak_acceleration_g: Measured
+    peak_velocity_m_s: Measured
+    peak_displacement_m: Measured
+    digest: str
+
+
+class MotionOfId(MotionSummary):
+    """The same of a record that goes by an id."""
+
+    id: str
+
+
+class GroundMotionDocument(MotionOfId):
+    """The same of a record that is kept, and whose it is."""
+
+    submitted_by: NotRequired[str]
 
 
 @dataclass(frozen=True)
@@ -72,7 +102,7 @@ class GroundMotion:
         way = velocity[:-1] * h + h * h * (2 * a[:-1] + a[1:]) / 6
         return velocity, np.concatenate(([0.0], np.cumsum(way)))
 
-    def summary(self) -> dict[str, object]:
+    def summary(self) -> MotionSummary:
         """Return what a list of records shows, in SI units."""
         velocity, displacement = self.base_motion()
         return {

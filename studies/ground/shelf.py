@@ -70,7 +70,9 @@ class Shelf:
 
     def summaries(self) -> list[dict[str, Any]]:
         """Return id and summary of every record, and whose it is, without reading the samples of uploaded ones."""
-        built_in = [{"id": name, **builtin_record(name).summary()} for name in builtin_ids()]
+        built_in: list[dict[str, Any]] = [
+            {"id": name, **builtin_record(name).summary()} for name in builtin_ids()
+        ]
         return built_in + [{"id": name, **self._kept(name)} for name in self._uploaded()]
 
     def _kept(self, record_id: str) -> dict[str, Any]:

@@ -2,14 +2,17 @@
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any
+from typing import Annotated, Any, Literal, get_args
+
+from typing_extensions import TypeAliasType, TypedDict
 
 from damperlab.studies.html import card
-from damperlab.studies.kinds import dimensions_of_definition
-from damperlab.studies.store.provenance import SUBMITTED_BY
-from damperlab.studies.vocabulary import ENDED
+from damperlab.studies.shapes import Like, Says
+from damperlab.studies.vocabulary import ENDED, State
 
-PREPARATIONS: tuple[str, ...] = ("starting", "compiling", "waiting")
+Preparation = Literal["starting", "compiling", "waiting"]
+Phase = Literal[Preparation, State]
+PREPARATIONS: tuple[Preparation, ...] = get_args(Preparation)
 """Phases of a running study that computes no block: its workers start, kernels that they lack are compiled, none is left."""
 
 TRASH_DAYS = 7
@@ -121,14 +124,18 @@ class Record:
         What somebody wants to find it by, sorted.
     note : str
         What somebody says of it.
+    dimensions : tuple of str
+        The dimensions of the cube, in its order.
+    submitted_by : str, optional
+        Owner of the key that it was submitted with.
     """
 
-    id: str
+    id: Annotated[str, Says(description="First 12 hex digits of the digest; -2 behind them for version 2.")]
     name: str
-    state: str
-    phase: str
-    phase_done: int | None
-    phase_total: int | None
+    state: State
+    phase: Annotated[Phase, Says(description="The state, or what a running study does before its blocks.")]
+    phase_done: Annotated[int | None, Says(description="Kernels compiled.")]
+    phase_total: Annotated[int | None, Says(description="Kernels to compile.")]
     points_total: int
     points_done: int
     points_failed: int
@@ -137,8 +144,8 @@ class Record:
     created: datetime
     started: datetime | None
     finished: datetime | None
-    seconds_left: float | None
-    definition: dict[str, Any]
+    seconds_left: Annotated[float | None, Says(description="Expected wall time to the end, in seconds.")]
+    definition: Annotated[dict[str, Any], Says(description="The study; submit it again to get this record.")]
     digest: str
     chunk: tuple[int, ...]
     provenance: dict[str, str]
@@ -146,15 +153,26 @@ class Record:
     seconds: float
     kernel_seconds: float
     owner: str | None
-    points_reused: int
+    points_reused: Annotated[int, Says(description="Points reused from earlier studies.")]
     revision: int
     reuse: bool
     shape: tuple[int, ...]
-    version: int
-    outdated: bool
-    priority: int
+    version: Annotated[
+        int, Says(description="1 as submitted; computed again by a later solver, it gets the next.")
+    ]
+    outdated: Annotated[
+        bool, Says(description="Another solver than today's computed the results; POST /recompute.")
+    ]
+    priority: Annotated[
+        int, Says(description="Of the studies that wait the one with the highest begins first.")
+    ]
     tags: tuple[str, ...]
     note: str
+    dimensions: Annotated[tuple[str, ...], Says(description="Those of the cube, in its order.")]
+    submitted_by: Annotated[
+        str | None,
+        Says(description="Owner of the key that it was submitted with; null where no keys are asked for."),
+    ]
 
     def _repr_html_(self) -> str:
         """Show a notebook the state and the progress."""
@@ -168,11 +186,6 @@ class Record:
         return card(f"Study {self.name}".strip(), rows)
 
     @property
-    def dimensions(self) -> tuple[str, ...]:
-        """The dimensions of the cube, in its order."""
-        return dimensions_of_definition(self.definition)
-
-    @property
     def ended(self) -> bool:
         """Whether nothing more happens unless somebody asks for it."""
         return self.state in ENDED
@@ -182,14 +195,33 @@ class Record:
         document = dict(vars(self))
         for key in ("created", "started", "finished"):
             document[key] = None if document[key] is None else document[key].isoformat()
-        document |= {
-            "chunk": list(self.chunk),
-            "shape": list(self.shape),
-            "dimensions": list(self.dimensions),
-            "tags": list(self.tags),
-            "submitted_by": self.provenance.get(SUBMITTED_BY),
-        }
+        for key in ("chunk", "shape", "tags", "dimensions"):
+            document[key] = list(document[key])
         return document
+
+    def summary(self) -> dict[str, Any]:
+        """Give it without its definition, which may be long, and its provenance."""
+        return {
+            name: value for name, value in self.document().items() if name not in ("definition", "provenance")
+        }
+
+
+RecordDocument = TypeAliasType("RecordDocument", Annotated[dict[str, Any], Like(Record)])
+RecordSummary = TypeAliasType(
+    "RecordSummary", Annotated[dict[str, Any], Like(Record, "definition", "provenance")]
+)
+
+
+class RecordsDocument(TypedDict):
+    """Records without their definitions."""
+
+    studies: list[RecordSummary]
+
+
+class RecordPage(RecordsDocument):
+    """A page of them."""
+
+    cursor: str | None
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from tests.service.cli.commands import run
+from tests.service.contract import document_now
+from tests.service.test_contract import check
 
 from damperlab.service.client import Client, Study
 from damperlab.service.documents import plain
@@ -337,6 +339,9 @@ def test_refinement_leads_to_a_ranking_of_both_studies(
     address = f"/api/v1/studies/{hybrid.id}"
     again = client.post(f"{address}/refine", params={"tolerance": "1"})
     assert (again.status_code, again.json()["follow_up"]["id"]) == (200, step.follow_up.id)
+    planning = client.post(f"{address}/refine", params={"tolerance": "1", "dry_run": "true"})
+    for answer in (again, planning):
+        check(document_now(), "post", "/api/v1/studies/{study_id}/refine", answer)
     together = hybrid.optimal_designs(with_=[step.follow_up])
     cubes = {study.id: store.cube(study.id) for study in (hybrid, step.follow_up)}
     assert_same(together, merged_designs(cubes))

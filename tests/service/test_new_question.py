@@ -22,7 +22,7 @@ from typing import Any
 
 from damperlab.service.questions.forms import along
 from damperlab.service.questions.question import Question, Subject, Words
-from damperlab.service.questions.shapes import Numbers, OfPoints
+from damperlab.studies.shapes import Numbers, OfPoints
 from damperlab.studies.field import asked
 from damperlab.studies.kinds import HARMONIC
 

@@ -1,17 +1,19 @@
 """Dampers beside each other under one record, with how much of it is chance."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Annotated, Any
 
 import numpy as np
+from typing_extensions import TypedDict
 
 from damperlab.studies.cavity import cavity_of
-from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.ground.motion import GroundMotion, MotionOfId
 from damperlab.studies.ground.question import Earthquake
+from damperlab.studies.shapes import Like, Measured, Says, Table
 from damperlab.studies.tmd.absorber import Absorber
 from damperlab.studies.tmd.tunings import tuned
-from damperlab.studies.vocabulary import CASES
+from damperlab.studies.vocabulary import CASES, Criterion
 from damperlab.worker.ground.absorber import absorber_response
 from damperlab.worker.ground.design import Damper, Structure, scale_of
 from damperlab.worker.ground.response import GroundResponse, Perturbation, Ready, ground_response
@@ -76,13 +78,41 @@ def scenes_of(asked: Earthquake) -> list[Scene]:
     )
 
 
-def compare(asked: Earthquake) -> dict[str, Any]:
+@dataclass(frozen=True, kw_only=True)
+class _Case(GroundResponse):
+    label: str
+    spread: Table = field(default_factory=dict)
+
+
+class Tuned(TypedDict):
+    """A tuned mass damper, and how it is tuned."""
+
+    criterion: Criterion
+    mass_ratio: Measured
+    tuning: Measured
+    damping_ratio: Measured
+
+
+class Comparison(TypedDict):
+    """Dampers beside each other under one record."""
+
+    record: MotionOfId
+    length_scale_m: Measured
+    design: dict[str, Measured]
+    contact: Annotated[dict[str, Any], Says(required=["model"])]
+    tmd: Tuned | None
+    cases: Annotated[
+        dict[str, Annotated[dict[str, Any], Like(_Case)]], Says(propertyNames={"enum": list(CASES)})
+    ]
+
+
+def compare(asked: Earthquake) -> Comparison:
     """Compute every case of a comparison.
 
     Returns
     -------
-    dict
-        ``record`` (its id and summary), ``scale``, ``design``, ``contact``, ``tmd``, and ``cases``: by name the measures of
+    Comparison
+        Its ``cases`` have by name the measures of
         `GroundResponse`, ``label`` and, with perturbed starts, ``spread``.
     """
     structure = structure_of(asked)
@@ -113,8 +143,17 @@ def compare(asked: Earthquake) -> dict[str, Any]:
         "length_scale_m": scale_of(structure, asked.motion, factor).length_m,
         "design": values,
         "contact": asked.contact.model_dump(mode="json"),
-        "tmd": None if absorber is None else {"criterion": asked.criterion, **asdict(absorber)},
+        "tmd": None if absorber is None else _tuned(asked, absorber),
         "cases": cases,
+    }
+
+
+def _tuned(asked: Earthquake, absorber: Absorber) -> Tuned:
+    return {
+        "criterion": asked.criterion,
+        "mass_ratio": absorber.mass_ratio,
+        "tuning": absorber.tuning,
+        "damping_ratio": absorber.damping_ratio,
     }
 
 

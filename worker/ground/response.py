@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.studies.ground.motion import GroundMotion
+from damperlab.studies.shapes import Count, Measured
 from damperlab.studies.variables import Status
 from damperlab.worker.ground.design import Damper, Scale, Structure, friction_of, particle_of, scale_of
 from damperlab.worker.solver.dwell import approach_speed
@@ -99,24 +100,24 @@ class GroundResponse:
         Energy lost to the friction of the particle in its cavity; None where there is none.
     """
 
-    peak_relative_displacement_m: float
-    rms_relative_displacement_m: float
-    peak_absolute_displacement_m: float
-    rms_absolute_displacement_m: float
-    peak_absolute_acceleration_m_s2: float
-    rms_absolute_acceleration_m_s2: float
-    impacts: int
-    impact_speed_max_m_s: float
-    stick_fraction: float
-    work_in_j: float
-    loss_viscous_j: float
-    loss_friction_j: float
-    loss_impact_j: float
-    energy_residual: float
-    duration_s: float
-    end_relative_displacement_m: float
-    end_relative_velocity_m_s: float
-    status: int
+    peak_relative_displacement_m: Measured
+    rms_relative_displacement_m: Measured
+    peak_absolute_displacement_m: Measured
+    rms_absolute_displacement_m: Measured
+    peak_absolute_acceleration_m_s2: Measured
+    rms_absolute_acceleration_m_s2: Measured
+    impacts: Count
+    impact_speed_max_m_s: Measured
+    stick_fraction: Measured
+    work_in_j: Measured
+    loss_viscous_j: Measured
+    loss_friction_j: Measured
+    loss_impact_j: Measured
+    energy_residual: Measured
+    duration_s: Measured
+    end_relative_displacement_m: Measured
+    end_relative_velocity_m_s: Measured
+    status: Count
     loss_particle_j: float | None = None
 
     def values(self) -> dict[str, float | int]:

@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 from datetime import datetime
 from hashlib import sha256
-from typing import Any
+from typing import Any, cast
 
 from sqlalchemy import Row, insert, select, update
 
@@ -49,7 +49,7 @@ class AccessKey:
 
     id: str
     owner: str
-    scopes: tuple[str, ...]
+    scopes: tuple[Scope, ...]
     created: datetime | None
     expires: datetime | None
     revoked: datetime | None
@@ -200,7 +200,7 @@ def _key(row: Row[Any]) -> AccessKey:
     return AccessKey(
         row.id,
         row.owner,
-        tuple(row.scopes.split(",")),
+        cast("tuple[Scope, ...]", tuple(row.scopes.split(","))),
         utc(row.created),
         utc(row.expires),
         utc(row.revoked),

@@ -10,10 +10,11 @@ from typing import Any, TypeVar
 from sqlalchemy import ColumnElement, Connection, Row, and_, func, insert, not_, select, text
 
 from damperlab.studies.faults import Fault, describe, nearest, printable
+from damperlab.studies.kinds import dimensions_of_definition
 from damperlab.studies.store.catalogue.rowsum import require_row
 from damperlab.studies.store.catalogue.tables import done_blocks, events, studies
 from damperlab.studies.store.faults import StoreFault, StudyNotFound, catalogue_damaged
-from damperlab.studies.store.provenance import DESIGNS
+from damperlab.studies.store.provenance import DESIGNS, SUBMITTED_BY
 from damperlab.studies.store.record import Record, utc
 from damperlab.studies.store.solver import is_outdated
 
@@ -190,6 +191,7 @@ def record_of(row: Row[Any]) -> Record:
     created = utc(row.created)
     assert created is not None
     prepares = row.state == "running" and row.phase is not None
+    definition, provenance = json.loads(row.definition), json.loads(row.provenance)
     return Record(
         id=row.id,
         name=row.name,
@@ -206,10 +208,10 @@ def record_of(row: Row[Any]) -> Record:
         started=utc(row.started),
         finished=utc(row.finished),
         seconds_left=_seconds_left(row),
-        definition=json.loads(row.definition),
+        definition=definition,
         digest=row.digest,
         chunk=tuple(json.loads(row.chunk)),
-        provenance=json.loads(row.provenance),
+        provenance=provenance,
         message=row.message,
         seconds=row.seconds,
         kernel_seconds=row.kernel_seconds,
@@ -219,10 +221,12 @@ def record_of(row: Row[Any]) -> Record:
         reuse=row.reuse,
         shape=tuple(json.loads(row.shape)),
         version=row.version,
-        outdated=row.blocks_done > 0 and is_outdated(json.loads(row.provenance)),
+        outdated=row.blocks_done > 0 and is_outdated(provenance),
         priority=row.priority,
         tags=tuple(json.loads(row.tags)),
         note=row.note,
+        dimensions=dimensions_of_definition(definition),
+        submitted_by=provenance.get(SUBMITTED_BY),
     )
 
 

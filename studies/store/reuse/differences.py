@@ -2,13 +2,15 @@
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from typing_extensions import TypeAliasType
 
 from damperlab.studies.faults import Fault
 from damperlab.studies.kinds import kind_of
+from damperlab.studies.shapes import Like
 from damperlab.studies.store.export.slabs import slabs
 from damperlab.studies.store.faults import NothingToDo
 from damperlab.studies.store.record import Record
@@ -77,6 +79,9 @@ class Differences:
     def document(self) -> dict[str, Any]:
         """Give it as JSON-able values."""
         return asdict(self)
+
+
+DifferencesDocument = TypeAliasType("DifferencesDocument", Annotated[dict[str, Any], Like(Differences)])
 
 
 def differences_of(store: Store, newer: Record, older: Record | None = None) -> Differences:

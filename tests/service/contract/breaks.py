@@ -73,7 +73,7 @@ class _Compared:
         self.under_way.add(names)
         old, new = _resolved(self.old, old), _resolved(self.new, new)
         ours, theirs = (old, new) if sent else (new, old)
-        choices = ours.get("anyOf", [ours]), theirs.get("anyOf", [theirs])
+        choices = _choices(ours), _choices(theirs)
         if len(choices[0]) > 1 or len(choices[1]) > 1:
             for one in choices[0]:
                 tries = [
@@ -135,6 +135,14 @@ def _resolved(document: dict[str, Any], schema: Any) -> Any:
     while "$ref" in schema:
         schema = document["components"]["schemas"][schema["$ref"].rpartition("/")[2]]
     return schema
+
+
+def _choices(schema: Any) -> list[Any]:
+    """Give what a schema allows one by one, whether they are schemas or types."""
+    if isinstance(types := schema.get("type"), list):
+        return [schema | {"type": each} for each in types]
+    choices: list[Any] = schema.get("anyOf", [schema])
+    return choices
 
 
 def _types(schema: Any) -> frozenset[str]:

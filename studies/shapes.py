@@ -1,0 +1,113 @@
+"""What answers are made of, as types: whatever answers puts the type of its answer together from these.
+
+They are the truth about a document: JSON schemas are made of them, and a number that is not finite is None.
+"""
+
+from typing import Annotated, Any
+
+from typing_extensions import TypedDict
+
+from damperlab.studies.vocabulary import State
+
+
+class Says:
+    """An annotation: what the JSON schema of a type says beside what follows from the type.
+
+    Parameters
+    ----------
+    **schema
+        Keys of JSON schema. This class stands in for those of pydantic, which a command does not load.
+    """
+
+    def __init__(self, **schema: Any) -> None:
+        self.schema = schema
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        """Give pydantic the schema."""
+        return {**handler(core), **self.schema}
+
+
+class Like:
+    """An annotation: a document has the form of a type that the code does not hold it as, such as a dataclass.
+
+    Parameters
+    ----------
+    kind : type
+        Whose form it has.
+    *without : str
+        Fields that the document leaves out.
+    **instead : type
+        Fields that are of another type in the document, or in it alone.
+    """
+
+    def __init__(self, kind: Any, *without: str, **instead: type) -> None:
+        self.kind = kind
+        self.without = without
+        self.instead = instead
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        """Give pydantic that type in place of the one that is annotated."""
+        return handler.generate_schema(self.kind)
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
+        """Give pydantic the schema, which has another name where fields are left out."""
+        found = handler(core)
+        if not (self.without or self.instead):
+            return dict(found)
+        from pydantic import TypeAdapter
+
+        whole = handler.resolve_ref_schema(found)
+        left = {name: each for name, each in whole["properties"].items() if name not in self.without}
+        left |= {name: TypeAdapter(kind).json_schema() for name, kind in self.instead.items()}
+        about = {key: value for key, value in whole.items() if key not in ("title", "description")}
+        always = dict.fromkeys((*whole["required"], *self.instead))
+        return {**about, "properties": left, "required": [name for name in always if name in left]}
+
+
+Count = Annotated[int, Says(minimum=0)]
+Number = float | None
+Measured = Annotated[float, Says(type=["number", "null"])]
+"""A number of a dataclass, which is NaN where there is none."""
+Numbers = list[Number]
+Plane = list[list[float | str | None]]
+"""Rows of values, [y][x]."""
+Range = Annotated[Numbers, Says(minItems=2, maxItems=2)]
+Table = Annotated[dict[str, Any], Says(description="Beside one another, by name.")]
+Sentences = list[str]
+
+
+Column = Annotated[dict[str, Any], Says(required=["dtype"], properties={"dtype": {"type": "string"}})]
+"""What a column is: its type, and beside it whatever its attributes are."""
+
+
+class OfStudy(TypedDict):
+    """The answer to a question to one study."""
+
+    study: str
+    name: str
+    state: State
+
+
+class OfCube(OfStudy):
+    """An answer that is read from a cube, of which a part may not be there yet."""
+
+    complete: Annotated[float, Says(minimum=0, maximum=1, description="Share that is computed.")]
+    note: str
+    columns: dict[str, Column]
+
+
+class OfPoints(OfCube):
+    """An answer that shows points of a cube."""
+
+    points: Count
+    points_failed: Count
+    at: dict[str, float | str | None]
+    meanings: dict[str, dict[str, str]]
+
+
+class OfMetric(OfPoints):
+    """An answer that shows one result."""
+
+    metric: str
+    units: str
+    long_name: str
