@@ -67,12 +67,15 @@ def studies(
         return
     from damperlab.studies.store.life_cycle.wanted import Wanted
 
+    axis, low, high = _read_range(within)
     with in_options(LISTED_BY):
         wanted = Wanted(
-            state,
-            name,
-            tag,
-            *_read_range(within),
+            state=state,
+            name=name,
+            tag=tag,
+            axis=axis,
+            low=low,
+            high=high,
             designs=designs,
             trash=trash,
         )

@@ -212,14 +212,14 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
     """
     try:
         wanted = Wanted(
-            query.state,
-            query.name,
-            query.tag,
-            query.axis,
-            query.low,
-            query.high,
-            query.designs,
-            query.trash,
+            state=query.state,
+            name=query.name,
+            tag=query.tag,
+            axis=query.axis,
+            low=query.low,
+            high=query.high,
+            designs=query.designs,
+            trash=query.trash,
         )
         page = service.store.page(query.limit, query.cursor, wanted)
     except StoreFault as error:

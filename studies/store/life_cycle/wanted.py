@@ -20,7 +20,7 @@ from damperlab.studies.vocabulary import STATES
 _OF_TEXTS = ("record",)  # dimensions that have no place in a study's box
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Wanted:
     """What a study must be to be listed; None where that does not matter.
 
