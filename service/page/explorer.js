@@ -1,10 +1,6 @@
-/**
- * A study explored: slices through the point, all designs at once, what matters, and pinned points beside
- * each other.
- */
+/** A study explored: slices through the point, all designs at once, and pinned points beside each other. */
 
 import { el, fill } from "./dom.js";
-import { importancePanel } from "./importance.js";
 import { parallelPanel } from "./parallel.js";
 import { pinsPanel } from "./pins.js";
 import { sliders } from "./sliders.js";
@@ -13,7 +9,7 @@ import { slicesPanel } from "./slices.js";
 /** @type {import("./study.js").Tab} */
 export function explorerTab(session, place) {
   const { selection } = session;
-  const parts = [slicesPanel(session), parallelPanel(session), importancePanel(session), pinsPanel(session)];
+  const parts = [slicesPanel(session), parallelPanel(session), pinsPanel(session)];
   fill(
     place,
     el(

@@ -100,7 +100,7 @@ export function slicesPanel(session) {
   const element = el(
     "section",
     { class: "box wide" },
-    help("page/#explore", "these four views"),
+    help("page/#explore", "these three views"),
     el("h2", {}, "Slices through the point"),
     el(
       "p",

@@ -108,19 +108,6 @@ def test_late_answers_do_not_replace_later_ones_where_a_study_is_explored(
     open_page: Callable[..., Any], client: httpx.Client, small_map: dict[str, Any]
 ) -> None:
     page = open_page().go(f"#/studies/{small_map['id']}/explore")
-    rows = page.get_by_role("region", name="Importance of each parameter").locator("tbody tr")
-    expect(rows.first).to_be_visible()
-    matters = page.locator("section").filter(has=page.get_by_role("heading", name="What matters"))
-    with held(page, "importance?metric=impacts_per_cycle") as request:
-        matters.locator("select").select_option("impacts_per_cycle")
-        matters.locator("select").select_option("stick_fraction")
-        note = client.get(
-            f"/api/v1/studies/{small_map['id']}/importance", params={"metric": "stick_fraction"}
-        ).json()["note"]
-        expect(matters.locator(".note")).to_have_text(note)
-        request.let_go()
-        expect(matters.locator(".note")).to_have_text(note)
-
     designs = page.locator("section").filter(has=page.get_by_role("heading", name="All designs"))
     said = designs.locator("p[role=status]")
     with held(page, "stick_fraction=0%2C0") as request:

@@ -561,7 +561,7 @@ def test_no_serious_fault_of_accessibility_and_nothing_wider_than_the_screen(
         "#/new": ".estimate dl",
         f"{study}/map?clearance_ratio=10&friction_ratio=0.4": ".point .js-plotly-plot",
         f"{study}/tmd": "#tmd-ratio",
-        f"{study}/explore": ".importance",
+        f"{study}/explore": ".parallel",
         f"{study}/earthquake": ".records option >> nth=1",
         f"{study}/data": "pre",
         "#/accuracy": "pre",

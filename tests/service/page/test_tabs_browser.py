@@ -14,7 +14,7 @@ pytestmark = pytest.mark.night
 DRAWN = "() => [...document.querySelectorAll('.plot')].map((plot) => plot.data?.map((one) => one.y) ?? [])"
 
 
-def test_slices_designs_importance_and_pins_are_views_of_one_point(
+def test_slices_designs_and_pins_are_views_of_one_point(
     open_page: Callable[..., Any], client: httpx.Client, small_map: dict[str, Any]
 ) -> None:
     study = f"/api/v1/studies/{small_map['id']}"
@@ -28,13 +28,6 @@ def test_slices_designs_importance_and_pins_are_views_of_one_point(
     ).json()["values"]
     assert slices[2] == [curve]
     assert slices[3] == [curve]
-
-    matters = client.get(f"{study}/importance").json()
-    rows = page.get_by_role("region", name="Importance of each parameter").locator("tbody tr")
-    expect(rows).to_have_count(3)
-    for row, share in enumerate([*matters["share"], matters["interactions"]]):
-        text = rows.nth(row).locator("td").first.inner_text()
-        assert float(text.removesuffix(" %")) == pytest.approx(100 * share, rel=0.05)
 
     ranked = client.get(f"{study}/optimal-designs", params={"top": 2000}).json()["designs"]
     panel = page.locator("section").filter(has=page.get_by_role("heading", name="All designs"))
