@@ -1,4 +1,5 @@
 /** How exact and how fast the solver is: the report that was made last with the service's data folder. */
+/** @import { Diagram, Extreme, View } from "./types.js" */
 
 import { ask } from "./api.js";
 import { el, fill, grid } from "./dom.js";
@@ -10,13 +11,13 @@ import { count, moment, short } from "./numbers.js";
 const FLOOR = 1e-17;
 const SHAPES = ["star", "circle", "square", "diamond", "triangle-up"];
 
-/** @type {import("./main.js").View} */
+/** @type {View} */
 export async function accuracyView(root) {
   // asked first: a browser logs a refusal as an error, and that there is no report yet is none
   const { reports } = await ask("accuracy/reports");
   if (reports.length === 0) return fill(root, el("h1", {}, "Accuracy"), noReport());
   const report = await ask("accuracy");
-  const charts = report.diagrams.map((/** @type {unknown} */ diagram) => ({
+  const charts = report.diagrams.map((diagram) => ({
     diagram,
     chart: chartOf(diagram),
   }));
@@ -43,9 +44,7 @@ export async function accuracyView(root) {
     el(
       "div",
       { class: "grid" },
-      charts.map((/** @type {any} */ { diagram, chart }) =>
-        el("section", {}, el("h3", {}, diagram.title), chart.element),
-      ),
+      charts.map(({ diagram, chart }) => el("section", {}, el("h3", {}, diagram.title), chart.element)),
     ),
     el("h2", {}, "Extreme cases"),
     table(report.stability),
@@ -75,7 +74,7 @@ function noReport() {
   );
 }
 
-/** @param {any} diagram */
+/** @param {Diagram} diagram */
 function chartOf(diagram) {
   return figure({
     label: `Error against run time: ${diagram.title}`,
@@ -84,20 +83,18 @@ function chartOf(diagram) {
   });
 }
 
-/** @param {any} diagram */
+/** @param {Diagram} diagram */
 function traces(diagram) {
-  return diagram.curves.map((/** @type {any} */ curve, /** @type {number} */ i) => {
-    const points = curve.points.filter((/** @type {any} */ point) => point.error !== null);
+  return diagram.curves.map((curve, i) => {
+    const points = curve.points.filter((point) => point.error !== null);
     const order = curve.order === null ? "" : `, order ${short(curve.order, 2)}`;
     return {
       type: "scatter",
       mode: "lines+markers",
       name: curve.method + order,
-      x: points.map((/** @type {any} */ point) => point.microseconds),
-      y: points.map((/** @type {any} */ point) => Math.max(point.error, FLOOR)),
-      text: points.map((/** @type {any} */ point) =>
-        curve.setting ? `${short(point.setting)} ${curve.setting}` : "",
-      ),
+      x: points.map((point) => point.microseconds),
+      y: points.map((point) => Math.max(point.error ?? 0, FLOOR)),
+      text: points.map((point) => (curve.setting ? `${short(point.setting)} ${curve.setting}` : "")),
       hovertemplate: "%{x:.3~g} µs, error %{y:.2e}<br>%{text}",
       line: { color: CURVES()[i % 5], dash: DASHES[i % 5] },
       marker: { symbol: SHAPES[i % 5], size: 9, color: CURVES()[i % 5] },
@@ -113,9 +110,9 @@ function layout() {
   };
 }
 
-/** @param {any[]} rows */
+/** @param {Extreme[]} rows */
 function table(rows) {
-  const columns = /** @type {[string, (row: any) => any][]} */ ([
+  const columns = /** @type {[string, (row: Extreme) => string][]} */ ([
     ["Cycles", (row) => count(row.cycles)],
     ["Impacts", (row) => count(row.impacts)],
     ["Energy residual", (row) => short(row.energy_residual, 2)],

@@ -3,6 +3,7 @@
  *
  * @typedef {{field: string, found: string, allowed: string, advice: string, message: string}} Fault
  */
+/** @import { Answer, Child, StudyRecord } from "./types.js" */
 
 import { capital, el, prose } from "./dom.js";
 
@@ -38,10 +39,11 @@ export function address(path, parameters = {}) {
 /**
  * Ask for a document.
  *
- * @param {string} path
+ * @template {string} Path
+ * @param {Path} path
  * @param {Record<string, unknown>} [parameters]
  * @param {RequestInit} [options]
- * @returns {Promise<any>}
+ * @returns {Promise<Answer<Path>>}
  */
 export async function ask(path, parameters = {}, options = {}) {
   let answer;
@@ -51,7 +53,7 @@ export async function ask(path, parameters = {}, options = {}) {
     if (options.signal?.aborted) throw error;
     throw new Refusal(0, "The service does not answer. Is it still running?", []);
   }
-  if (answer.status === 204) return null;
+  if (answer.status === 204) return /** @type {Answer<Path>} */ (null);
   if (answer.status === 401 && path !== "session") window.dispatchEvent(new Event(KEY_NEEDED));
   const text = await answer.text();
   const document = parsed(text);
@@ -60,7 +62,7 @@ export async function ask(path, parameters = {}, options = {}) {
   return document;
 }
 
-/** @param {string} text @returns {any} */
+/** @param {string} text */
 function parsed(text) {
   try {
     return JSON.parse(text);
@@ -72,10 +74,12 @@ function parsed(text) {
 /**
  * Send a document.
  *
- * @param {string} path
+ * @template {string} Path
+ * @param {Path} path
  * @param {unknown} document an object, or text that is JSON already
  * @param {Record<string, unknown>} [parameters]
  * @param {AbortSignal} [signal]
+ * @returns {Promise<Answer<Path>>}
  */
 export function send(path, document, parameters = {}, signal = undefined) {
   const body = typeof document === "string" ? document : JSON.stringify(document);
@@ -87,16 +91,29 @@ export function send(path, document, parameters = {}, signal = undefined) {
   });
 }
 
-/** The path of a study. @param {string} id @param {string} [rest] */
-export function studyPath(id, rest = "") {
-  return `studies/${encodeURIComponent(id)}${rest ? "/" + rest : ""}`;
+/**
+ * The path of a study, or of a question to it.
+ *
+ * @template {string} [Question=""]
+ * @param {string} id
+ * @param {Question} [question]
+ * @returns {Question extends "" ? `studies/${string}` : `studies/${string}/${Question}`}
+ */
+export function studyPath(id, question) {
+  const path = /** @type {const} */ (`studies/${encodeURIComponent(id)}`);
+  return /** @type {ReturnType<typeof studyPath<Question>>} */ (question ? `${path}/${question}` : path);
+}
+
+/** The path of a design. @param {string} id @returns {`designs/${string}`} */
+export function designPath(id) {
+  return `designs/${encodeURIComponent(id)}`;
 }
 
 /**
  * Follow a study to its end.
  *
  * @param {string} id
- * @param {(record: import("./answers.js").StudyRecord, state: "progress" | "end" | "deleted") => void}
+ * @param {(record: StudyRecord, state: "progress" | "end" | "deleted") => void}
  *   onEvent
  * @returns {() => void} stops following
  */
@@ -138,7 +155,7 @@ export function refusalBox(error) {
  * What is wrong, what is allowed and what to do.
  *
  * @param {Fault} fault
- * @returns {import("./dom.js").Child[]}
+ * @returns {Child[]}
  */
 export function faultText({ message, advice }) {
   return prose(sentences(message, advice));

@@ -1,12 +1,14 @@
 /**
  * One quantity of a study: a single value, a range or a list, as the study's JSON writes it.
  *
- * @typedef {number | number[] | {start: number, stop: number, num: number, spacing?: "linear" | "log"}} Spec
+ * @typedef {Exclude<Spec, number | number[]>} Range
+ * @typedef {Spec | null | undefined} Given as somebody types it
  * @typedef {{field: string, label: string, unit?: string, scale?: number, low: number, high: number, step:
  *   number, usual: number, help?: string}} Quantity `field` is its path in the JSON; `scale` turns what is
  *   stored into what is shown (1000 for metres in mm); `low`, `high` and `step` are those of the slider, not
  *   the limits of the quantity
  */
+/** @import { Spec } from "./types.js" */
 
 import { el, fill } from "./dom.js";
 import { listBox } from "./list_field.js";
@@ -20,36 +22,47 @@ const MODES = /** @type {[string, string][]} */ ([
 /** @param {unknown} spec */
 export function modeOf(spec) {
   if (Array.isArray(spec)) return "list";
-  return spec !== null && typeof spec === "object" ? "range" : "one";
+  return isRange(spec) ? "range" : "one";
 }
 
 /**
  * Every number of a spec times a factor, without digits that only the factor brought.
  *
- * @param {any} spec
+ * @template {Given} T
+ * @param {T} spec
  * @param {number} factor
- * @returns {any}
+ * @returns {T}
  */
 export function scaled(spec, factor) {
-  if (typeof spec === "number") return factor === 1 ? spec : Number((spec * factor).toPrecision(14));
-  if (Array.isArray(spec)) return spec.map((value) => scaled(value, factor));
-  if (spec === null || typeof spec !== "object") return spec;
-  return { ...spec, start: scaled(spec.start, factor), stop: scaled(spec.stop, factor) };
+  const value = (/** @type {unknown} */ one) =>
+    typeof one !== "number" || factor === 1 ? one : Number((one * factor).toPrecision(14));
+  if (Array.isArray(spec)) return /** @type {T} */ (spec.map(value));
+  if (!isRange(spec)) return /** @type {T} */ (value(spec));
+  return /** @type {T} */ ({
+    .../** @type {Range} */ (spec),
+    start: value(spec.start),
+    stop: value(spec.stop),
+  });
+}
+
+/** @param {unknown} spec @returns {spec is Range} */
+function isRange(spec) {
+  return spec !== null && typeof spec === "object" && !Array.isArray(spec);
 }
 
 /**
  * The fields of one quantity.
  *
  * @param {Quantity} quantity
- * @param {unknown} spec what the study has now
- * @param {(spec: Spec) => void} onChange
+ * @param {Given} spec what the study has now
+ * @param {(spec: Given) => void} onChange
  * @returns {HTMLElement}
  */
 export function axisField(quantity, spec, onChange) {
   const scale = quantity.scale ?? 1;
   let shown = scaled(spec, scale);
   const inputs = el("div", { class: "inputs" });
-  const put = (/** @type {unknown} */ value) => {
+  const put = (/** @type {Given} */ value) => {
     shown = value;
     onChange(scaled(value, 1 / scale));
   };
@@ -90,18 +103,16 @@ export function axisField(quantity, spec, onChange) {
 /**
  * What a spec becomes when it is given in another way.
  *
- * @param {any} spec
+ * @param {Given} spec
  * @param {string} mode
  * @param {Quantity} quantity
  */
 function converted(spec, mode, quantity) {
-  const values = Array.isArray(spec)
-    ? spec
-    : typeof spec === "object" && spec
-      ? [spec.start, spec.stop]
-      : [spec];
-  const first = Number.isFinite(values[0]) ? values[0] : quantity.usual;
-  const last = Number.isFinite(values.at(-1)) ? values.at(-1) : first;
+  const values = isRange(spec) ? [spec.start, spec.stop] : [spec].flat();
+  const known = (/** @type {unknown} */ value, /** @type {number} */ otherwise) =>
+    typeof value === "number" && Number.isFinite(value) ? value : otherwise;
+  const first = known(values[0], quantity.usual);
+  const last = known(values.at(-1), first);
   if (mode === "one") return first;
   if (mode === "list") return first === last ? [first] : [first, last];
   return first === last
@@ -114,14 +125,14 @@ function converted(spec, mode, quantity) {
  *
  * @param {Quantity} quantity
  * @param {string} label
- * @param {any} value
- * @param {(value: any) => void} onChange
+ * @param {unknown} value
+ * @param {(value: number | null) => void} onChange
  * @param {boolean} [bare] the label is for screen readers alone
  */
 function number(quantity, label, value, onChange, bare = false) {
   const box = el("input", { type: "number", step: "any", value: value ?? "", "aria-label": label });
   // it reaches as far as what is given
-  const reach = [quantity.low, quantity.high, ...(Number.isFinite(value) ? [value] : [])];
+  const reach = [quantity.low, quantity.high, ...(typeof value === "number" ? [value] : [])];
   const slider = el("input", {
     type: "range",
     min: Math.min(...reach),
@@ -151,10 +162,10 @@ function number(quantity, label, value, onChange, bare = false) {
   );
 }
 
-/** @param {Quantity} quantity @param {any} spec @param {(spec: any) => void} onChange */
+/** @param {Quantity} quantity @param {Given} spec @param {(spec: Range) => void} onChange */
 function rangeInputs(quantity, spec, onChange) {
-  const now = { ...spec };
-  const put = (/** @type {unknown} */ change) => onChange(Object.assign(now, change) && { ...now });
+  const now = { .../** @type {Range} */ (spec) };
+  const put = (/** @type {object} */ change) => onChange({ ...Object.assign(now, change) });
   const num = el("input", {
     type: "number",
     min: 1,
@@ -180,10 +191,11 @@ function rangeInputs(quantity, spec, onChange) {
   ];
 }
 
-/** @param {Quantity} quantity @param {any} spec @param {(spec: any) => void} onChange */
+/** @param {Quantity} quantity @param {Given} spec @param {(spec: number[]) => void} onChange */
 function listInput(quantity, spec, onChange) {
   const looks = { class: "wide", "aria-label": `${quantity.label}: values, separated by commas` };
   // text stays what it is where it is no number: the service says what is wrong with it
-  const read = (/** @type {string} */ part) => (Number.isFinite(Number(part)) ? Number(part) : part);
-  return listBox(spec.join(", "), (parts) => onChange(parts.map(read)), looks);
+  const read = (/** @type {string} */ part) =>
+    Number.isFinite(Number(part)) ? Number(part) : /** @type {never} */ (part);
+  return listBox([spec].flat().join(", "), (parts) => onChange(parts.map(read)), looks);
 }

@@ -1,4 +1,5 @@
 /** A study beside another one: the same map of both on one scale of colours, and the one less the other. */
+/** @import { MapDifference, StudyRecord, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { axisPickers } from "./axis_pickers.js";
@@ -17,8 +18,8 @@ const MOST = 160;
 /** Newest studies that are offered. */
 const OFFERED = 200;
 
-/** @type {import("./study.js").Tab} */
-export async function besideTab(session, place) {
+/** @type {Tab} */
+export function besideTab(session, place) {
   const { selection, record, kept, shown } = session;
   const metrics = measures(session).filter((one) => !one.coded && session.variables.includes(one.name));
   const numeric = Object.keys(selection.axes).filter((name) => name !== RECORD);
@@ -43,9 +44,10 @@ export async function besideTab(session, place) {
     minus: kept.values.minus ?? "",
   };
   if (view.x === view.y) Object.assign(view, { x, y });
-  /** @type {any} */
+  /** @type {MapDifference | null} */
   let answer = null;
-  let others = /** @type {any[]} */ ([]);
+  /** @type {StudyRecord[]} */
+  let others = [];
   let asked = 0;
 
   const named = (/** @type {string} */ name) => record.name || name;
@@ -60,6 +62,10 @@ export async function besideTab(session, place) {
           "resonance_map",
           i === 2 ? question() : { ...question(), minus: null },
         ),
+      clicked: (at) => {
+        const [atX, atY] = [at.x / shown.factor(view.x), at.y / shown.factor(view.y)];
+        selection.chooseValues({ [view.x]: atX, ...(answer?.y.length === 1 ? {} : { [view.y]: atY }) });
+      },
     }),
   );
   const titles = charts.map(() => el("h3", {}));
@@ -109,7 +115,6 @@ export async function besideTab(session, place) {
   /**
    * In SI units where the study is shown in units: either study is turned into them by its own structure.
    *
-   * @returns {Record<string, any>}
    */
   function question() {
     const open = [
@@ -145,7 +150,8 @@ export async function besideTab(session, place) {
               "Edit a copy of this one, change what you want to compare, and come back.",
       );
     try {
-      const found = await ask(studyPath(record.id, "resonance-map"), { ...question(), most: MOST });
+      const asked_ = { ...question(), most: MOST };
+      const found = /** @type {MapDifference} */ (await ask(studyPath(record.id, "resonance-map"), asked_));
       if (mine !== asked) return;
       answer = shown.mapInSi(found, view);
       fill(trouble);
@@ -203,17 +209,6 @@ export async function besideTab(session, place) {
         () => mapLayout(now),
       );
     }
-    for (const { plot } of charts) {
-      if (plot.dataset.wired || !plot.on) continue;
-      plot.dataset.wired = "yes";
-      plot.on("plotly_click", (/** @type {any} */ event) => {
-        const [atX, atY] = [
-          event.points[0].x / shown.factor(view.x),
-          event.points[0].y / shown.factor(view.y),
-        ];
-        selection.chooseValues(answer.y.length === 1 ? { [view.x]: atX } : { [view.x]: atX, [view.y]: atY });
-      });
-    }
   }
 
   selection.addEventListener("chosen", () => place.isConnected && look());
@@ -238,18 +233,21 @@ export async function besideTab(session, place) {
       sliders(selection, shown),
     ),
   );
-  try {
-    const { studies } = await ask("studies", { limit: OFFERED });
-    others = studies.filter(
-      (/** @type {any} */ one) => one.id !== record.id && one.dimensions.join() === record.dimensions.join(),
-    );
-    const named_ = others.find(
-      (one) => view.minus && (one.id.startsWith(view.minus) || one.name === view.minus),
-    );
-    if (named_) view.minus = named_.id;
-  } catch (error) {
-    fill(trouble, refusalBox(error));
+  async function offer() {
+    try {
+      const { studies } = await ask("studies", { limit: OFFERED });
+      others = studies.filter(
+        (one) => one.id !== record.id && one.dimensions.join() === record.dimensions.join(),
+      );
+      const meant = others.find(
+        (one) => view.minus && (one.id.startsWith(view.minus) || one.name === view.minus),
+      );
+      if (meant) view.minus = meant.id;
+    } catch (error) {
+      fill(trouble, refusalBox(error));
+    }
+    drawControls();
+    look();
   }
-  drawControls();
-  look();
+  void offer();
 }

@@ -1,4 +1,5 @@
 /** The traces of two maps on one scale of colours, and of their difference. */
+/** @import { MapAnswer, MapDifference, Row, Trace } from "./types.js" */
 
 import { colour, CURVES, DASHES } from "./figure.js";
 import { mapTraces } from "./map_figure.js";
@@ -18,14 +19,14 @@ const NOTHING = { best: null, idle: null, pareto: [] };
 /**
  * A map, coloured as if the values of another one were in it too.
  *
- * @param {import("./answers.js").MapAnswer} map @param {any} other @param {Point} point
+ * @param {MapAnswer} map @param {{values: Row[]}} other @param {Point} point
  */
 export function sharedTraces(map, other, point) {
   return mapTraces(
     map,
     { contours: true, classes: false },
     { ...NOTHING, point },
-    { variables: [] },
+    { variables: [], response_class: {} },
     other.values,
   );
 }
@@ -33,19 +34,12 @@ export function sharedTraces(map, other, point) {
 /**
  * The difference, white where there is none.
  *
- * @param {import("./answers.js").MapAnswer} map
+ * @param {MapDifference} map
  * @param {Point} point
- * @returns {any[]}
+ * @returns {Trace[]}
  */
 export function differenceTraces(map, point) {
-  const largest =
-    map.difference
-      .flat()
-      .reduce(
-        (/** @type {number} */ most, /** @type {number | null} */ value) =>
-          Math.max(most, Math.abs(value ?? 0)),
-        0,
-      ) || 1;
+  const largest = Math.max(...map.difference.flat().map((value) => Math.abs(value ?? 0))) || 1;
   const traces = mapTraces(
     {
       ...map,
@@ -56,7 +50,7 @@ export function differenceTraces(map, point) {
     },
     { contours: false, classes: false },
     { ...NOTHING, point },
-    { variables: [] },
+    { variables: [], response_class: {} },
   );
   Object.assign(traces[0], { z: map.difference, colorscale: DIVERGING, zmin: -largest, zmax: largest });
   return traces;
@@ -65,9 +59,9 @@ export function differenceTraces(map, point) {
 /**
  * Where one dimension varies: the curves in one figure.
  *
- * @param {import("./answers.js").MapAnswer} map
+ * @param {MapDifference} map
  * @param {string[]} names
- * @returns {any[]}
+ * @returns {Trace[]}
  */
 export function sideTraces(map, names) {
   const rows = [map.values[0], map.other[0]];

@@ -1,4 +1,5 @@
 /** What the best damper of a study reaches, for lists: asked for once for what is computed. */
+/** @import { Best, StudyRecord } from "./types.js" */
 
 import { ask, Refusal, studyPath } from "./api.js";
 import { leading, VALUE } from "./headline.js";
@@ -6,13 +7,11 @@ import { drawn } from "./numbers.js";
 import { Shown } from "./shown.js";
 import { LARGEST } from "./thumbnail.js";
 
-/** @typedef {import("./shelf.js").Best} Best */
-
 /** By study and how much of it is there. @type {Map<string, Promise<Best | null>>} */
 const known = new Map();
 
 /**
- * @param {import("./answers.js").StudyRecord} record as the list has it
+ * @param {StudyRecord} record as the list has it
  * @returns {Promise<Best | null>} null where nothing can be said
  */
 export function bestOf(record) {

@@ -1,10 +1,11 @@
 /** Every question that a study answers: what it is, and its name as a command, in Python and over HTTP. */
+/** @import { StudyRecord } from "./types.js" */
 
 import { el } from "./dom.js";
 import { AMPLITUDE, RECORD } from "./selection.js";
 import { WORDS } from "./words.js";
 
-/** @param {any} record @returns {HTMLElement} */
+/** @param {StudyRecord} record */
 export function catalogue({ dimensions }) {
   const beside = dimensions.includes(AMPLITUDE) ? "amplitudes" : "harmonic";
   const kind = dimensions.includes(RECORD) ? "suite" : beside;

@@ -6,8 +6,9 @@
  *   as ratios, and what turns them into units
  * @typedef {{name: string, href: string, best: string, damper: string, curve: Curve | null}} Compared
  */
+/** @import { DesignAnswer, View } from "./types.js" */
 
-import { ask, studyPath } from "./api.js";
+import { ask, designPath, studyPath } from "./api.js";
 import { spelledBest } from "./best.js";
 import { spelledDamper, spelledWorst } from "./design.js";
 import { el, fill, grid } from "./dom.js";
@@ -19,7 +20,7 @@ import { Shown } from "./shown.js";
 
 const AMPLITUDE_RATIO = "amplitude_ratio";
 
-/** @type {import("./main.js").View} */
+/** @type {View} */
 export async function compareView(root, { query }) {
   const ids = (/** @type {string} */ kind) => (query.get(kind) ?? "").split(",").filter(Boolean);
   const asked = [...ids("studies").map(ofStudy), ...ids("designs").map(ofDesign)].slice(0, MOST_COMPARED);
@@ -76,26 +77,17 @@ async function ofStudy(id) {
   ]);
   const { best } = leading(ranked);
   const shown = new Shown(record.definition);
-  const several = record.dimensions.filter(
-    (/** @type {string} */ _, /** @type {number} */ i) => record.shape[i] > 1,
+  const several = record.dimensions.filter((_, i) => record.shape[i] > 1);
+  const at = several.flatMap((name) =>
+    name === FREQUENCY || best?.[name] === undefined ? [] : [/** @type {const} */ ([name, best[name]])],
   );
-  const named = several.filter(
-    (/** @type {string} */ name) => name !== FREQUENCY && best?.[name] !== undefined,
-  );
-  const part = (/** @type {string} */ name) => `${shown.called(name)} ${shown.value(name, best[name])}`;
   const hasBand = best && ranked.units === "1" && several.includes(FREQUENCY);
   return {
     name: nameOf(record),
     href: `#/studies/${id}`,
     best: best ? spelledBest(ranked.units, best.value, shown).text : "–",
-    damper: named.map(part).join(", ") || "–",
-    curve: hasBand
-      ? await response(
-          id,
-          Object.fromEntries(named.map((/** @type {string} */ name) => [name, best[name]])),
-          shown,
-        )
-      : null,
+    damper: at.map(([name, value]) => `${shown.called(name)} ${shown.value(name, value)}`).join(", ") || "–",
+    curve: hasBand ? await response(id, Object.fromEntries(at), shown) : null,
   };
 }
 
@@ -109,7 +101,7 @@ async function response(id, at, shown) {
 
 /** @param {string} id @returns {Promise<Compared>} */
 async function ofDesign(id) {
-  const design = await ask(`designs/${encodeURIComponent(id)}`);
+  const design = await ask(designPath(id));
   const { answer } = design;
   const { known } = answer ? { known: answer } : design;
   return {
@@ -121,12 +113,12 @@ async function ofDesign(id) {
   };
 }
 
-/** @param {any} answer @returns {Curve} */
+/** @param {DesignAnswer} answer @returns {Curve} */
 function overBand({ response: { frequency_ratio: r, frequency_hz: hz, value }, worst }) {
-  const over = worst.units === "m" ? worst.ratio / worst.value : 1;
+  const over = worst.units === "m" ? (worst.ratio ?? NaN) / worst.value : 1;
   return {
     r,
-    ratio: value.map((/** @type {number | null} */ one) => (one === null ? null : one * over)),
+    ratio: (value ?? []).map((one) => (one === null ? null : one * over)),
     hertz: hz ? hz[0] / r[0] : null,
     millimetres: worst.units === "m" ? 1000 / over : null,
   };

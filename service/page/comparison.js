@@ -1,4 +1,5 @@
 /** The study's damper beside a tuned mass damper, with the controls that put the latter out of tune. */
+/** @import { Comparison, Shown, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, picker, prose } from "./dom.js";
@@ -14,7 +15,7 @@ import { TUNINGS } from "./vocabulary.js";
 const FARTHEST = 0.5;
 const USUAL = "minimax";
 
-/** @type {import("./study.js").Tab} */
+/** @type {Tab} */
 export function comparisonTab(session, place) {
   const { selection, record } = session;
   const { kept } = session;
@@ -155,8 +156,8 @@ function share(label, now, onChange) {
 /**
  * Which is better, in a sentence and a number.
  *
- * @param {any} answer
- * @param {import("./shown.js").Shown} shown
+ * @param {Comparison} answer
+ * @param {Shown} shown
  */
 function verdict(answer, shown) {
   const sentences = shown.words(answer).verdict.map((sentence) => el("p", {}, prose(sentence)));
@@ -173,9 +174,9 @@ function verdict(answer, shown) {
   ];
 }
 
-/** @param {any} answer @param {import("./shown.js").Shown} shown */
+/** @param {Comparison} answer @param {Shown} shown */
 function traces(answer, shown) {
-  const curves = /** @type {[string, string][]} */ ([
+  const curves = /** @type {["hybrid" | "tmd" | "no_damper", string][]} */ ([
     ["hybrid", "this study"],
     ["tmd", "tuned mass damper"],
     ["no_damper", "no damper"],
@@ -183,14 +184,12 @@ function traces(answer, shown) {
   const mode = answer.frequency_ratio.length < 2 ? "markers" : "lines";
   return curves.map(([name, title], i) => {
     // what has a closed form is drawn between the study's frequencies too
-    const from = name in answer.exact ? answer.exact : answer;
+    const { frequency_ratio = [], [name]: values = [] } = name in answer.exact ? answer.exact : answer;
     return {
       type: "scatter",
       mode,
-      x: from.frequency_ratio.map((/** @type {number} */ r) => r * shown.factor(FREQUENCY)),
-      y: from[name].map((/** @type {number | null} */ x) =>
-        x === null ? null : x * shown.factor("amplitude_ratio"),
-      ),
+      x: frequency_ratio.map((r) => r * shown.factor(FREQUENCY)),
+      y: values.map((x) => (x === null ? null : x * shown.factor("amplitude_ratio"))),
       name: title,
       line: { color: CURVES()[i], dash: DASHES[i], width: 2 },
       marker: { size: 10, symbol: ["circle", "square", "diamond"][i], color: CURVES()[i] },

@@ -2,6 +2,7 @@
  * Dampers judged by their worst case, over the records of a suite or over base amplitudes: a measure over two
  * dimensions, and the best of them.
  */
+/** @import { MapAnswer, Ranked, Ranking, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { axisPickers } from "./axis_pickers.js";
@@ -40,7 +41,7 @@ const AMPLITUDES = {
   about: "studies over base amplitudes",
 };
 
-/** @type {import("./study.js").Tab} */
+/** @type {Tab} */
 export function dampersTab(session, place) {
   const { selection, record, words, shown, kept } = session;
   const kind = RECORD in selection.axes ? SUITE : AMPLITUDES;
@@ -61,13 +62,18 @@ export function dampersTab(session, place) {
     met: kept.one("case", selection.axes[kind.met].map(String), ""),
   };
   if (view.x === view.y) Object.assign(view, { x, y });
-  /** @type {Record<string, any>} what the map was asked for last */
+  /** @type {Record<string, unknown>} what the map was asked for last */
   let question = {};
   const chart = figure({
     label: `Map of ${record.name || record.id}`,
     name: `map-${record.id}`,
     height: 460,
     python: () => pythonLine(record.id, "resonance_map", question),
+    clicked: (at) => {
+      const [atX, atY] = [at.x / shown.factor(view.x), at.y / shown.factor(view.y)];
+      const several = selection.axes[view.y].length > 1;
+      selection.chooseValues({ [view.x]: atX, ...(several ? { [view.y]: atY } : {}) });
+    },
   });
   const note = el("p", { class: "quiet note" });
   const trouble = el("div");
@@ -84,7 +90,7 @@ export function dampersTab(session, place) {
     const metrics = variables.filter((one) => session.variables.includes(one.name));
     const met = selection.axes[kind.met].map((value) => [
       String(value),
-      kind === SUITE ? value : shown.value(AMPLITUDE, value),
+      kind === SUITE ? String(value) : shown.value(AMPLITUDE, value),
     ]);
     fill(
       controls,
@@ -152,24 +158,16 @@ export function dampersTab(session, place) {
           () => mapTraces(answer, { contours: true, classes: false }, marks(answer), words),
           () => mapLayout(answer),
         );
-      if (!chart.plot.dataset.wired) wire();
     } catch (error) {
       if (mine === asked) fill(trouble, refusalBox(error));
     }
   }
 
-  /** A click on the map chooses the damper, as the sliders do. */
-  function wire() {
-    chart.plot.dataset.wired = "yes";
-    chart.plot.on("plotly_click", (/** @type {any} */ event) => {
-      const at = (/** @type {"x" | "y"} */ axis) => event.points[0][axis] / shown.factor(view[axis]);
-      selection.chooseValues(
-        selection.axes[view.y].length > 1 ? { [view.x]: at("x"), [view.y]: at("y") } : { [view.x]: at("x") },
-      );
-    });
-  }
-
-  /** The smallest value, where a designer chooses both dimensions, and the point. @param {any} answer */
+  /**
+   * The smallest value, where a designer chooses both dimensions, and the point.
+   *
+   * @param {MapAnswer} answer
+   */
   function marks(answer) {
     const chosen = {
       x: selection.value(view.x) * shown.factor(view.x),
@@ -180,7 +178,7 @@ export function dampersTab(session, place) {
       /^(peak|rms|amplitude|relative_amplitude)_(?!error)/.test(view.metric);
     /** @type {{x: number, y: number, value: number} | null} */
     let least = null;
-    answer.values.forEach((/** @type {(number | null)[]} */ row, /** @type {number} */ j) =>
+    answer.values.forEach((row, j) =>
       row.forEach((value, i) => {
         if (judged && value !== null && (least === null || value < least.value))
           least = { x: answer.x[i], y: answer.y[j], value };
@@ -208,7 +206,7 @@ export function dampersTab(session, place) {
    */
   async function rank(grown) {
     const mine = ++ranks;
-    if (variables.find((one) => one.name === view.metric).coded) return fill(table);
+    if (variables.find((one) => one.name === view.metric)?.coded) return fill(table);
     try {
       const ranked = await ask(studyPath(record.id, "optimal-designs"), {
         metric: view.metric,
@@ -223,11 +221,11 @@ export function dampersTab(session, place) {
     }
   }
 
-  /** @param {any} ranked */
+  /** @param {Ranking} ranked */
   function ranking(ranked) {
     const columns = kind.damper.filter((name) => selection.axes[name].length > 1);
     const suite = kind === SUITE;
-    const where = (/** @type {any} */ one) =>
+    const where = (/** @type {Ranked} */ one) =>
       suite
         ? [one.record, short(one.scale)]
         : [
@@ -235,7 +233,7 @@ export function dampersTab(session, place) {
             shown.value(FREQUENCY, one[FREQUENCY]),
             words.response_class[codeOf(one.response_class)]?.name ?? "–",
           ];
-    const cells = (/** @type {any} */ one) => [
+    const cells = (/** @type {Ranked} */ one) => [
       ...columns.map((name) => short(one[name] * shown.factor(name))),
       short(one.value * shown.factor(view.metric)),
       ...where(one),
@@ -249,7 +247,7 @@ export function dampersTab(session, place) {
     ];
     return [
       grid("Best dampers", heads, ranked.designs.map(cells), false),
-      el("p", { class: "quiet note" }, prose(ranked.note)),
+      el("p", { class: "quiet note" }, prose(ranked.note ?? "")),
     ];
   }
 
@@ -306,7 +304,7 @@ export function dampersTab(session, place) {
   motion?.look();
 }
 
-/** @param {any} answer @param {string} note */
+/** @param {MapAnswer} answer @param {string} note */
 function said(answer, note) {
   const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ` : "";
   const failed = answer.points_failed ? `${answer.points_failed} points failed. ` : "";

@@ -2,137 +2,135 @@
  * One design: how far it is and the best so far while it is searched; then its answer in drawing values, its
  * figures, its report.
  */
+/** @import { Answered, Built, Design, DesignAnswer, Known, OfMass, OtherName, Scale } from "./types.js" */
+/** @import { View, Worst } from "./types.js" */
 
-import { address, ask, refusalBox } from "./api.js";
-import { capital, confirmed, el, fill, grid, prose, say } from "./dom.js";
+import { address, ask, designPath, refusalBox } from "./api.js";
+import { capital, el, fill, grid, prose, say } from "./dom.js";
 import { given, isItself, isMean } from "./design_answer.js";
 import { againstMass, overAmplitudes, overBand } from "./design_figures.js";
 import { help } from "./help.js";
 import { modelSketch } from "./model_sketch.js";
 import { count, counted, drawn, short } from "./numbers.js";
-import { badge, isActive } from "./progress.js";
+import { actions, badge, isActive } from "./progress.js";
+import { nameForm } from "./remarks.js";
 import { WORDS } from "./words.js";
 
 const LOOK_MILLISECONDS = 1500;
+/** Dampers beside the recommended one. */
+const OTHERS = /** @type {[OtherName, string][]} */ ([
+  ["friction_alone", "Friction alone"],
+  ["particle_alone", "The particle alone"],
+  ["tuned_mass_damper", "Tuned mass damper"],
+]);
+/** @typedef {{worst: Worst}} Judged */
 const { damper, tables } = WORDS.specification;
 const FRICTION = { name: "particle_friction_coefficient", label: "friction coefficient of the particle" };
 
-/** @type {import("./main.js").View} */
+/** @type {View} */
 export async function designView(root, { parts }) {
-  const path = `designs/${encodeURIComponent(parts[0])}`;
-  /** @type {ReturnType<typeof setTimeout> | undefined} */
-  let timer;
-  let left = false;
-  let design = await ask(path);
-  const head = el("div", { class: "head" });
-  const body = el("div", { class: "left" });
-  fill(root, head, body);
+  const view = new DesignView(await ask(designPath(parts[0])));
+  fill(root, view.head, view.body);
+  return () => view.leave();
+}
 
-  function draw() {
-    drawHead();
-    drawBody();
+class DesignView {
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  timer;
+  left = false;
+  head = el("div", { class: "head" });
+  body = el("div", { class: "left" });
+
+  /** @param {Design} design */
+  constructor(design) {
+    this.design = design;
+    this.draw();
+    this.again();
   }
 
-  function drawHead() {
-    const name = design.name || `(no name) ${design.id}`;
+  leave() {
+    this.left = true;
+    clearTimeout(this.timer);
+  }
+
+  draw() {
+    this.drawHead();
+    this.drawBody();
+  }
+
+  drawHead() {
+    const { design } = this;
     fill(
-      head,
-      el("div", { class: "row spread" }, el("h1", {}, name), help("how-to/design/", "designs")),
-      el("div", { class: "row" }, badge(design.state), el("code", {}, design.id), buttons()),
+      this.head,
+      el(
+        "div",
+        { class: "row spread" },
+        el("h1", {}, design.name || `(no name) ${design.id}`),
+        help("how-to/design/", "designs"),
+      ),
+      el("div", { class: "row" }, badge(design.state), el("code", {}, design.id), this.buttons()),
       design.message && el("p", { class: "box fault" }, design.message),
     );
   }
 
-  function drawBody() {
-    fill(body, ...(design.answer ? answered(design) : underWay(design)));
-  }
-
-  function buttons() {
-    /** @param {string} label @param {() => Promise<any>} act */
-    const button = (label, act) =>
-      el(
-        "button",
-        {
-          type: "button",
-          class: "small",
-          onclick: () => act().catch((error) => fill(body, refusalBox(error))),
-        },
-        label,
-      );
-    const steer = (/** @type {string} */ verb) => async () => {
-      design = await ask(`${path}/${verb}`, {}, { method: "POST" });
-      say(`${design.name || design.id}: ${design.state}`);
-      draw();
-      again();
-    };
-    const remove = async () => {
-      if (
-        !(await confirmed(
-          "Delete this design?",
-          "Its answer and its report will be gone; its studies stay.",
-          "Delete it",
-        ))
-      )
-        return;
-      await ask(path, {}, { method: "DELETE" });
-      location.hash = "#/designs";
-    };
-    const stopped = design.state === "cancelled" || design.state === "failed";
-    return el(
-      "span",
-      { class: "row" },
-      isActive(design.state) && button("Cancel", steer("cancel")),
-      stopped && button("Resume", steer("resume")),
-      !isActive(design.state) && button("Delete", remove),
-      el(
-        "a",
-        { class: "button small", href: `#/designs/new?from=${encodeURIComponent(design.id)}` },
-        "Change and ask again",
-      ),
-      design.answer &&
-        el(
-          "a",
-          {
-            class: "button small primary",
-            href: address(`${path}/report`).href,
-            target: "_blank",
-            rel: "noopener",
-          },
-          "Report",
-        ),
+  drawBody() {
+    const { id, answer } = this.design;
+    const parts = answer ? answered({ id, answer }) : underWay(this.design);
+    fill(
+      this.body,
+      parts,
+      nameForm(this.design, () => this.drawHead()),
     );
   }
 
-  function again() {
-    clearTimeout(timer);
-    if (!left && isActive(design.state)) timer = setTimeout(look, LOOK_MILLISECONDS);
+  buttons() {
+    const { id, answer } = this.design;
+    const again = `#/designs/new?from=${encodeURIComponent(id)}`;
+    const report = { href: address(`${designPath(id)}/report`).href, target: "_blank", rel: "noopener" };
+    return el(
+      "span",
+      { class: "row" },
+      actions("designs", this.design, (changed) => this.steered(changed)),
+      el("a", { class: "button small", href: again }, "Change and ask again"),
+      answer && el("a", { class: "button small primary", ...report }, "Report"),
+    );
   }
 
-  async function look() {
-    try {
-      const now = await ask(path);
-      if (left) return;
-      const before = design;
-      design = now;
-      drawBody();
-      // its buttons may have the focus: they stay while they mean the same
-      if (now.state !== before.state || now.message !== before.message) drawHead();
-      if (!isActive(now.state)) say(`${design.name || design.id}: ${design.state}`);
-    } catch (error) {
-      if (!left) fill(body, refusalBox(error));
+  /** @param {Design | null} changed */
+  steered(changed) {
+    if (changed === null) {
+      location.hash = "#/designs";
+      return;
     }
-    again();
+    this.design = changed;
+    this.draw();
+    this.again();
   }
 
-  draw();
-  again();
-  return () => {
-    left = true;
-    clearTimeout(timer);
-  };
+  again() {
+    clearTimeout(this.timer);
+    if (!this.left && isActive(this.design.state))
+      this.timer = setTimeout(() => this.look(), LOOK_MILLISECONDS);
+  }
+
+  async look() {
+    const before = this.design;
+    try {
+      const now = await ask(designPath(before.id));
+      if (this.left) return;
+      this.design = now;
+      this.drawBody();
+      // its buttons may have the focus: they stay while they mean the same
+      if (now.state !== before.state || now.message !== before.message) this.drawHead();
+      if (!isActive(now.state)) say(`${now.name || now.id}: ${now.state}`);
+    } catch (error) {
+      if (!this.left) fill(this.body, refusalBox(error));
+    }
+    this.again();
+  }
 }
 
-/** What is known so far, and what is left. @param {any} design */
+/** What is known so far, and what is left. @param {Design} design */
 function underWay(design) {
   const done = design.points + design.points_of_round;
   return [
@@ -163,17 +161,18 @@ function underWay(design) {
   ];
 }
 
-/** @param {any} design */
+/** @param {Answered} design */
 function answered(design) {
   const { answer } = design;
+  const { cases = [], amplitudes = [], masses = [] } = answer;
   const scale = scaleOf(answer);
   return [
     el("div", { class: "explorer" }, recommended(answer), answer.response.value && overBand(design, scale)),
     el("div", { class: "explorer" }, margins(answer), others(answer)),
-    answer.cases?.length ? underEach(answer) : null,
-    answer.amplitudes?.length > 1 && overAmplitudes(design),
+    cases.length > 0 && underEach(answer, cases),
+    amplitudes.length > 1 && overAmplitudes(design.id, amplitudes),
     starts(answer),
-    ...(answer.masses?.length > 1 ? [masses(answer), againstMass(design, scale)] : []),
+    masses.length > 1 && [ofEachMass(answer, masses), againstMass(design.id, masses, scale)],
     el(
       "details",
       { class: "box" },
@@ -186,8 +185,8 @@ function answered(design) {
 /**
  * What the values of its figures are in.
  *
- * @param {any} answer
- * @returns {import("./design_figures.js").Scale}
+ * @param {DesignAnswer} answer
+ * @returns {Scale}
  */
 function scaleOf(answer) {
   const { units } = answer.worst;
@@ -196,7 +195,11 @@ function scaleOf(answer) {
   return { metres: units === "m" ? 1000 : 1, unit, measure: measure(answer), atFrequency };
 }
 
-/** The damper and its numbers, then the sentences and the details of the answer. @param {any} answer */
+/**
+ * The damper and its numbers, then the sentences and the details of the answer.
+ *
+ * @param {DesignAnswer} answer
+ */
 function recommended(answer) {
   // an answer that was kept before there was a verdict has its sentences alone
   const { sentences = [], rows = [], next = "" } = answer.verdict ?? {};
@@ -205,44 +208,45 @@ function recommended(answer) {
     { class: "box headline", "aria-label": given(answer) ? "The damper as given" : "Recommended damper" },
     el("h2", {}, headline(answer)),
     facts(answer.design, answer.worst, answer.limits.length ? answer.probability : null, undamped(answer)),
-    sentences.map((/** @type {string} */ sentence) => el("p", {}, prose(sentence))),
+    sentences.map((sentence) => el("p", {}, prose(sentence))),
     next && el("p", {}, "Next: ", prose(next)),
     el(
       "details",
       {},
       el("summary", {}, "Details"),
       pairs(
-        rows.map((/** @type {string[]} */ [name, value, what]) => [
-          capital(name),
-          what ? `${value} (${what})` : value,
-        ]),
+        rows.map(([name, value, what]) => [capital(name), what ? `${value} (${what})` : value]),
         "facts",
       ),
       el(
         "ul",
         {},
-        answer.words.map((/** @type {string} */ sentence) => el("li", {}, prose(sentence))),
+        answer.words.map((sentence) => el("li", {}, prose(sentence))),
       ),
       modelSketch(answer.design.particle_mass_kg !== 0),
     ),
   );
 }
 
-/** The worst without any damper, where what is judged is a value at one frequency. @param {any} answer */
+/**
+ * The worst without any damper, where what is judged is a value at one frequency.
+ *
+ * @param {DesignAnswer} answer
+ */
 function undamped({ no_damper: none, worst }) {
   const values = isMean(worst) ? [] : (none?.response?.value ?? []);
-  return values.length ? Math.max(...values) : null;
+  return values.length ? Math.max(...values.map((value) => value ?? 0)) : null;
 }
 
-/** @param {any} answer */
+/** @param {DesignAnswer} answer */
 function headline(answer) {
   if (given(answer)) return answer.feasible ? "The damper as given" : "The damper as given exceeds a limit";
   return answer.feasible ? "Recommended damper" : "No damper keeps every limit";
 }
 
-/** @param {any} answer */
-function underEach(answer) {
-  const rows = answer.cases.map((/** @type {any} */ each) => [
+/** @param {DesignAnswer} answer @param {NonNullable<DesignAnswer["cases"]>} cases */
+function underEach(answer, cases) {
+  const rows = cases.map((each) => [
     each.record_name ?? each.record,
     String(each.scale),
     response({ ...judged(answer), value: each.value }),
@@ -253,8 +257,8 @@ function underEach(answer) {
 /**
  * A damper and its worst case, as on a drawing.
  *
- * @param {import("./answers.js").Built} built
- * @param {import("./answers.js").Worst} worst
+ * @param {Built} built
+ * @param {Worst} worst
  * @param {number | null} [probability]
  * @param {number | null} [without] the worst without a damper
  */
@@ -281,7 +285,7 @@ function pairs(rows, kind) {
 /**
  * A quantity of a damper: in its unit, or as a ratio; empty where there is none.
  *
- * @param {import("./answers.js").Built} built
+ * @param {Built} built
  * @param {string} name
  */
 function quantity(built, name) {
@@ -295,13 +299,13 @@ function quantity(built, name) {
 
 /**
  * What a response in ratios is over.
- * @param {import("./answers.js").Worst} worst
+ * @param {Worst} worst
  */
 function reference(worst) {
   return worst.measure.endsWith("acceleration") ? "the base amplitude times ω_n²" : "the base amplitude";
 }
 
-/** A damper in one line. @param {import("./answers.js").Built} built */
+/** A damper in one line. @param {Built} built */
 export function spelledDamper(built) {
   const parts = damper.map(({ name, label }) => [label.split(",")[0], quantity(built, name)]);
   return parts
@@ -310,18 +314,18 @@ export function spelledDamper(built) {
     .join(", ");
 }
 
-/** The worst of the best damper so far, for a list. @param {any} known */
+/** The worst of the best damper so far, for a list. @param {Known} known */
 export function spelledWorst({ worst, feasible }) {
   const { measure, units, value } = worst;
   return response({ measure, units, value }) + (feasible ? "" : ", exceeds a limit");
 }
 
-/** What a value of an answer is. @param {{worst: import("./answers.js").Worst}} answer */
+/** What a value of an answer is. @param {Judged} answer */
 function judged({ worst: { measure, units } }) {
   return { measure, units };
 }
 
-/** @param {import("./answers.js").Worst} worst */
+/** @param {Worst} worst */
 function response(worst) {
   const value =
     worst.units === "1"
@@ -335,12 +339,12 @@ function response(worst) {
   return at ? `${value} at ${at}` : value;
 }
 
-/** @param {any} answer */
+/** @param {Judged} answer */
 function measure(answer) {
   return { ...tables.measures, ...tables.measures_under_records }[answer.worst.measure] ?? "response";
 }
 
-/** @param {any} answer */
+/** @param {DesignAnswer} answer */
 function margins(answer) {
   const spelled = (/** @type {string} */ name, /** @type {number | null} */ value) => {
     if (value === null) return "–";
@@ -362,14 +366,10 @@ function margins(answer) {
   );
 }
 
-/** @param {any} answer */
+/** @param {DesignAnswer} answer */
 function others(answer) {
   const rows = [[given(answer) ? "As given" : "Recommended", response(answer.compared ?? answer.worst), "1"]];
-  for (const [name, title] of [
-    ["friction_alone", "Friction alone"],
-    ["particle_alone", "The particle alone"],
-    ["tuned_mass_damper", "Tuned mass damper"],
-  ]) {
+  for (const [name, title] of OTHERS) {
     const one = answer[name];
     if (one && !isItself(answer, name))
       rows.push([
@@ -379,7 +379,7 @@ function others(answer) {
       ]);
     if (one?.detuned)
       rows.push([
-        `${title}, up to ${100 * one.detuned_by} % out of tune`,
+        `${title}, up to ${100 * (one.detuned_by ?? 0)} % out of tune`,
         response(one.detuned),
         one.ratio && one.worst.value ? short((one.ratio * one.detuned.value) / one.worst.value, 3) : "",
       ]);
@@ -387,12 +387,11 @@ function others(answer) {
   return table("Beside other dampers", ["Damper", "Worst case", "Ratio"], rows);
 }
 
-/** The responses that starts meet where there are several. @param {any} answer */
+/** The responses that starts meet where there are several. @param {DesignAnswer} answer */
 function starts({ starts: known, worst }) {
-  const where = /** @type {any[]} */ (known?.where ?? []);
-  if (!where.length) return null;
-  const rows = where.flatMap((at) =>
-    at.responses.map((/** @type {any} */ each, /** @type {number} */ i) => [
+  if (!known?.where.length) return null;
+  const rows = known.where.flatMap((at) =>
+    at.responses.map((each, i) => [
       i
         ? ""
         : at.frequency_hz === null
@@ -419,12 +418,17 @@ function starts({ starts: known, worst }) {
   );
 }
 
-/** What each mass of the particle does, and what each of these dampers is. @param {any} answer */
-function masses(answer) {
+/**
+ * What each mass of the particle does, and what each of these dampers is.
+ *
+ * @param {DesignAnswer} answer
+ * @param {OfMass[]} masses
+ */
+function ofEachMass(answer, masses) {
   const of = (/** @type {number | null} */ value) =>
     value === null ? "–" : response({ ...judged(answer), value });
-  const rows = answer.masses.map((/** @type {any} */ each) => [
-    quantity(each, "particle_mass_kg") + (each.recommended ? ", recommended" : ""),
+  const rows = masses.map((each) => [
+    quantity(massOf(each), "particle_mass_kg") + (each.recommended ? ", recommended" : ""),
     of(each.worst.value) + (each.feasible ? "" : ", exceeds a limit"),
     of(each.tuned_mass_damper),
     of(each.particle_alone),
@@ -437,6 +441,11 @@ function masses(answer) {
     ["Particle", "Best found", "Tuned mass damper", "Particle alone", "Clearance", "Friction", "Looked at"],
     rows,
   );
+}
+
+/** @param {OfMass} each @returns {Built} */
+function massOf({ particle_mass_kg, mass_ratio }) {
+  return { particle_mass_kg: particle_mass_kg ?? null, mass_ratio: mass_ratio ?? null };
 }
 
 /** @param {string} title @param {string[]} columns @param {string[][]} rows */

@@ -1,11 +1,12 @@
 /** What an answer of a design is about. */
+/** @import { DesignAnswer, Worst } from "./types.js" */
 
 import { WORDS } from "./words.js";
 
 /**
  * Whether nothing was to be chosen: the answer is about the damper of the specification.
  *
- * @param {any} answer
+ * @param {DesignAnswer} answer
  */
 export function given(answer) {
   return !Object.keys(answer.specification.choose ?? {}).length;
@@ -14,7 +15,7 @@ export function given(answer) {
 /**
  * Whether another damper is the one that the answer is about: without a particle it is friction alone.
  *
- * @param {any} answer
+ * @param {DesignAnswer} answer
  * @param {string} name
  */
 export function isItself({ design }, name) {
@@ -26,7 +27,7 @@ export function isItself({ design }, name) {
 /**
  * Whether the rms over the band is judged, which is at no frequency.
  *
- * @param {import("./answers.js").Worst} worst
+ * @param {Worst} worst
  */
 export function isMean(worst) {
   return worst.measure in WORDS.specification.tables.at_a_frequency;

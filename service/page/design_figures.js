@@ -2,6 +2,7 @@
  * The figures of a design's answer: responses over the band, over other amplitudes, and against the mass of
  * the particle.
  */
+/** @import { AtAmplitude, DesignAnswer, Frequency, OfMass, OtherName, OverBand } from "./types.js" */
 
 import { colour, CURVES, DASHES, figure } from "./figure.js";
 import { given, isItself, isMean } from "./design_answer.js";
@@ -15,12 +16,14 @@ import { drawn, short } from "./numbers.js";
  *   value is multiplied with; what is judged, and what that is at one frequency
  */
 
+/** @typedef {{id: string, answer: DesignAnswer}} Answered */
+
 /** Dampers whose responses are drawn beside the recommended one, by the key of the answer. */
-const OTHERS = {
-  tuned_mass_damper: "tuned mass damper",
-  friction_alone: "friction alone",
-  particle_alone: "particle alone",
-};
+const OTHERS = /** @type {[OtherName, string][]} */ ([
+  ["tuned_mass_damper", "tuned mass damper"],
+  ["friction_alone", "friction alone"],
+  ["particle_alone", "particle alone"],
+]);
 
 /** An axis is no longer than its figure: everything in it is of the structure. @param {string} measure */
 const shortOf = (measure) => measure.replace(" of the structure", "");
@@ -28,16 +31,16 @@ const shortOf = (measure) => measure.replace(" of the structure", "");
 /** @param {(number | null)[]} values @param {number} factor */
 const scaled = (values, factor) => values.map((each) => (each === null ? null : each * factor));
 
-/** @param {any} of with frequencies, in hertz or as ratios */
+/** @param {Frequency} of */
 const frequencies = (of) => of.frequency_hz ?? of.frequency_ratio;
 
-/** @param {any} of */
+/** @param {Frequency} of */
 const frequencyTitle = (of) => (of.frequency_hz ? "frequency [Hz]" : "frequency ratio r");
 
 /**
  * The recommended damper as drawn, under the largest amplitude, beside others.
  *
- * @param {any} design
+ * @param {Answered} design
  * @param {Scale} scale
  */
 export function overBand(design, { metres, unit, atFrequency }) {
@@ -48,24 +51,26 @@ export function overBand(design, { metres, unit, atFrequency }) {
     name: `design-${design.id}`,
     height: 420,
   });
-  const others = Object.entries(OTHERS).filter(
-    ([key]) => answer[key]?.response?.value && !isItself(answer, key),
-  );
+  const curve = (/** @type {OverBand} */ response) => ({
+    x: frequencies(response),
+    y: scaled(response.value ?? [], metres),
+  });
+  const others = OTHERS.flatMap(([key, name]) => {
+    const response = answer[key]?.response;
+    return response?.value && !isItself(answer, key) ? [{ ...curve(response), name }] : [];
+  });
   chart.draw(
     () => [
       {
-        x: frequencies(answer.response),
-        y: scaled(answer.response.value, metres),
+        ...curve(answer.response),
         mode: "lines+markers",
         marker: { size: 4 },
         line: { color: CURVES()[0], width: 2.5 },
         name: given(answer) ? "as given" : "recommended",
       },
-      ...others.map(([key, name], i) => ({
-        x: frequencies(answer[key].response),
-        y: scaled(answer[key].response.value, metres),
+      ...others.map((each, i) => ({
+        ...each,
         mode: "lines",
-        name,
         line: { color: CURVES()[i + 1], dash: DASHES[i + 1], width: 1.8 },
       })),
     ],
@@ -80,39 +85,38 @@ export function overBand(design, { metres, unit, atFrequency }) {
 /**
  * Draw the response of the recommended damper at each amplitude, from half the smallest to twice the largest.
  *
- * @param {any} design
+ * @param {string} id of the design
+ * @param {AtAmplitude[]} rows
  */
-export function overAmplitudes(design) {
-  /** @type {any[]} */
-  const rows = design.answer.amplitudes;
+export function overAmplitudes(id, rows) {
   const label =
     "Response over the amplitude of the excitation, of the recommended damper under amplitudes from " +
     "half the least to twice the largest";
-  const chart = figure({ label, name: `amplitudes-${design.id}`, height: 460 });
+  const chart = figure({ label, name: `amplitudes-${id}`, height: 460 });
   const moved = rows.filter((row) => row.worst_ratio > 0);
+  const largest = {
+    x: moved.map((row) => row.worst_frequency_hz ?? row.worst_frequency_ratio),
+    y: moved.map((row) => row.worst_ratio),
+    mode: "lines+markers",
+    name: "largest",
+    line: { color: colour("ink"), dash: "dash", width: 1 },
+    marker: { size: 6, color: colour("ink") },
+  };
   chart.draw(
-    () =>
-      [
-        ...rows.map((row, i) => ({
-          x: frequencies(row),
-          y: row.ratio,
-          mode: "lines",
-          name: level(row) + (row.asked ? ", asked for" : ""),
-          line: {
-            color: between(i / Math.max(1, rows.length - 1)),
-            dash: row.asked ? "solid" : "dot",
-            width: row.asked ? 2.5 : 1.8,
-          },
-        })),
-        moved.length && {
-          x: moved.map((row) => row.worst_frequency_hz ?? row.worst_frequency_ratio),
-          y: moved.map((row) => row.worst_ratio),
-          mode: "lines+markers",
-          name: "largest",
-          line: { color: colour("ink"), dash: "dash", width: 1 },
-          marker: { size: 6, color: colour("ink") },
+    () => [
+      ...rows.map((row, i) => ({
+        x: frequencies(row),
+        y: row.ratio,
+        mode: "lines",
+        name: level(row) + (row.asked ? ", asked for" : ""),
+        line: {
+          color: between(i / Math.max(1, rows.length - 1)),
+          dash: row.asked ? "solid" : "dot",
+          width: row.asked ? 2.5 : 1.8,
         },
-      ].filter(Boolean),
+      })),
+      ...(moved.length > 0 ? [largest] : []),
+    ],
     () => ({
       xaxis: { title: { text: frequencyTitle(rows[0]) } },
       yaxis: {
@@ -130,7 +134,7 @@ export function overAmplitudes(design) {
   return chart.element;
 }
 
-/** @param {any} row */
+/** @param {AtAmplitude} row */
 function level({ amplitude, amplitude_units: units }) {
   return units === "1" ? `${short(amplitude, 3)} times` : drawn(amplitude, units, 3);
 }
@@ -146,15 +150,14 @@ function between(share) {
 /**
  * What mass buys: the best damper found of each, beside others of that mass.
  *
- * @param {any} design
+ * @param {string} id of the design
+ * @param {OfMass[]} rows
  * @param {Scale} scale
  */
-export function againstMass(design, { metres, unit, measure }) {
-  /** @type {any[]} */
-  const rows = design.answer.masses;
+export function againstMass(id, rows, { metres, unit, measure }) {
   const chart = figure({
     label: "The best response found of every mass, as drawn, and that of a tuned mass damper of it",
-    name: `masses-${design.id}`,
+    name: `masses-${id}`,
     height: 420,
   });
   const x = rows.map((each) => each.particle_mass_kg ?? each.mass_ratio);

@@ -1,6 +1,7 @@
 /** A new design: the fields of its specification, and what the search may take. */
+/** @import { GroundRecord, Held, SpecifiedField, View } from "./types.js" */
 
-import { ask } from "./api.js";
+import { ask, designPath } from "./api.js";
 import { documentForm } from "./document_form.js";
 import { el, picker, say } from "./dom.js";
 import { excitationFields, measuresOf, shakenBy } from "./excitation_fields.js";
@@ -13,9 +14,6 @@ import { group, number, numbers as listOf, read, shown, span, titled } from "./s
 import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
-/** @typedef {import("./words.js").SpecifiedField} SpecifiedField */
-/** @typedef {import("./document_form.js").Held} Held */
-
 const { structure, damper, ratios, limits, numbers, contact_time: contactTime } = WORDS.specification;
 /** How a quantity of the damper is said. */
 const WAYS = /** @type {[string, string][]} */ ([
@@ -23,6 +21,8 @@ const WAYS = /** @type {[string, string][]} */ ([
   ["range", "in a range"],
   ["list", "from a list"],
 ]);
+
+/** @typedef {Record<string, number | string>} Named a value that has a name */
 
 /** What a form begins with that is about nobody's machine. */
 const EMPTY = {
@@ -34,7 +34,7 @@ const EMPTY = {
   empty: true,
 };
 
-/** @type {import("./main.js").View} */
+/** @type {View} */
 export async function designForm(root, { query }) {
   const [{ specifications }, { records }] = await Promise.all([vocabulary(), ask("records")]);
   const from = query.get("from");
@@ -63,7 +63,7 @@ export async function designForm(root, { query }) {
 
 /** The specification of a design that is there, to be changed. @param {string} id */
 async function copy(id) {
-  const design = await ask(`designs/${encodeURIComponent(id)}`);
+  const design = await ask(designPath(id));
   const name = design.name || design.id;
   return {
     name: `copy of ${name}`,
@@ -81,7 +81,7 @@ function labelOf(name) {
  * Every field of a specification.
  *
  * @param {Held} held
- * @param {import("./answers.js").GroundRecord[]} records ground-motion records that the service has
+ * @param {GroundRecord[]} records ground-motion records that the service has
  */
 function fieldsOf(held, records) {
   const measures = measuresOf(held);
@@ -133,28 +133,15 @@ function damperField(held, unit) {
     unit.ratio !== unit.name;
   const each = inRatio ? ratios[unit.ratio] : unit;
   const place = `choose.${each.name}`;
+  /** @type {unknown} */
   const chosen = held.get(place);
   const way = chosen === undefined ? "given" : Array.isArray(chosen) ? "list" : "range";
   const change = (/** @type {string} */ next) => {
-    const last = held.get(place);
-    const values =
-      last === undefined
-        ? [held.get(each.name) ?? 0]
-        : Array.isArray(last)
-          ? last.map(valueOf(each))
-          : typeof last === "object"
-            ? [last.start, last.stop]
-            : [last];
+    const values = numbersIn(held.get(place) ?? held.get(each.name) ?? 0, each);
     const [low, high] = [Math.min(...values), Math.max(...values)];
+    const stop = high > low ? high : low + (low || 1);
     held.set(each.name, next === "given" ? low : undefined);
-    held.set(
-      place,
-      next === "range"
-        ? { start: low, stop: high > low ? high : low + (low || 1) }
-        : next === "list"
-          ? [low, high > low ? high : low + (low || 1)]
-          : undefined,
-    );
+    held.set(place, next === "range" ? { start: low, stop } : next === "list" ? [low, stop] : undefined);
     held.again();
   };
   const inputs =
@@ -181,9 +168,9 @@ function damperField(held, unit) {
  */
 function list(held, path, each) {
   const time = contactTime.name;
-  const one = (/** @type {any} */ value) => {
+  const one = (/** @type {number | Named} */ value) => {
     if (typeof value !== "object") return shown(value, each);
-    const ms = value[time] ? ` (${short(1e3 * value[time], 4)} ms)` : "";
+    const ms = value[time] ? ` (${short(1e3 * Number(value[time]), 4)} ms)` : "";
     return `${value.name ?? ""} ${shown(value[each.name], each)}${ms}`.trim();
   };
   /** @param {string} part */
@@ -198,13 +185,20 @@ function list(held, path, each) {
     each.name === "restitution"
       ? "Values, with names as in rubber 0.3, steel 0.8; with a contact time as in rubber 0.3 (4 ms)"
       : "Values, with names as in light 1.2, heavy 2.5";
-  const value = held.get(path).map(one).join(", ");
+  const value = /** @type {(number | Named)[]} */ (held.get(path)).map(one).join(", ");
   return listOf(held, path, each, { title, value, between: SEMICOLON, entry });
 }
 
-/** @param {SpecifiedField} each @returns {(one: any) => number} */
-function valueOf(each) {
-  return (one) => Number(typeof one === "object" ? one[each.name] : one);
+/**
+ * The numbers of a value, of a range, or of a list whose values may have names.
+ *
+ * @param {unknown} said
+ * @param {SpecifiedField} each
+ */
+function numbersIn(said, each) {
+  const { start, stop } = /** @type {Record<string, unknown>} */ (said);
+  const list = Array.isArray(said) ? said : typeof said === "object" ? [start, stop] : [said];
+  return list.map((one) => Number(typeof one === "object" ? one[each.name] : one));
 }
 
 /** How far it may be off: in the unit, or as a share. @param {Held} held @param {SpecifiedField} each */

@@ -2,17 +2,19 @@
  * The list of designs, and which view an address below it shows: the list, the form of a new one, or one
  * design.
  */
+/** @import { Design, View } from "./types.js" */
 
 import { el, fill } from "./dom.js";
 import { designView, spelledWorst } from "./design.js";
 import { designForm } from "./design_form.js";
+import { Filter } from "./filter.js";
 import { help } from "./help.js";
 import { Kept } from "./kept.js";
 import { count } from "./numbers.js";
 import { badge } from "./progress.js";
-import { shelf } from "./shelf.js";
+import { Shelf } from "./shelf.js";
 
-/** @type {import("./main.js").View} */
+/** @type {View} */
 export function designsView(root, address) {
   const [first, ...rest] = address.parts;
   if (first === "new") return designForm(root, { ...address, parts: rest });
@@ -22,7 +24,8 @@ export function designsView(root, address) {
 /** @param {HTMLElement} root @param {URLSearchParams} query */
 async function designList(root, query) {
   const list = el("div", { class: "studies" });
-  const controls = el("div", { class: "row" });
+  const kept = new Kept("#/designs", query);
+  const filter = new Filter(kept, () => shelf.look());
   fill(
     root,
     el(
@@ -37,23 +40,27 @@ async function designList(root, query) {
       help("how-to/design/", "designs"),
       "From what must be quiet, and what may be chosen, to a damper in drawing values.",
     ),
-    controls,
+    filter.form("Designs"),
     list,
   );
-  const { look, leave } = shelf(list, controls, {
+  const none = () =>
+    filter.isUsed()
+      ? "No design matches the search."
+      : "No designs yet. A new one begins with a specification.";
+  /** @type {Shelf<Design>} */
+  const shelf = new Shelf(list, filter.row, {
     kind: "designs",
-    kept: new Kept("#/designs", query),
-    wanted: () => ({}),
-    nothing: () => "",
-    none: () => el("p", { class: "box" }, "No designs yet. A new one begins with a specification."),
-    says: (/** @type {any} */ design) => [design.message && el("div", { class: "quiet" }, design.message)],
-    state: (/** @type {any} */ design) => [
-      badge(design.state),
-      el("span", { class: "progress" }, `${count(design.points)} points`),
+    kept,
+    filter,
+    none: () => el("p", { class: "box" }, none()),
+    says: ({ message }) => [message && el("div", { class: "quiet" }, message)],
+    state: ({ state, points }) => [
+      badge(state),
+      el("span", { class: "progress" }, `${count(points)} points`),
     ],
-    best: async (/** @type {any} */ { known }) =>
+    best: async ({ known }) =>
       known && { value: known.worst.value, unit: known.worst.units, text: spelledWorst(known) },
   });
-  await look();
-  return leave;
+  await shelf.look();
+  return () => shelf.leave();
 }

@@ -1,9 +1,11 @@
 /**
  * The best designs of a study and its Pareto front, as tables that lead to their points.
  *
- * @typedef {{best: any, idle: any, pareto: any[], ranked: any}} Found designs with a `text` each, and the
- *   ranking itself
+ * @typedef {Ranked & {text: string}} Marked
+ * @typedef {{best: Marked | null, idle: Marked | null, pareto: Marked[], ranked: Ranking | null}} Found with
+ *   the ranking itself
  */
+/** @import { Ranked, Ranking, Session, Shown } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { checkbox, el, fill, grid, picker, prose } from "./dom.js";
@@ -19,7 +21,7 @@ const FRONT = 50;
 export const NOTHING_FOUND = { best: null, idle: null, pareto: [], ranked: null };
 
 /**
- * @param {import("./study.js").Session} session
+ * @param {Session} session
  * @param {(found: Found) => void} onFound
  */
 export function designs(session, onFound) {
@@ -76,7 +78,7 @@ export function designs(session, onFound) {
       found = {
         best: best && named(best, idle ? "Best with impacts" : "Optimum", shown),
         idle: idle && named(idle, "Best, no impact", shown),
-        pareto: (pareto?.designs ?? []).map((/** @type {unknown} */ d) => named(d, "Pareto front", shown)),
+        pareto: (pareto?.designs ?? []).map((d) => named(d, "Pareto front", shown)),
         ranked,
       };
       fill(table, listed(ranked, "Best designs"));
@@ -91,7 +93,7 @@ export function designs(session, onFound) {
     onFound(found);
   }
 
-  /** @param {any} answer @param {string} title @param {string} [against] */
+  /** @param {Ranking} answer @param {string} title @param {string} [against] */
   function listed(answer, title, against) {
     const columns = selection.varied.filter((name) => name !== FREQUENCY);
     // what is a column already is not shown twice
@@ -104,11 +106,11 @@ export function designs(session, onFound) {
         shown.has(name) && ` [${shown.unit(name).trim()}]`,
       ),
     );
-    const reached = (/** @type {any} */ design) =>
+    const reached = (/** @type {Ranked} */ design) =>
       respect === "impact_speed"
         ? shown.value("impact_speed_max", design[respect])
         : short(design[respect ?? ""]);
-    const show = (/** @type {any} */ design, /** @type {number} */ i) =>
+    const show = (/** @type {Ranked} */ design, /** @type {number} */ i) =>
       el(
         "button",
         {
@@ -130,7 +132,7 @@ export function designs(session, onFound) {
           "Response",
           "On the map",
         ],
-        answer.designs.map((/** @type {any} */ design, /** @type {number} */ i) => [
+        answer.designs.map((design, i) => [
           shown.withError(VALUE, design.value, design.error),
           ...columns.map((name) => short(design[name] * shown.factor(name))),
           ...(respect ? [reached(design)] : []),
@@ -149,7 +151,7 @@ export function designs(session, onFound) {
     ];
   }
 
-  /** @param {any} design */
+  /** @param {Ranked} design */
   function go(design) {
     selection.chooseValues(
       Object.fromEntries(
@@ -195,7 +197,7 @@ export function designs(session, onFound) {
  * Whether designs of a study can differ in a respect.
  *
  * @param {string} respect
- * @param {import("./study.js").Session} session
+ * @param {Session} session
  */
 function useful(respect, session) {
   const { varied } = session.selection;
@@ -207,7 +209,7 @@ function useful(respect, session) {
 /**
  * What a respect is called, without the ratio where it is shown in units.
  *
- * @param {import("./shown.js").Shown} shown
+ * @param {Shown} shown
  * @param {string} respect
  * @param {string} text
  */
@@ -219,7 +221,7 @@ function respectIn(shown, respect, text) {
     : text;
 }
 
-/** @param {any} design @param {string} title @param {import("./shown.js").Shown} shown */
+/** @param {Ranked} design @param {string} title @param {Shown} shown */
 function named(design, title, shown) {
-  return { ...design, text: `${title}: ${shown.value(VALUE, design.value)}` };
+  return Object.assign({ text: `${title}: ${shown.value(VALUE, design.value)}` }, design);
 }

@@ -1,17 +1,8 @@
 /**
  * A form whose fields and JSON are two views of one document: either can be edited, and the service says what
  * is wrong.
- *
- * @typedef {{name: string, about: string[], definition: any, empty?: boolean}} Start what a form may begin
- *   with
- * @typedef {{document: any, get: (path: string) => any, set: (path: string, value: any) => void, again: () =>
- *   void, put: (document: any) => void}} Held the document by the paths of its fields, where undefined takes
- *   one away; `again` draws the fields anew, `put` puts another document in its place
- * @typedef {{title: string, help: HTMLElement | false, json: string, path: string, submit: string, cost:
- *   string, can: string, starts: Start[], first: string, beside?: HTMLElement, fields: (held: Held) =>
- *   import("./dom.js").Child[], estimated: (answer: any) => import("./dom.js").Child, waits?: () => void,
- *   done: (answer: any) => void}} Form `waits` is called as it is submitted, `done` with the answer
  */
+/** @import { Child } from "./types.js" */
 
 import { Refusal, refusalBox, send } from "./api.js";
 import { debounced, el, fill, picker, prose, typedObject } from "./dom.js";
@@ -19,150 +10,196 @@ import { showFaults } from "./faults.js";
 import { counted } from "./numbers.js";
 
 /**
+ * @typedef {{name: string, about: string[], definition: object, empty?: boolean}} Start what a form may begin
+ *   with
+ * @typedef {{document: unknown, get: <T>(path: string) => T | undefined, set: (path: string, value: unknown)
+ *   => void, again: () => void, put: (document: unknown) => void}} Held the document by the paths of its
+ *   fields, where undefined takes one away; `again` draws the fields anew, `put` puts another document in its
+ *   place
+ */
+/**
+ * @template Cost, Answer
+ * @typedef {{title: string, help: HTMLElement | false, json: string, path: string, submit: string, cost:
+ *   string, can: string, starts: Start[], first: string, beside?: HTMLElement, fields: (held: Held) =>
+ *   Child[], estimated: (cost: Cost) => Child, waits?: () => void, done: (answer: Answer) => void}} Form
+ *   `waits` is called as it is submitted, `done` with the answer
+ */
+
+/**
+ * @template Cost, Answer
  * @param {HTMLElement} root
- * @param {Form} form
+ * @param {Form<Cost, Answer>} form
  * @returns {() => void} leaves it
  */
 export function documentForm(root, form) {
+  const drawn = new DocumentForm(form);
+  drawn.drawIn(root);
+  return () => drawn.leave();
+}
+
+/** @template Cost, Answer */
+class DocumentForm {
   /** @type {unknown} */
-  let document_ = {};
-  let number = 0;
-  let submitted = false;
-  const about = el("div", { class: "quiet about" });
-  const fields = el("div", { class: "fields" });
-  const text = el("textarea", {
-    spellcheck: "false",
-    rows: 24,
-    "aria-label": form.json,
-    oninput: () => typed(),
-  });
-  const wrong = el("p", { class: "faults", role: "alert" });
-  const estimate = el("div", { class: "estimate", role: "status" });
-  const elsewhere = el("div", { class: "faults" });
-  const submit = el("button", { type: "submit", class: "primary" }, form.submit);
+  document = {};
+  /** Of the judgement that was asked for last. */
+  number = 0;
+  submitted = false;
+  about = el("div", { class: "quiet about" });
+  fields = el("div", { class: "fields" });
+  wrong = el("p", { class: "faults", role: "alert" });
+  estimate = el("div", { class: "estimate", role: "status" });
+  elsewhere = el("div", { class: "faults" });
 
-  /** @type {Held} */
-  const held = {
-    get document() {
-      return document_;
-    },
-    get: (path) => at(document_, path),
-    set: (path, value) => (put(document_, path.split("."), value), changed()),
-    again: () => (draw(), changed()),
-    put: (next) => ((document_ = next), draw(), changed()),
-  };
+  /** @param {Form<Cost, Answer>} form */
+  constructor(form) {
+    this.form = form;
+    const oninput = () => this.typed();
+    this.text = el("textarea", { spellcheck: "false", rows: 24, "aria-label": form.json, oninput });
+    this.submit = el("button", { type: "submit", class: "primary" }, form.submit);
+    this.judge = debounced(300, () => this.askForCost());
+  }
 
-  /** @param {string} name */
-  function choose(name) {
-    const start = /** @type {Start} */ (form.starts.find((one) => one.name === name));
-    document_ = structuredClone(start.definition);
-    submitted = false;
+  /** @param {HTMLElement} root */
+  drawIn(root) {
+    const { title, help, starts, beside, cost, json, first: wanted } = this.form;
+    const first = starts.some(({ name }) => name === wanted) ? wanted : starts[0].name;
+    const options = /** @type {[string, string][]} */ (starts.map(({ name }) => [name, name]));
+    const onsubmit = (/** @type {Event} */ event) => (event.preventDefault(), void this.run());
+    const wide = window.matchMedia("(min-width: 60rem)").matches;
     fill(
-      about,
+      root,
+      el("div", { class: "row spread" }, el("h1", {}, title), help),
+      el(
+        "div",
+        { class: "row" },
+        picker("Start from", options, first, (name) => this.begin(name)),
+      ),
+      this.about,
+      el(
+        "form",
+        { class: "columns", onsubmit, novalidate: true },
+        el("div", {}, this.fields),
+        el(
+          "div",
+          { class: "beside" },
+          beside,
+          el(
+            "section",
+            { class: "box cost", "aria-label": cost },
+            this.estimate,
+            this.elsewhere,
+            this.submit,
+          ),
+          el(
+            "details",
+            { open: wide },
+            el("summary", {}, json),
+            el("p", { class: "quiet" }, "Edit it here or in the fields: each follows the other."),
+            this.text,
+            this.wrong,
+          ),
+        ),
+      ),
+    );
+    this.begin(first);
+  }
+
+  /** What is on its way to a form that was left counts no more. */
+  leave() {
+    this.number += 1;
+  }
+
+  /** @param {string} name of what the form begins with */
+  begin(name) {
+    const start = /** @type {Start} */ (this.form.starts.find((one) => one.name === name));
+    this.document = structuredClone(start.definition);
+    this.submitted = false;
+    fill(
+      this.about,
       start.about.map((paragraph) => el("p", {}, prose(paragraph))),
     );
-    draw();
-    if (!start.empty) return changed();
-    showFaults(fields, [], elsewhere);
-    write();
-    fill(estimate, "Fill in the fields. What is missing, and what it will take, is said here.");
+    this.draw();
+    if (!start.empty) return this.changed();
+    showFaults(this.fields, [], this.elsewhere);
+    this.write();
+    fill(this.estimate, "Fill in the fields. What is missing, and what it will take, is said here.");
   }
 
   /** Draw the fields anew; who changes them by keyboard goes on from there, not from the top of the page. */
-  function draw() {
+  draw() {
     const label = labelOf(document.activeElement);
-    fill(fields, ...form.fields(held));
-    const inputs = /** @type {HTMLInputElement[]} */ ([...fields.querySelectorAll("select, input")]);
+    fill(this.fields, ...this.form.fields(this.held()));
+    const inputs = /** @type {HTMLInputElement[]} */ ([...this.fields.querySelectorAll("select, input")]);
     if (label) inputs.find((one) => labelOf(one) === label)?.focus();
   }
 
-  function write() {
-    text.value = JSON.stringify(document_, null, 2);
-    wrong.textContent = "";
-    submit.disabled = false;
+  /** @returns {Held} */
+  held() {
+    const again = () => (this.draw(), this.changed());
+    return {
+      document: this.document,
+      get: (path) => at(this.document, path),
+      set: (path, value) => (put(this.document, path.split("."), value), this.changed()),
+      again,
+      put: (next) => ((this.document = next), again()),
+    };
   }
 
-  function changed() {
-    write();
-    judge();
+  write() {
+    this.text.value = JSON.stringify(this.document, null, 2);
+    this.wrong.textContent = "";
+    this.submit.disabled = false;
   }
 
-  function typed() {
-    const read = typedObject(text, wrong, submit);
+  changed() {
+    this.write();
+    this.judge();
+  }
+
+  typed() {
+    const read = typedObject(this.text, this.wrong, this.submit);
     if (read === null) return;
-    document_ = read;
-    draw();
-    judge();
+    this.document = read;
+    this.draw();
+    this.judge();
   }
 
-  const judge = debounced(300, async () => {
+  async askForCost() {
     // the question before is not given up, which would end the process that computes it
-    const mine = ++number;
+    const mine = ++this.number;
     try {
-      const cost = await send(form.path, document_, { dry_run: true });
-      if (mine !== number) return;
-      showFaults(fields, [], elsewhere);
-      fill(estimate, form.estimated(cost));
+      const cost = await send(this.form.path, this.document, { dry_run: true });
+      if (mine !== this.number) return;
+      showFaults(this.fields, [], this.elsewhere);
+      fill(this.estimate, this.form.estimated(/** @type {Cost} */ (cost)));
     } catch (error) {
-      if (mine === number && error instanceof Refusal) refused(error);
+      if (mine === this.number && error instanceof Refusal) this.refused(error);
     }
-  });
+  }
 
   /** @param {Refusal} refusal */
-  function refused(refusal) {
-    const { wrong: faults, missing } = showFaults(fields, refusal.faults, elsewhere, submitted);
+  refused(refusal) {
+    const { wrong, missing } = showFaults(this.fields, refusal.faults, this.elsewhere, this.submitted);
     const left = [
       missing && `${counted(missing, "field")} to fill in`,
-      faults && `${counted(faults, "fault")} to fix`,
+      wrong && `${counted(wrong, "fault")} to fix`,
     ];
     const words = left.filter(Boolean).join(" and ");
-    fill(estimate, words ? `${words} before it can ${form.can}.` : refusalBox(refusal));
+    fill(this.estimate, words ? `${words} before it can ${this.form.can}.` : refusalBox(refusal));
   }
 
-  /** @param {Event} event */
-  async function run(event) {
-    event.preventDefault();
-    submit.disabled = submitted = true;
+  async run() {
+    this.submit.disabled = this.submitted = true;
     try {
-      form.waits?.();
-      form.done(await send(form.path, document_));
-      submit.disabled = false;
+      this.form.waits?.();
+      this.form.done(/** @type {Answer} */ (await send(this.form.path, this.document)));
     } catch (error) {
-      submit.disabled = false;
-      if (error instanceof Refusal && error.faults.length) refused(error);
-      else fill(elsewhere, refusalBox(error));
+      if (error instanceof Refusal && error.faults.length) this.refused(error);
+      else fill(this.elsewhere, refusalBox(error));
+    } finally {
+      this.submit.disabled = false;
     }
   }
-
-  const first = form.starts.some(({ name }) => name === form.first) ? form.first : form.starts[0].name;
-  const options = /** @type {[string, string][]} */ (form.starts.map(({ name }) => [name, name]));
-  fill(
-    root,
-    el("div", { class: "row spread" }, el("h1", {}, form.title), form.help),
-    el("div", { class: "row" }, picker("Start from", options, first, choose)),
-    about,
-    el(
-      "form",
-      { class: "columns", onsubmit: run, novalidate: true },
-      el("div", {}, fields),
-      el(
-        "div",
-        { class: "beside" },
-        form.beside,
-        el("section", { class: "box cost", "aria-label": form.cost }, estimate, elsewhere, submit),
-        el(
-          "details",
-          { open: window.matchMedia("(min-width: 60rem)").matches },
-          el("summary", {}, form.json),
-          el("p", { class: "quiet" }, "Edit it here or in the fields: each follows the other."),
-          text,
-          wrong,
-        ),
-      ),
-    ),
-  );
-  choose(first);
-  return () => void ++number;
 }
 
 /** What a field is called, with the group that it stands in. @param {Element | null} field */
@@ -174,30 +211,44 @@ function labelOf(field) {
   return name && `${field?.closest("fieldset")?.querySelector("legend")?.textContent} ${name}`;
 }
 
-/** @param {any} document @param {string} path */
+/** @typedef {Record<string, unknown>} Branch of a document: an object, or a list by its indices */
+
+/** @param {unknown} value @returns {value is Branch} */
+function isBranch(value) {
+  return value !== null && typeof value === "object";
+}
+
+/**
+ * @template T
+ * @param {unknown} document
+ * @param {string} path
+ * @returns {T | undefined}
+ */
 function at(document, path) {
-  const step = (/** @type {any} */ held, /** @type {string} */ key) =>
-    held !== null && typeof held === "object" ? held[key] : undefined;
-  return path.split(".").reduce(step, document);
+  const step = (/** @type {unknown} */ held, /** @type {string} */ key) =>
+    isBranch(held) ? held[key] : undefined;
+  return /** @type {T | undefined} */ (path.split(".").reduce(step, document));
 }
 
 /**
  * Put a value at a path; undefined takes it away, with what is empty then.
  *
- * @param {any} held
+ * @param {unknown} held
  * @param {string[]} path
- * @param {any} value
+ * @param {unknown} value
  */
 function put(held, [key, ...rest], value) {
+  const branch = /** @type {Branch} */ (held);
   if (!rest.length) {
-    if (value === undefined) delete held[key];
-    else held[key] = value;
+    if (value === undefined) delete branch[key];
+    else branch[key] = value;
     return;
   }
-  if (held[key] === null || typeof held[key] !== "object") {
+  if (!isBranch(branch[key])) {
     if (value === undefined) return;
-    held[key] = {};
+    branch[key] = {};
   }
-  put(held[key], rest, value);
-  if (key !== "choose" && !Array.isArray(held) && Object.keys(held[key]).length === 0) delete held[key];
+  const inner = /** @type {Branch} */ (branch[key]);
+  put(inner, rest, value);
+  if (key !== "choose" && !Array.isArray(branch) && Object.keys(inner).length === 0) delete branch[key];
 }

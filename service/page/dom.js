@@ -2,35 +2,37 @@
  * Elements, made so that no text is ever read as markup: what a user typed goes in as text and as nothing
  * else.
  *
- * @typedef {Node | string | number | null | undefined | false} Child
+ * @typedef {Record<string, unknown>} Attributes
  */
+/** @import { Child } from "./types.js" */
 
 /**
  * Make an element.
  *
- * @param {string} tag
- * @param {Record<string, any>} [attributes] `onclick` and the like are listeners; true is an empty attribute,
- *   null, undefined and false are none; `value` and `checked` are set as properties.
- * @param {...(Child | Child[])} children
- * @returns {any} the element
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {Attributes} [attributes] `onclick` and the like are listeners; true is an empty attribute, null,
+ *   undefined and false are none; `value` and `checked` are set as properties.
+ * @param {...Child} children
+ * @returns {HTMLElementTagNameMap[Tag]}
  */
 export function el(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (value === null || value === undefined || value === false) continue;
-    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
-    else if (name === "value" || name === "checked") /** @type {any} */ (element)[name] = value;
+    if (typeof value === "function")
+      element.addEventListener(name.slice(2), /** @type {EventListener} */ (value));
+    else if (name === "value" || name === "checked") Object.assign(element, { [name]: value });
     else element.setAttribute(name, value === true ? "" : String(value));
   }
   element.append(...texts(children));
-  if (element instanceof HTMLSelectElement && "value" in attributes) element.value = attributes.value;
+  if (element instanceof HTMLSelectElement && "value" in attributes) element.value = String(attributes.value);
   return element;
 }
 
-/** @param {(Child | Child[])[]} children @returns {(Node | string)[]} */
+/** @param {Child[]} children @returns {(Node | string)[]} */
 function texts(children) {
-  return children
-    .flat(Infinity)
+  return /** @type {Exclude<Child, Child[]>[]} */ (/** @type {unknown[]} */ (children).flat(Infinity))
     .filter((child) => child !== null && child !== undefined && child !== false)
     .map((child) => (child instanceof Node ? child : String(child)));
 }
@@ -39,7 +41,7 @@ function texts(children) {
  * Put children in place of those that are there.
  *
  * @param {Element} element
- * @param {...(Child | Child[])} children
+ * @param {...Child} children
  */
 export function fill(element, ...children) {
   element.replaceChildren(...texts(children));
@@ -78,13 +80,13 @@ export function checkbox(label, checked, onChange) {
  * A table that scrolls by itself where it is too wide.
  *
  * @param {string} title for who does not see it
- * @param {(Child | Child[])[]} columns their heads
- * @param {(Child | Child[])[][]} rows
+ * @param {Child[]} columns their heads
+ * @param {Child[][]} rows
  * @param {boolean} [named] whether the first cell names its row
  * @returns {HTMLElement}
  */
 export function grid(title, columns, rows, named = true) {
-  const cell = (/** @type {Child | Child[]} */ each, /** @type {number} */ i) =>
+  const cell = (/** @type {Child} */ each, /** @type {number} */ i) =>
     named && i === 0 ? el("th", { scope: "row" }, each) : el("td", {}, each);
   const heads = columns.map((each) => el("th", { scope: "col" }, each));
   const body = rows.map((row) => el("tr", {}, row.map(cell)));
@@ -146,7 +148,7 @@ export function confirmed(title, text, action) {
 /**
  * Run something once things have been quiet for a while.
  *
- * @template {any[]} A
+ * @template {unknown[]} A
  * @param {number} milliseconds
  * @param {(...given: A) => void} run
  * @returns {(...given: A) => void}

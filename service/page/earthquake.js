@@ -2,6 +2,7 @@
  * Dampers under an earthquake: the point of the study beside no damper, a tuned mass damper, and each of its
  * parts alone.
  */
+/** @import { Earthquake, EarthquakeCase, EarthquakeHistory, Session, Tab, Trace, View } from "./types.js" */
 
 import { Refusal, refusalBox } from "./api.js";
 import { debounced, el, fill, grid, picker, prose, say } from "./dom.js";
@@ -43,13 +44,13 @@ const FIELDS = /** @type {[string, string, number][]} */ ([
 /** A cavity of which nothing is said. */
 const LEVEL = Object.fromEntries(Object.values(WORDS.before).map((name) => [name, 0]));
 
-/** @type {import("./study.js").Tab} */
+/** @type {Tab} */
 export function earthquakeTab(session, place) {
   compared(place, session.record.id, () => sizes(session), sizesNote(session), "Sizes of the study’s point");
 }
 
-/** @type {import("./main.js").View} */
-export function earthquakeView(root) {
+/** @type {View} */
+export async function earthquakeView(root) {
   const place = el("div");
   fill(root, el("h1", {}, "Dampers under an earthquake"), place);
   const { mass_kg, natural_frequency_hz, particle_mass_kg, clearance_m, friction_force_n } = WORDS.prototype;
@@ -73,9 +74,8 @@ export function earthquakeView(root) {
  * @param {string} back what the button says that takes them again
  */
 function compared(place, stem, own, note, back) {
-  const asked = /** @type {Record<string, any>} */ ({
-    ...LEVEL,
-    ...own(),
+  const sizes = /** @type {Record<string, number>} */ ({ ...LEVEL, ...own() });
+  const asked = Object.assign(sizes, {
     record: USUAL_RECORD,
     tmd_criterion: "den_hartog",
     starts: STARTS,
@@ -164,7 +164,7 @@ function compared(place, stem, own, note, back) {
           step: "any",
           value: Number((asked[key] * scale).toPrecision(6)),
           oninput: () => {
-            asked[key] = box.value === "" ? null : Number(box.value) / scale;
+            asked[key] = /** @type {number} */ (box.value === "" ? null : Number(box.value) / scale);
             look();
           },
         });
@@ -210,7 +210,7 @@ function compared(place, stem, own, note, back) {
 /**
  * The point of the study with units: of its own structure where it has one, else of the paper's.
  *
- * @param {import("./study.js").Session} session
+ * @param {Session} session
  */
 function sizes({ selection, record }) {
   const physical = { ...STRUCTURE, ...numbersIn(record.definition.physical) };
@@ -235,7 +235,7 @@ function numbersIn(physical) {
   );
 }
 
-/** @param {import("./study.js").Session} session */
+/** @param {Session} session */
 function sizesNote({ record }) {
   const own = Object.keys(numbersIn(record.definition.physical)).length === Object.keys(STRUCTURE).length;
   return own
@@ -245,22 +245,21 @@ function sizesNote({ record }) {
         "mm; enter your own.";
 }
 
-/** @param {any} found */
+/** @param {Earthquake} found */
 function table(found) {
   const columns = /** @type {[string, string][]} */ ([
     ["peak_relative_displacement_m", "Peak [mm]"],
     ["rms_relative_displacement_m", "rms [mm]"],
     ["peak_absolute_acceleration_m_s2", "Peak acceleration [m/s²]"],
   ]);
-  const cases = /** @type {[string, any][]} */ (Object.entries(found.cases));
-  const value = (/** @type {any} */ one, /** @type {string} */ name) =>
+  const cases = Object.values(found.cases);
+  const value = (/** @type {EarthquakeCase} */ one, /** @type {string} */ name) =>
     short(one[name] * (name.endsWith("_m") ? 1000 : 1), 4);
-  const span = (/** @type {any} */ one) => {
-    const spread = one.spread?.peak_relative_displacement_m;
-    return spread
-      ? `${short(1000 * spread.lowest, 4)} to ` +
-          `${short(1000 * spread.highest, 4)}${one.spread.sensitive ? ", sensitive" : ""}`
-      : "–";
+  const span = (/** @type {EarthquakeCase} */ one) => {
+    if (!one.spread) return "–";
+    const { peak_relative_displacement_m: peak, sensitive } = one.spread;
+    const [lowest, highest] = [peak.lowest, peak.highest].map((metres) => short(1000 * metres, 4));
+    return `${lowest} to ${highest}${sensitive ? ", sensitive" : ""}`;
   };
   return [
     el(
@@ -269,7 +268,7 @@ function table(found) {
       grid(
         "Comparison under the record",
         ["Damper", ...columns.map(([, title]) => title), "Peak from other starts [mm]"],
-        cases.map(([, one]) => [one.label, ...columns.map(([name]) => value(one, name)), span(one)]),
+        cases.map((one) => [one.label, ...columns.map(([name]) => value(one, name)), span(one)]),
       ),
     ),
     el(
@@ -278,16 +277,16 @@ function table(found) {
       prose(
         `Displacements are against the base. ${found.record.name}: peak ` +
           `${short(found.record.peak_acceleration_g, 3)} g, ${short(found.record.duration_s, 4)} s. ` +
-          (cases.some(([, one]) => one.spread?.sensitive) ? SENSITIVE : "") +
+          (cases.some((one) => one.spread?.sensitive) ? SENSITIVE : "") +
           (found.note ?? ""),
       ),
     ),
   ];
 }
 
-/** @param {any} found */
+/** @param {Earthquake} found */
 function traces(found) {
-  const cases = /** @type {any[]} */ (Object.values(found.cases));
+  const cases = Object.values(found.cases);
   const bar = (/** @type {string} */ name, /** @type {string} */ title, /** @type {number} */ i) => ({
     type: "bar",
     name: title,
@@ -302,7 +301,8 @@ function traces(found) {
 /**
  * The motion of no damper, a tuned mass damper and the study's, each as a curve.
  *
- * @param {any} found @param {(history: any, name: string, shade: string, dash: string) => any} drawn
+ * @param {Earthquake} found
+ * @param {(history: EarthquakeHistory, name: string, shade: string, dash: string) => Trace} drawn
  */
 function moving(found, drawn) {
   const looks = [
@@ -310,9 +310,8 @@ function moving(found, drawn) {
     [CURVES()[0], "dash"],
     [CURVES()[1], "solid"],
   ];
-  return MOVING.flatMap((name, i) =>
-    found.histories[name]
-      ? drawn(found.histories[name], found.cases[name].label, looks[i][0], looks[i][1])
-      : [],
-  );
+  return MOVING.flatMap((name, i) => {
+    const history = found.histories[name];
+    return history ? [drawn(history, found.cases[name].label, looks[i][0], looks[i][1])] : [];
+  });
 }

@@ -1,6 +1,7 @@
 /**
  * What shakes the structure: one excitation, several that act one at a time, or records, found or generated.
  */
+/** @import { GroundRecord, Held, SpecifiedField } from "./types.js" */
 
 import { el, picker } from "./dom.js";
 import { field } from "./faults.js";
@@ -8,7 +9,6 @@ import { group, number, numbers, span } from "./specified.js";
 import { recordsField } from "./survey_fields.js";
 import { WORDS } from "./words.js";
 
-/** @typedef {import("./document_form.js").Held} Held */
 /** @typedef {"band" | "sweep" | "random_vibration" | "shock" | "records"} Kind */
 
 const { motions, frequency, sweep, random_vibration, shock, most, tail } = WORDS.specification.excitation;
@@ -54,10 +54,17 @@ const USUAL = /** @type {Record<string, number>} */ ({
 /** What is over an amplitude of the base, which records do not have. */
 const IN_UNITS = { clearance_ratio: "clearance_m", friction_ratio: "friction_force_n" };
 
-/** The kind of one excitation. @param {any} each @returns {Kind} */
+/** @typedef {Record<string, unknown>} Excitation */
+
+/** The kind of one excitation. @param {Excitation | undefined} each @returns {Kind} */
 function kindOf(each) {
   const kind = [...GENERATED, /** @type {Kind} */ ("records")].find((name) => each?.[name] !== undefined);
   return kind ?? "band";
+}
+
+/** Every excitation that is there; one of which nothing is said is empty. @param {Held} held */
+function allOf(held) {
+  return [/** @type {Excitation | Excitation[]} */ (held.get(PLACE) ?? {})].flat();
 }
 
 /**
@@ -66,7 +73,7 @@ function kindOf(each) {
  * @param {Held} held
  */
 export function shakenBy(held) {
-  const kinds = [held.get(PLACE)].flat().map(kindOf);
+  const kinds = allOf(held).map(kindOf);
   return { bands: kinds.includes("band"), records: kinds.some((kind) => kind !== "band") };
 }
 
@@ -74,11 +81,11 @@ export function shakenBy(held) {
  * Every excitation in a group of its own, and what adds one; or records.
  *
  * @param {Held} held
- * @param {import("./answers.js").GroundRecord[]} records those that the service has
+ * @param {GroundRecord[]} records those that the service has
  */
 export function excitationFields(held, records) {
-  const raw = held.get(PLACE);
-  const kind = kindOf(Array.isArray(raw) ? (raw.find((each) => kindOf(each) === "band") ?? raw[0]) : raw);
+  const all = allOf(held);
+  const kind = kindOf(all.find((each) => kindOf(each) === "band") ?? all[0]);
   const change = (/** @type {string} */ next) => {
     held.set(PLACE, structuredClone(BEGINNING[/** @type {Kind} */ (next)]));
     held.set("measure", undefined);
@@ -91,7 +98,7 @@ export function excitationFields(held, records) {
 
 /**
  * @param {Held} held
- * @param {import("./answers.js").GroundRecord[]} records
+ * @param {GroundRecord[]} records
  * @param {string} place
  * @param {Kind} kind
  */
@@ -129,7 +136,7 @@ function vibrationFields(held, path) {
 function shockFields(held, path) {
   const change = (/** @type {string} */ shape) => held.set(`${path}.shape`, shape);
   return [
-    picker("Shape of the pulse", Object.entries(shock.shapes), held.get(`${path}.shape`), change),
+    picker("Shape of the pulse", Object.entries(shock.shapes), held.get(`${path}.shape`) ?? "", change),
     ...shock.numbers.map((each) => number(held, `${path}.${each.name}`, each)),
   ];
 }
@@ -139,7 +146,7 @@ function shockFields(held, path) {
  *
  * @param {Held} held
  * @param {string} path
- * @param {import("./words.js").SpecifiedField} each
+ * @param {SpecifiedField} each
  * @param {unknown} [usual]
  */
 function list(held, path, each, usual = "") {
@@ -152,8 +159,8 @@ function list(held, path, each, usual = "") {
  * @param {Held} held
  * @param {string} path
  * @param {string} title
- * @param {import("./words.js").SpecifiedField[]} fields
- * @param {(held: Held, path: string, each: import("./words.js").SpecifiedField) => HTMLElement} [drawn]
+ * @param {SpecifiedField[]} fields
+ * @param {(held: Held, path: string, each: SpecifiedField) => HTMLElement} [drawn]
  */
 function oneFieldOf(held, path, title, fields, drawn = number) {
   const now = fields.find((each) => held.get(`${path}.${each.name}`) !== undefined) ?? fields[0];
@@ -178,7 +185,7 @@ function oneFieldOf(held, path, title, fields, drawn = number) {
  * Records, their scales, and what follows them.
  *
  * @param {Held} held
- * @param {import("./answers.js").GroundRecord[]} records
+ * @param {GroundRecord[]} records
  * @param {string} place
  */
 function recordFields(held, records, place) {
@@ -210,17 +217,17 @@ function scaleFields(held, place) {
  * Each in a group of its own, and what adds one.
  *
  * @param {Held} held
- * @param {import("./answers.js").GroundRecord[]} records
+ * @param {GroundRecord[]} records
  */
 function everyOne(held, records) {
-  const raw = held.get(PLACE);
-  const several = Array.isArray(raw);
-  const count = several ? raw.length : 1;
+  const all = allOf(held);
+  const several = Array.isArray(held.get(PLACE));
+  const kind = kindOf(all[0]);
   return [
     several
-      ? raw.map((each, i) => oneOf(held, records, each, i))
-      : group(TITLES[kindOf(raw)], PLACE, fieldsOfKind(held, records, PLACE, kindOf(raw))),
-    count < most &&
+      ? all.map((each, i) => oneOf(held, records, each, i))
+      : group(TITLES[kind], PLACE, fieldsOfKind(held, records, PLACE, kind)),
+    all.length < most &&
       el(
         "div",
         { class: "row" },
@@ -240,7 +247,7 @@ function everyOne(held, records) {
             `Add ${words}`,
           ),
         ),
-        ![raw].flat().some((each) => kindOf(each) === "records") &&
+        !all.some((each) => kindOf(each) === "records") &&
           el(
             "button",
             { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING.records)) },
@@ -255,8 +262,8 @@ function everyOne(held, records) {
  * One of several excitations.
  *
  * @param {Held} held
- * @param {import("./answers.js").GroundRecord[]} records
- * @param {unknown} each
+ * @param {GroundRecord[]} records
+ * @param {Excitation} each
  * @param {number} i
  */
 function oneOf(held, records, each, i) {
@@ -272,21 +279,21 @@ function oneOf(held, records, each, i) {
 
 /** One excitation over a band, like the last that there is. @param {Held} held */
 function likeLast(held) {
-  const over = [held.get(PLACE) ?? {}].flat().filter((each) => kindOf(each) === "band");
-  const { name, ...like } = over[over.length - 1] ?? BEGINNING.band;
+  const over = allOf(held).filter((each) => kindOf(each) === "band");
+  const { name, ...like } = /** @type {Excitation} */ (over[over.length - 1] ?? BEGINNING.band);
   return structuredClone(like);
 }
 
 /** One excitation more: a list begins with the one that is there. @param {Held} held @param {unknown} more */
 function add(held, more) {
-  held.set(PLACE, [...[held.get(PLACE) ?? {}].flat(), more]);
+  held.set(PLACE, [...allOf(held), more]);
   dropMeasure(held);
   held.again();
 }
 
 /** Take a measure away that what shakes the structure now does not have. @param {Held} held */
 function dropMeasure(held) {
-  if (!(held.get("measure") in measuresOf(held))) held.set("measure", undefined);
+  if (!(String(held.get("measure")) in measuresOf(held))) held.set("measure", undefined);
 }
 
 /**
@@ -305,7 +312,7 @@ export function measuresOf(held) {
 /** @param {Held} held @param {number} i */
 function remover(held, i) {
   const remove = () => {
-    const left = held.get(PLACE).filter((/** @type {unknown} */ _, /** @type {number} */ k) => k !== i);
+    const left = allOf(held).filter((_, k) => k !== i);
     const { name, ...only } = left[0] ?? {};
     held.set(PLACE, left.length > 1 ? left : only);
     dropMeasure(held);

@@ -1,4 +1,5 @@
 /** A study explored: slices through the point, all designs at once, and pinned points beside each other. */
+/** @import { Tab } from "./types.js" */
 
 import { el, fill } from "./dom.js";
 import { parallelPanel } from "./parallel.js";
@@ -6,7 +7,7 @@ import { pinsPanel } from "./pins.js";
 import { sliders } from "./sliders.js";
 import { slicesPanel } from "./slices.js";
 
-/** @type {import("./study.js").Tab} */
+/** @type {Tab} */
 export function explorerTab(session, place) {
   const { selection } = session;
   const parts = [slicesPanel(session), parallelPanel(session), pinsPanel(session)];

@@ -1,10 +1,10 @@
 /**
  * Faults of a form, each beneath the field that it names, in the words and the unit of that field.
  *
- * @typedef {import("./api.js").Fault} Fault
  * @typedef {{label?: string, unit?: string, scale?: string}} Looks what a field says of itself: its name for
  *   people, its unit, and what a value in SI is multiplied with to be in it
  */
+/** @import { Child, Fault } from "./types.js" */
 
 import { sentences } from "./api.js";
 import { capital, el, fill, prose } from "./dom.js";
@@ -20,7 +20,7 @@ const COUNTED = /list|values|points/;
  *
  * @param {string} path in the document
  * @param {string} title
- * @param {import("./dom.js").Child | import("./dom.js").Child[]} inputs one, whose label the title is; of
+ * @param {Child | Child[]} inputs one, whose label the title is; of
  *   several each has its own
  * @param {{label?: string, unit?: string, scale?: number, wide?: boolean}} [looks] of what is typed
  */

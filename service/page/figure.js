@@ -1,13 +1,27 @@
 /**
  * Figures: the plotting library, loaded when the first one is drawn, in the colours of the page, with
  * downloads.
+ *
+ * @typedef {Record<string, unknown>} Trace what the plotting library draws; each kind has keys of its own
+ * @typedef {Record<string, unknown>} Layout
+ * @typedef {{x: number, y: number, pointIndex: number, data: {name: string}}} Point of a trace
+ * @typedef {HTMLDivElement & {data: Drawn[], layout: Titles, on: (event: string, told: (event: never) =>
+ *   void) => void}} Plot
+ * @typedef {{react: (plot: Plot, traces: Trace[], layout: Layout, settings: object) => Promise<Plot>,
+ *   downloadImage: (plot: Plot, options: object) => Promise<string>}} Library
+ * @typedef {{label: string, name: string, height?: number, keyboard?: string, python?: () => string,
+ *   clicked?: (point: Point) => void, zoomed?: (change: Record<string, unknown>) => void}} Options `label` is
+ *   what a screen reader says, `name` the stem of downloads; with `keyboard`, which says what the keys do,
+ *   the figure can be focused; `python` gives the code that gives the same
+ * @typedef {ReturnType<typeof figure>} Figure
  */
+/** @import { Drawn, Titles } from "./types.js" */
 
 import { el, fill, say } from "./dom.js";
 import { tableOf } from "./figure_table.js";
 import { short } from "./numbers.js";
 
-/** @type {Promise<any> | undefined} */
+/** @type {Promise<Library> | undefined} */
 let loading;
 
 /**
@@ -23,12 +37,12 @@ window
   .matchMedia("(prefers-color-scheme: dark)")
   .addEventListener("change", () => shown.forEach((draw) => draw()));
 
-/** @returns {Promise<any>} the plotting library */
+/** @returns {Promise<Library>} the plotting library */
 function plotly() {
   loading ??= new Promise((resolve, reject) => {
     const script = el("script", {
       src: new URL("plotly.min.js", import.meta.url).href,
-      onload: () => resolve(/** @type {any} */ (window).Plotly),
+      onload: () => resolve(/** @type {typeof window & {Plotly: Library}} */ (window).Plotly),
       onerror: () => {
         loading = undefined;
         reject(new Error("the plotting library could not be loaded"));
@@ -62,14 +76,16 @@ const PLACES = Array.from({ length: 13 }, (_, i) => i - 6).flatMap((power) =>
   [1, 2, 5].map((first) => Number(`${first}e${power}`)),
 );
 
-/** What stands along an axis that asks for two or three marks a decade. @param {any} given */
+/** What stands along an axis that asks for two or three marks a decade. @param {Axis} given */
 function ticks(given) {
   return given.dtick === "D2"
     ? { dtick: null, tickvals: PLACES, ticktext: PLACES.map((one) => short(one)) }
     : {};
 }
 
-/** What every figure has in common. @param {any} layout */
+/** @typedef {{dtick?: unknown, title?: object}} Axis */
+
+/** What every figure has in common. @param {Layout} layout */
 function styled(layout) {
   const axis = {
     gridcolor: colour("line"),
@@ -80,6 +96,7 @@ function styled(layout) {
     automargin: true,
     title: { standoff: 8 },
   };
+  /** @type {Layout} */
   const merged = {
     paper_bgcolor: colour("paper"),
     plot_bgcolor: colour("paper"),
@@ -93,7 +110,7 @@ function styled(layout) {
   for (const name of Object.keys(layout)
     .filter((key) => /^[xy]axis\d*$/.test(key))
     .concat("xaxis", "yaxis")) {
-    const given = layout[name] ?? {};
+    const given = /** @type {Axis} */ (layout[name] ?? {});
     merged[name] = { ...axis, ...given, ...ticks(given), title: { ...axis.title, ...given.title } };
   }
   return merged;
@@ -102,40 +119,42 @@ function styled(layout) {
 /**
  * A figure, empty until it is drawn.
  *
- * @param {{label: string, name: string, height?: number, keyboard?: string, python?: () => string}} options
- *   `label` is what a screen reader says, `name` the stem of downloads; with `keyboard`, which says what the
- *   keys do, the figure can be focused; `python` gives the code that gives the same
- * @returns {{element: HTMLElement, plot: any, draw: (traces: () => any[], layout: () => any) =>
- *   Promise<void>, forget: () => void}} traces and layout are made anew where the colours change
+ * @param {Options} options
  */
-export function figure({ label, name, height = 320, keyboard, python }) {
-  const plot = el("div", {
-    class: "plot",
-    "data-height": height,
-    ...(keyboard
-      ? { tabindex: 0, role: "application", "aria-label": `${label}. ${keyboard}` }
-      : { role: "img", "aria-label": label }),
-  });
-  const buttons = el("div", { class: "row end downloads" });
+export function figure({ label, name, height = 320, keyboard, python, clicked, zoomed }) {
+  const looks = keyboard
+    ? { tabindex: 0, role: "application", "aria-label": `${label}. ${keyboard}` }
+    : { role: "img", "aria-label": label };
+  const plot = /** @type {Plot} */ (el("div", { class: "plot", "data-height": height, ...looks }));
   const code = el("pre", { tabindex: 0, role: "region", "aria-label": `Python for: ${label}` });
   const same = python && el("details", {}, el("summary", {}, "The same in Python"), code);
-  const element = el("figure", { class: "figure" }, plot, buttons, same);
+  const buttons = ["png", "svg", "csv"].map((format) => download(format));
+  const element = el(
+    "figure",
+    { class: "figure" },
+    plot,
+    el("div", { class: "row end downloads" }, buttons),
+    same,
+  );
   /** @type {() => Promise<void>} */
   let again = async () => {};
   const redraw = () => (element.isConnected ? void again() : void shown.delete(redraw));
-  for (const format of ["png", "svg", "csv"]) {
-    buttons.append(
-      el(
-        "button",
-        {
-          type: "button",
-          class: "small quiet",
-          "aria-label": `Download as ${format.toUpperCase()}: ${label}`,
-          onclick: () => save(format),
-        },
-        format.toUpperCase(),
-      ),
-    );
+  let wired = false;
+
+  /** @param {string} format */
+  function download(format) {
+    const says = `Download as ${format.toUpperCase()}: ${label}`;
+    const looks = { type: "button", class: "small quiet", "aria-label": says, onclick: () => save(format) };
+    return el("button", looks, format.toUpperCase());
+  }
+
+  /** Who listens to a plot can do so once it is drawn. */
+  function wire() {
+    if (wired || !element.isConnected) return;
+    wired = true;
+    if (clicked)
+      plot.on("plotly_click", (/** @type {{points: Point[]}} */ { points: [point] }) => clicked(point));
+    if (zoomed) plot.on("plotly_relayout", zoomed);
   }
 
   /** @param {string} format */
@@ -160,20 +179,24 @@ export function figure({ label, name, height = 320, keyboard, python }) {
     say(`${name}.csv was saved.`);
   }
 
-  return {
-    element,
-    plot,
-    draw: async (traces, layout) => {
-      again = async () => {
-        const library = await plotly();
-        const settings = { responsive: true, displayModeBar: false, doubleClick: "reset" };
-        if (python) fill(code, python());
-        if (element.isConnected)
-          await library.react(plot, traces(), styled({ height, ...layout() }), settings);
-      };
-      shown.add(redraw);
-      await again();
-    },
-    forget: () => shown.delete(redraw),
-  };
+  /**
+   * Both are made anew where the colours change.
+   *
+   * @param {() => Trace[]} traces
+   * @param {() => Layout} layout
+   */
+  async function draw(traces, layout) {
+    again = async () => {
+      const library = await plotly();
+      const settings = { responsive: true, displayModeBar: false, doubleClick: "reset" };
+      if (python) fill(code, python());
+      if (!element.isConnected) return;
+      await library.react(plot, traces(), styled({ height, ...layout() }), settings);
+      wire();
+    };
+    shown.add(redraw);
+    await again();
+  }
+
+  return { element, plot, draw };
 }

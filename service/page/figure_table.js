@@ -1,6 +1,13 @@
-/** What a figure shows, as a table of comma-separated values. */
+/**
+ * What a figure shows, as a table of comma-separated values.
+ *
+ * @typedef {{title?: {text?: string}, type?: string, range?: number[]}} Titled
+ * @typedef {{type?: string, name?: string, x: unknown[], y: unknown[], z?: unknown[][], customdata?:
+ *   unknown[][], colorbar?: Titled, yaxis?: "y" | "y2"}} Drawn a trace
+ * @typedef {{xaxis?: Titled, yaxis?: Titled, yaxis2?: Titled}} Titles
+ */
 
-/** @param {any} axis */
+/** @param {Titled | undefined} axis */
 function titleOf(axis) {
   return String(axis?.title?.text ?? "").replace(/<[^>]*>/g, "");
 }
@@ -32,29 +39,22 @@ function line(row) {
  * One row a point: of a map its two coordinates and the value; of curves the curve's name and both
  * coordinates.
  *
- * @param {any[]} traces as they were drawn
- * @param {any} layout
+ * @param {Drawn[]} traces as they were drawn
+ * @param {Titles} layout
  * @returns {string}
  */
 export function tableOf(traces, layout) {
   const map = traces.find((trace) => trace.type === "heatmap");
   if (map) {
-    const values = map.customdata ?? map.z;
+    const values = map.customdata ?? map.z ?? [];
     const head = [titleOf(layout.xaxis), titleOf(layout.yaxis), map.colorbar?.title?.text ?? "value"];
-    const rows = map.y.flatMap((/** @type {number} */ y, /** @type {number} */ j) =>
-      map.x.map((/** @type {number} */ x, /** @type {number} */ i) => [plain(x), plain(y), values[j][i]]),
-    );
+    const rows = map.y.flatMap((y, j) => map.x.map((x, i) => [plain(x), plain(y), values[j][i]]));
     return [head, ...rows].map(line).join("\n") + "\n";
   }
   const axes = { y: titleOf(layout.yaxis), y2: titleOf(layout.yaxis2) };
   const head = ["curve", titleOf(layout.xaxis) || "x", "value", "what"];
   const rows = traces.flatMap((trace) =>
-    trace.x.map((/** @type {any} */ x, /** @type {number} */ i) => [
-      trace.name ?? "",
-      plain(x),
-      trace.y[i],
-      axes[/** @type {"y" | "y2"} */ (trace.yaxis ?? "y")],
-    ]),
+    trace.x.map((x, i) => [trace.name ?? "", plain(x), trace.y[i], axes[trace.yaxis ?? "y"]]),
   );
   return [head, ...rows].map(line).join("\n") + "\n";
 }

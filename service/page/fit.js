@@ -1,4 +1,5 @@
 /** What a prototype is, from what was measured of it: a table, what is known, and what is sought. */
+/** @import { Fitted, FittedField, Held, View } from "./types.js" */
 
 import { documentForm } from "./document_form.js";
 import { checkbox, el, fill, grid, picker, prose } from "./dom.js";
@@ -9,9 +10,6 @@ import { short } from "./numbers.js";
 import { compiling } from "./patience.js";
 import { group, number, read, shown, titled } from "./specified.js";
 import { WORDS } from "./words.js";
-
-/** @typedef {import("./document_form.js").Held} Held */
-/** @typedef {import("./words.js").FittedField} FittedField */
 
 const QUANTITIES = WORDS.fitted;
 const SHARE = { name: "deviation", label: "deviation of each amplitude, as a share", unit: "", scale: 1 };
@@ -41,8 +39,8 @@ const STARTS = [
   },
 ];
 
-/** @type {import("./main.js").View} */
-export function fitView(root, { query }) {
+/** @type {View} */
+export async function fitView(root, { query }) {
   const answer = el("div", { class: "left", role: "status" });
   const form = el("div", { class: "view" });
   fill(root, form, answer);
@@ -99,7 +97,7 @@ function measuredField(held) {
     accept: ".csv,.txt,text/plain,text/csv",
     "aria-label": "File of what was measured",
     onchange: async () => {
-      const [chosen] = file.files;
+      const chosen = file.files?.[0];
       if (chosen) held.set("measured", (text.value = await chosen.text()));
     },
   });
@@ -153,7 +151,7 @@ function rangeField(held, path, each) {
   return field(path, "From and to", [el("span", { class: "ends" }, from, "to", to)], each);
 }
 
-/** @param {HTMLElement} place @param {any} found */
+/** @param {HTMLElement} place @param {Fitted} found */
 function answered(place, found) {
   const named = (/** @type {string} */ name) => QUANTITIES.find((each) => each.name === name);
   const rows = Object.entries(found.parameters).map(([name, { value, low, high, determined }]) => {
@@ -183,7 +181,7 @@ function answered(place, found) {
         { class: "box headline", "aria-label": "What was found" },
         el("h2", {}, "What was found"),
         grid("What was found", heads, rows),
-        found.words.map((/** @type {string} */ sentence) => el("p", {}, prose(sentence))),
+        found.words.map((sentence) => el("p", {}, prose(sentence))),
         json("A study of it, as JSON", found.study),
       ),
       chart.element,
@@ -196,7 +194,7 @@ function answered(place, found) {
   );
 }
 
-/** @param {string} title @param {unknown} document */
+/** @param {string} title @param {object | null} document */
 function json(title, document) {
   return (
     document &&
@@ -204,18 +202,18 @@ function json(title, document) {
   );
 }
 
-/** Rows over frequency, or samples over time; lengths in millimetres. @param {any} found */
-function tracesOf({ rows, units, time_s: time, measured_m: measured, model_m: model }) {
+/** Rows over frequency, or samples over time; lengths in millimetres. @param {Fitted} found */
+function tracesOf({ rows, units, time_s, measured_m, model_m }) {
   const by = rows && units.amplitude !== "m" ? 1 : 1000;
-  const scaled = (/** @type {number[]} */ values) => values.map((value) => value * by);
-  const column = (/** @type {string} */ name) => scaled(rows.map((/** @type {any} */ row) => row[name]));
-  const x = rows ? rows.map((/** @type {any} */ row) => row.frequency) : time;
+  const column = (/** @type {"measured" | "model"} */ name, /** @type {number[]} */ overTime) =>
+    (rows?.map((row) => row[name]) ?? overTime).map((value) => value * by);
+  const x = rows?.map((row) => row.frequency) ?? time_s;
   const [first, second] = CURVES();
   const mode = rows ? "markers" : "lines";
   return [
     {
       x,
-      y: rows ? column("measured") : scaled(measured),
+      y: column("measured", measured_m),
       name: "measured",
       mode,
       marker: { color: first, size: 9 },
@@ -223,7 +221,7 @@ function tracesOf({ rows, units, time_s: time, measured_m: measured, model_m: mo
     },
     {
       x,
-      y: rows ? column("model") : scaled(model),
+      y: column("model", model_m),
       name: "model",
       mode,
       marker: { color: second, size: 9, symbol: "x" },
@@ -232,7 +230,7 @@ function tracesOf({ rows, units, time_s: time, measured_m: measured, model_m: mo
   ];
 }
 
-/** @param {any} found */
+/** @param {Fitted} found */
 function titlesOf({ rows, units }) {
   const amplitude = rows && units.amplitude !== "m" ? "amplitude ratio X/Z" : "amplitude [mm]";
   const across = !rows ? "time [s]" : units.frequency === "Hz" ? "frequency [Hz]" : "frequency ratio r";

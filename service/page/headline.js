@@ -2,6 +2,7 @@
  * What a study's ranking comes to, before anything else is read: the design to look at, or why there is none
  * yet.
  */
+/** @import { Frequencies, Ranked, Ranking, Session, Shown } from "./types.js" */
 
 import { capital, el, prose } from "./dom.js";
 import { count, short } from "./numbers.js";
@@ -20,9 +21,9 @@ const OF_EVERY_DESIGN = ["one_frequency", "hidden_peak"];
  * The design that a study leads to: the best whose damper does something, where the best of all is one in
  * which it does nothing.
  *
- * @param {any} ranked the service's ranking
- * @returns {{best: any, idle: any}} `idle` is the best of all where that is another one; null where there is
- *   none
+ * @param {Pick<Ranking, "designs" | "best_with_impacts">} ranked the service's ranking
+ * @returns {{best: Ranked | null, idle: Ranked | null}} `idle` is the best of all where that is
+ *   another one; null where there is none
  */
 export function leading(ranked) {
   const first = ranked.designs[0] ?? null;
@@ -35,8 +36,8 @@ export function leading(ranked) {
 /**
  * The ranking in a box.
  *
- * @param {import("./study.js").Session} session
- * @param {any} ranked
+ * @param {Session} session
+ * @param {Ranking} ranked
  */
 export function headline({ record, selection, shown }, ranked) {
   const { best, idle } = leading(ranked);
@@ -99,7 +100,7 @@ export function headline({ record, selection, shown }, ranked) {
 /**
  * Where one frequency was computed: to the form of a new study, which is this one over a band.
  *
- * @param {string} id @param {import("./shown.js").Shown} shown @param {any} next the frequencies; none where
+ * @param {string} id @param {Shown} shown @param {Frequencies | null | undefined} next none where
  *   there is a band
  */
 export function judgedOver(id, shown, next) {

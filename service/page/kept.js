@@ -77,7 +77,7 @@ export class Kept {
 /**
  * A value of an axis in the fewest digits that tell it from its neighbours.
  *
- * @param {any[]} values
+ * @param {(number | string)[]} values
  * @param {number} place
  */
 export function plainly(values, place) {
@@ -85,7 +85,10 @@ export function plainly(values, place) {
   if (typeof value !== "number") return String(value);
   for (let digits = 3; digits < 16; digits += 1) {
     const text = String(Number(value.toPrecision(digits)));
-    if (nearest(values, Number(text)) === place && Math.abs(Number(text) - value) <= 1e-9 * Math.abs(value))
+    if (
+      nearest(values.map(Number), Number(text)) === place &&
+      Math.abs(Number(text) - value) <= 1e-9 * Math.abs(value)
+    )
       return text;
   }
   return String(value);

@@ -3,8 +3,7 @@
  * one page only.
  *
  * @typedef {(() => void) | void} Leave
- * @typedef {(root: HTMLElement, address: {parts: string[], query: URLSearchParams}) => Promise<Leave> |
- *   Leave} View
+ * @typedef {(root: HTMLElement, address: {parts: string[], query: URLSearchParams}) => Promise<Leave>} View
  */
 
 import { KEY_NEEDED, refusalBox } from "./api.js";
@@ -91,7 +90,7 @@ function markCurrent(path) {
 }
 
 /** @type {View} */
-function nowhere(root) {
+async function nowhere(root) {
   fill(root, el("h1", {}, "No such view"), el("p", {}, el("a", { href: "#/" }, "All studies")));
 }
 

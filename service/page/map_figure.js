@@ -2,6 +2,7 @@
  * The traces of a resonance map: the values, their contour lines, what is locked, failed or missing, and what
  * is best.
  */
+/** @import { Catalogue, Layout, MapAnswer, Row, Trace } from "./types.js" */
 
 import { extentOf, isWide } from "./extent.js";
 import { colour, NARROW } from "./figure.js";
@@ -27,6 +28,7 @@ const CONTOUR_LINES = 12;
 const ROUNDING = 1e-9;
 
 /**
+ * @typedef {Pick<Catalogue, "variables" | "response_class">} Words
  * @typedef {{contours: boolean, classes: boolean}} Overlays
  * @typedef {{x: number, y: number, text: string}} Mark
  * @typedef {{best: (Mark & {acts: boolean, name?: string}) | null, idle: Mark | null, pareto: Mark[], point:
@@ -37,19 +39,19 @@ const ROUNDING = 1e-9;
 /**
  * The traces of a map.
  *
- * @param {import("./answers.js").MapAnswer} map the service's answer
+ * @param {MapAnswer} map the service's answer
  * @param {Overlays} overlays
  * @param {Marks} marks
- * @param {any} words the vocabulary
+ * @param {Words} words
  * @param {(number | null)[][]} [beside] values of another map that share the scale of colours
- * @returns {any[]}
+ * @returns {Trace[]}
  */
 export function mapTraces(map, overlays, marks, words, beside) {
-  const coded = words.variables.find((/** @type {any} */ v) => v.name === map.metric)?.coded;
+  const coded = words.variables.find((v) => v.name === map.metric)?.coded ?? false;
   const { coloured, bar } = coded ? codes(map, words) : scale(map, beside);
   const z = coloured(map.values);
   const common = { x: map.x, y: map.y, z, zsmooth: false, colorscale: "Cividis" };
-  /** @type {Record<string, any>[]} what plotly draws; each kind has keys of its own */
+  /** @type {Trace[]} */
   const traces = [
     {
       ...common,
@@ -79,7 +81,7 @@ export function mapTraces(map, overlays, marks, words, beside) {
   if (kinds && overlays.classes) traces.push(...classSymbols(map, kinds, words));
   else if (kinds)
     traces.push(
-      ...where(map, kinds, (kind) => kind === LOCKED, `locked to the base${WHERE[map.reduce] ?? ""}`, {
+      ...where(map, kinds, (kind) => kind === LOCKED, `locked to the base${WHERE[map.reduce ?? ""] ?? ""}`, {
         symbol: "circle",
         size: 4,
         color: "white",
@@ -119,7 +121,7 @@ function contourLevels(z) {
 /**
  * The codes of a variable, shown or beside what is shown.
  *
- * @param {import("./answers.js").MapAnswer} map
+ * @param {MapAnswer} map
  * @param {"response_class" | "status"} name
  */
 function codesOf(map, name) {
@@ -129,7 +131,7 @@ function codesOf(map, name) {
 /**
  * Values as they are coloured, and the bar beside them.
  *
- * @param {import("./answers.js").MapAnswer} map
+ * @param {MapAnswer} map
  * @param {(number | null)[][]} [beside]
  */
 function scale(map, beside) {
@@ -138,11 +140,11 @@ function scale(map, beside) {
   const ends = (/** @type {number[]} */ [zmin, zmax]) => (beside && zmin < zmax ? { zmin, zmax } : {});
   if (!isWide(extent))
     return {
-      coloured: (/** @type {any[][]} */ rows) => rows,
+      coloured: (/** @type {Row[]} */ rows) => rows,
       bar: { ...ends(extent), colorbar: { title, ...barLook() } },
     };
-  const coloured = (/** @type {any[][]} */ rows) =>
-    rows.map((row) => row.map((value) => (value > 0 ? Math.log10(value) : null)));
+  const coloured = (/** @type {Row[]} */ rows) =>
+    rows.map((row) => row.map((value) => (value !== null && value > 0 ? Math.log10(value) : null)));
   const ticks = [];
   for (let power = Math.floor(Math.log10(extent[0])); power <= Math.log10(extent[1]); power += 1) {
     for (const digit of [1, 2, 5]) {
@@ -173,8 +175,8 @@ function barLook() {
 /**
  * Codes as steps of colour with their names.
  *
- * @param {import("./answers.js").MapAnswer} map
- * @param {unknown} words
+ * @param {MapAnswer} map
+ * @param {Words} words
  */
 function codes(map, words) {
   const meanings = map.meanings[map.metric];
@@ -193,7 +195,7 @@ function codes(map, words) {
   ]);
   const names = known.map((code) => meanings[code].replaceAll("_", " "));
   return {
-    coloured: (/** @type {any[][]} */ rows) =>
+    coloured: (/** @type {Row[]} */ rows) =>
       rows.map((row) => row.map((code) => (code === null ? null : known.indexOf(code)))),
     bar: {
       colorscale,
@@ -204,7 +206,7 @@ function codes(map, words) {
   };
 }
 
-/** @param {import("./answers.js").MapAnswer} map @param {boolean} coded */
+/** @param {MapAnswer} map @param {boolean} coded */
 function hover(map, coded) {
   const place =
     `${map.x_title ?? axisTitle(map.x_dimension)} = %{x}<br>${map.y_title ?? axisTitle(map.y_dimension)} ` +
@@ -215,7 +217,7 @@ function hover(map, coded) {
 /**
  * One symbol at each point where something holds, thinned where there are too many.
  *
- * @param {import("./answers.js").MapAnswer} map
+ * @param {MapAnswer} map
  * @param {number[][] | undefined} codes
  * @param {(code: number) => boolean} holds
  * @param {string} name
@@ -249,9 +251,9 @@ function thinned(found) {
 /**
  * Every class by its own shape.
  *
- * @param {import("./answers.js").MapAnswer} map
+ * @param {MapAnswer} map
  * @param {number[][]} kinds
- * @param {any} words
+ * @param {Words} words
  */
 function classSymbols(map, kinds, words) {
   return Object.entries(words.response_class).flatMap(([code, { name }]) =>
@@ -324,8 +326,8 @@ function markers({ best, idle, pareto, point }) {
 /**
  * The layout of a map.
  *
- * @param {import("./answers.js").MapAnswer} map
- * @returns {any}
+ * @param {MapAnswer} map
+ * @returns {Layout}
  */
 export function mapLayout(map) {
   return {
@@ -362,7 +364,7 @@ function span(values) {
 /**
  * Where only one dimension varies: a curve in place of a map.
  *
- * @param {import("./answers.js").MapAnswer} map
+ * @param {MapAnswer} map
  */
 export function lineTraces(map) {
   return [
@@ -377,7 +379,7 @@ export function lineTraces(map) {
   ];
 }
 
-/** @param {import("./answers.js").MapAnswer} map @returns {any} */
+/** @param {MapAnswer} map @returns {Layout} */
 export function lineLayout(map) {
   return {
     xaxis: { title: { text: map.x_title ?? axisTitle(map.x_dimension) } },

@@ -1,4 +1,5 @@
 /** The map of a study with everything that chooses what it shows, and the point beside it. */
+/** @import { Kept, MapAnswer, Marked, Shown, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { axisPickers } from "./axis_pickers.js";
@@ -19,13 +20,13 @@ const MOST = 240;
 const PATIENCE_MILLISECONDS = 1500;
 const USUAL_METRIC = "amplitude_ratio";
 
-/** @type {import("./study.js").Tab} */
+/** @type {Tab} */
 export function mapTab(session, place) {
   const { selection, record } = session;
   const { kept, shown } = session;
   const [x, y] = usualAxes(selection.varied);
   const view = { ...keptAxes(kept, selection.varied, x, y), ...keptLook(kept, session.variables) };
-  /** @type {any} */
+  /** @type {MapAnswer | null} */
   let map = null;
   let found = NOTHING_FOUND;
   let asked = 0;
@@ -36,6 +37,11 @@ export function mapTab(session, place) {
     height: 460,
     keyboard: "Arrow keys move the point",
     python: () => pythonLine(record.id, "resonance_map", whole()),
+    clicked: (at) => {
+      const [atX, atY] = [at.x / shown.factor(view.x), at.y / shown.factor(view.y)];
+      selection.chooseValues({ [view.x]: atX, ...(map?.y.length === 1 ? {} : { [view.y]: atY }) });
+    },
+    zoomed: (change) => zoomed(change),
   });
   const note = el("p", { class: "quiet note" });
   const trouble = el("div");
@@ -69,7 +75,7 @@ export function mapTab(session, place) {
     );
   }
 
-  /** @param {any} what */
+  /** @param {Partial<typeof view>} what */
   function change(what) {
     Object.assign(view, what);
     keep();
@@ -133,18 +139,17 @@ export function mapTab(session, place) {
         () => mapTraces(current, view, marks(), session.words),
         () => mapLayout(current),
       );
-    if (!map_.plot.dataset.wired) wire();
   }
 
   /** What is marked: what lies in this map, not what lies beside it. */
   function marks() {
     const judged = view.x !== FREQUENCY && view.y !== FREQUENCY;
-    const here = (/** @type {any} */ design) =>
+    const here = (/** @type {Marked} */ design) =>
       judged &&
       selection.varied.every(
         (name) => [view.x, view.y, FREQUENCY].includes(name) || design[name] === selection.value(name),
       );
-    const mark = (/** @type {any} */ design) => ({
+    const mark = (/** @type {Marked} */ design) => ({
       x: design[view.x] * shown.factor(view.x),
       y: design[view.y] * shown.factor(view.y),
       text: design.text,
@@ -162,33 +167,21 @@ export function mapTab(session, place) {
     };
   }
 
-  function wire() {
-    map_.plot.dataset.wired = "yes";
-    map_.plot.on("plotly_click", (/** @type {any} */ event) => {
-      const [atX, atY] = [event.points[0].x / shown.factor(view.x), event.points[0].y / shown.factor(view.y)];
-      selection.chooseValues(map.y.length === 1 ? { [view.x]: atX } : { [view.x]: atX, [view.y]: atY });
-    });
-    map_.plot.on("plotly_relayout", (/** @type {unknown} */ event) => zoomed(event));
-  }
-
   /**
    * What is looked at more closely is kept in the address, and asked for again: a map that was thinned shows
    * more there.
    *
-   * @param {any} event
+   * @param {Record<string, unknown>} event
    */
   function zoomed(event) {
     if (event["xaxis.autorange"] && view.window.x_range) change({ window: {} });
     else if (event["xaxis.range[0]"] !== undefined || event["yaxis.range[0]"] !== undefined) {
       // kept in ratios, so that an address means the same to who looks at units
       const span = (/** @type {"x" | "y"} */ axis) => {
-        const log = map_.plot.layout[`${axis}axis`].type === "log";
-        const ends = map_.plot.layout[`${axis}axis`].range.map((/** @type {number} */ end) =>
-          log ? 10 ** end : end,
-        );
-        return ends
-          .map((/** @type {number} */ end) => end / shown.factor(view[axis]))
-          .sort((/** @type {number} */ a, /** @type {number} */ b) => a - b)
+        const { type, range = [] } = map_.plot.layout[`${axis}axis`] ?? {};
+        return range
+          .map((end) => (type === "log" ? 10 ** end : end) / shown.factor(view[axis]))
+          .sort((a, b) => a - b)
           .join(",");
       };
       change({ window: { x_range: span("x"), y_range: span("y") } });
@@ -245,14 +238,14 @@ export function mapTab(session, place) {
 /**
  * The axes that were kept, where they are two different ones of the study.
  *
- * @param {import("./kept.js").Kept} kept @param {string[]} varied @param {string} x @param {string} y
+ * @param {Kept} kept @param {string[]} varied @param {string} x @param {string} y
  */
 function keptAxes(kept, varied, x, y) {
   const asked = { x: kept.one("x", varied, x), y: kept.one("y", varied, y) };
   return asked.x === asked.y ? { x, y } : asked;
 }
 
-/** What else of a map was kept. @param {import("./kept.js").Kept} kept @param {string[]} variables */
+/** What else of a map was kept. @param {Kept} kept @param {string[]} variables */
 function keptLook(kept, variables) {
   const { x_range, y_range } = kept.values;
   const span = /^[-+.\de]+,[-+.\de]+$/;
@@ -273,7 +266,7 @@ function usualAxes(varied) {
   return [x, y];
 }
 
-/** @param {any} answer @param {import("./shown.js").Shown} shown */
+/** @param {MapAnswer} answer @param {Shown} shown */
 function said(answer, shown) {
   const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ` : "";
   const failed = answer.points_failed ? `${answer.points_failed} points failed. ` : "";

@@ -1,4 +1,5 @@
 /** The results of a study that can be shown. */
+/** @import { Session, Variable } from "./types.js" */
 
 import { picker } from "./dom.js";
 import { AMPLITUDE, RECORD } from "./selection.js";
@@ -9,7 +10,7 @@ import { WORDS } from "./words.js";
  * Results of a study: those of a suite are in units; over base amplitudes they are where the study is shown
  * so, else ratios.
  *
- * @param {import("./study.js").Session} session @returns {any[]}
+ * @param {Session} session @returns {Variable[]}
  */
 export function measures({ words, variables, shown, selection }) {
   if (RECORD in selection.axes) return words.suite.variables;
@@ -35,18 +36,16 @@ const USUAL = "amplitude_ratio";
 /**
  * The choice of a result that is a quantity, kept in the address.
  *
- * @param {import("./study.js").Session} session
+ * @param {Session} session
  * @param {string} key in the address
  * @param {() => void} look what follows a choice
  */
 export function chosenMeasure({ words, variables, kept, shown }, key, look) {
-  const offered = words.variables.filter(
-    (/** @type {any} */ one) => variables.includes(one.name) && !one.coded,
-  );
-  const names = offered.map((/** @type {any} */ one) => one.name);
+  const offered = words.variables.filter((one) => variables.includes(one.name) && !one.coded);
+  const names = offered.map((one) => one.name);
   const choice = { name: kept.one(key, names, USUAL) };
   const texts = /** @type {[string, string][]} */ (
-    offered.map((/** @type {any} */ one) => [one.name, shown.variable(one.name, one.long_name)])
+    offered.map((one) => [one.name, shown.variable(one.name, one.long_name)])
   );
   const element = picker("Result", texts, choice.name, (name) => {
     choice.name = name;

@@ -2,6 +2,7 @@
  * The steady motion of one design: an animated sketch, time history with the gap, phase portrait, spectrum,
  * and where the energy goes.
  */
+/** @import { Session, Shown, Simulated, StudyRecord, Trace } from "./types.js" */
 
 import { refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
@@ -46,7 +47,9 @@ const LOSSES = /** @type {[string, string][]} */ ([
   ["dissipation_particle", "friction of the particle"],
 ]);
 
-/** @param {import("./study.js").Session} session */
+/** @typedef {ReturnType<typeof unitsOf>} Units */
+
+/** @param {Session} session */
 export function motionPanel(session) {
   const { record } = session;
   const element = el("div");
@@ -101,8 +104,8 @@ export function motionPanel(session) {
       const answer = await sendPatiently("simulate", question, tell, signal);
       const history = new History(answer.history, r);
       const ratios = {
-        clearance: history.particle ? question.clearance_ratio : null,
-        friction: question.friction_ratio,
+        clearance: history.particle ? (question.clearance_ratio ?? null) : null,
+        friction: question.friction_ratio ?? 0,
       };
       fill(
         element,
@@ -177,7 +180,7 @@ export function motionPanel(session) {
 /**
  * Room around curves along an axis: a line that touches the frame looks cut.
  *
- * @param {any[]} traces
+ * @param {{x: number[], y: number[]}[]} traces
  * @param {"x" | "y"} axis
  */
 function around(traces, axis) {
@@ -199,7 +202,7 @@ function cyclesShown(period) {
 /**
  * What lengths, speeds and frequencies are shown in: all in units or none.
  *
- * @param {import("./shown.js").Shown} shown
+ * @param {Shown} shown
  */
 function unitsOf(shown) {
   const inUnits = shown.has("impact_speed_max");
@@ -218,14 +221,13 @@ function unitsOf(shown) {
 /**
  * The point as a request.
  *
- * @param {import("./study.js").Session} session
+ * @param {Session} session
  * @param {number} r
  * @param {number} cycles
- * @returns {any}
+ * @returns {{clearance_ratio?: number, friction_ratio?: number} & Record<string, unknown>}
  */
 function design({ selection, record }, r, cycles) {
   const { particle, contact, excitation } = record.definition;
-  /** @type {Record<string, unknown>} */
   const ratios = Object.fromEntries(
     designDimensions(record.definition).map((name) => [name, selection.value(name)]),
   );
@@ -240,7 +242,7 @@ function design({ selection, record }, r, cycles) {
   };
 }
 
-/** What the figures show. @param {any} record @param {any} answer @param {History} history */
+/** What the figures show. @param {StudyRecord} record @param {Simulated} answer @param {History} history */
 function shownNote(record, answer, history) {
   const { period } = answer.metrics;
   const cycles = `${history.length} cycle${history.length === 1 ? "" : "s"}`;
@@ -264,7 +266,7 @@ function shownNote(record, answer, history) {
   );
 }
 
-/** What the simulation measured. @param {any} answer @param {import("./study.js").Session} session */
+/** What the simulation measured. @param {Simulated} answer @param {Session} session */
 function measures({ metrics }, { words, shown }) {
   const known = words.variables.filter(
     (v) => MEASURES.includes(v.name) && metrics[v.name] !== undefined && metrics[v.name] !== null,
@@ -289,14 +291,14 @@ function measures({ metrics }, { words, shown }) {
   );
 }
 
-/** @param {History} history @param {number | null} clearance @param {any} units */
+/** @param {History} history @param {number | null} clearance @param {Units} units */
 function timeTraces(history, clearance, units) {
   const [first, second, third] = CURVES();
   const x = history.cycles;
   const { u } = history.columns;
   const line = { type: "scatter", mode: "lines", x };
   const base = x.map((cycle) => history.base(cycle) * units.ofLength);
-  const traces = /** @type {any[]} */ ([
+  const traces = /** @type {Trace[]} */ ([
     {
       ...line,
       y: u.map((value) => value * units.ofLength),
@@ -338,7 +340,7 @@ function timeTraces(history, clearance, units) {
   return traces;
 }
 
-/** @param {History} history @param {any} units */
+/** @param {History} history @param {Units} units */
 function timeLayout(history, units) {
   const x = { title: { text: "cycles of the excitation" }, range: [0, history.length] };
   const displacement = { title: { text: `x ${units.length}` } };
@@ -350,7 +352,7 @@ function timeLayout(history, units) {
   };
 }
 
-/** @param {History} history @param {any} units */
+/** @param {History} history @param {Units} units */
 function phaseTraces(history, units) {
   const [first, , third] = CURVES();
   const { u, u_rate } = history.columns;
@@ -358,7 +360,7 @@ function phaseTraces(history, units) {
   const lengths = (values) => values.map((value) => value * units.ofLength);
   /** @param {number[]} values */
   const speeds = (values) => values.map((value) => value * units.ofSpeed);
-  const traces = /** @type {unknown[]} */ ([
+  const traces = /** @type {(Trace & {x: number[], y: number[]})[]} */ ([
     {
       type: "scatter",
       mode: "lines",
@@ -388,7 +390,7 @@ function phaseTraces(history, units) {
  * @param {{multiple: number[], amplitude: number[]}} spectrum
  * @param {number} cycles
  * @param {number} r
- * @param {any} units
+ * @param {Units} units
  */
 function spectrumTraces({ multiple, amplitude }, cycles, r, units) {
   const x = multiple.map((m) => m * r * units.ofFrequency);

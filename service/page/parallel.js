@@ -1,4 +1,5 @@
 /** All designs at once: parallel coordinates that can be brushed, by the pointer on an axis or by sliders. */
+/** @import { Ranked, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill } from "./dom.js";
@@ -15,17 +16,17 @@ const STEPS = 100;
 const PATIENCE_MILLISECONDS = 300;
 
 /**
- * @typedef {{name: string, title: string, low: number, high: number, of: (design: any) => number, text:
+ * @typedef {{name: string, title: string, low: number, high: number, of: (design: Ranked) => number, text:
  *   (value: number) => string}} Axis
  */
 
-/** @param {import("./study.js").Session} session @returns {{element: HTMLElement, look: () => void}} */
+/** @param {Session} session @returns {{element: HTMLElement, look: () => void}} */
 export function parallelPanel(session) {
   const { selection, record, kept, shown } = session;
   const place = el("div");
   const said = el("p", { class: "quiet", role: "status" });
   const limits = { speed: kept.number("speed", 0, Infinity, NaN), stuck: kept.number("stuck", 0, 1, NaN) };
-  /** @type {any[]} */
+  /** @type {Ranked[]} */
   let found = [];
   /** @type {Axis[]} */
   let axes = [];
@@ -60,7 +61,7 @@ export function parallelPanel(session) {
 
   const soon = debounced(PATIENCE_MILLISECONDS, look);
 
-  const within = (/** @type {any} */ design) =>
+  const within = (/** @type {Ranked} */ design) =>
     axes.every((axis) => {
       const share = shareOf(axis, axis.of(design));
       return share >= brushes[axis.name][0] - 1e-9 && share <= brushes[axis.name][1] + 1e-9;
@@ -133,13 +134,13 @@ export function parallelPanel(session) {
     return handle;
   }
 
-  /** @type {Record<string, any[]>} */
+  /** @type {Record<string, [HTMLInputElement, HTMLInputElement, HTMLOutputElement]>} */
   let inputs = {};
 
   function bySliders() {
     inputs = {};
     const rows = axes.map((axis) => {
-      const ends = [0, 1].map((end) => {
+      const [from, to] = [0, 1].map((end) => {
         const slider = el("input", {
           type: "range",
           min: 0,
@@ -157,12 +158,13 @@ export function parallelPanel(session) {
         return slider;
       });
       const output = el("output", {});
-      inputs[axis.name] = [...ends, output];
+      inputs[axis.name] = [from, to, output];
       return el(
         "div",
         { class: "brushes" },
         el("span", { "aria-hidden": "true" }, axis.title),
-        ...ends,
+        from,
+        to,
         output,
       );
     });
@@ -197,7 +199,7 @@ export function parallelPanel(session) {
     const here = found.find((design) =>
       selection.varied.every((name) => name === FREQUENCY || design[name] === selection.value(name)),
     );
-    const path = (/** @type {any[]} */ designs) =>
+    const path = (/** @type {Ranked[]} */ designs) =>
       designs
         .map((design) => "M" + axes.map((axis, i) => `${xOf(i)},${yOf(axis, axis.of(design))}`).join("L"))
         .join("");
@@ -290,8 +292,8 @@ export function parallelPanel(session) {
 /**
  * The axes: what varies, and what comes of it.
  *
- * @param {import("./study.js").Session} session
- * @param {unknown[]} designs
+ * @param {Session} session
+ * @param {Ranked[]} designs
  * @returns {Axis[]}
  */
 function axesOf({ selection, shown }, designs) {
@@ -303,7 +305,7 @@ function axesOf({ selection, shown }, designs) {
   const axis = (
     /** @type {string} */ name,
     /** @type {string} */ title,
-    /** @type {(design: any) => number} */ of,
+    /** @type {(design: Ranked) => number} */ of,
     /** @type {(value: number) => string} */ text,
   ) => {
     const [low, high] = span(designs.map(of));

@@ -1,4 +1,5 @@
 /** A request that may wait for a compiler: what goes on is said until the answer is there. */
+/** @import { Answer, Readiness } from "./types.js" */
 
 import { send } from "./api.js";
 import { counted } from "./numbers.js";
@@ -8,18 +9,22 @@ const LOOK_MILLISECONDS = 1000;
 /**
  * Send a document that is computed, and say meanwhile whether kernels are compiled for it first.
  *
- * @param {string} path
+ * @template {string} Path
+ * @param {Path} path
  * @param {unknown} document
  * @param {(words: string) => void} tell told what goes on where that is not computing
  * @param {AbortSignal} [signal]
  * @param {Record<string, unknown>} [parameters]
+ * @returns {Promise<Answer<Path>>}
  */
 export async function sendPatiently(path, document, tell, signal = undefined, parameters = {}) {
   let waits = true;
   const look = async () => {
     if (!waits || signal?.aborted) return;
     try {
-      const ready = await send(path, document, { ...parameters, dry_run: true }, signal);
+      const ready = /** @type {Readiness} */ (
+        /** @type {unknown} */ (await send(path, document, { ...parameters, dry_run: true }, signal))
+      );
       if (waits) tell(ready.phase === "compiling" ? compiling(ready) : "");
     } catch {
       return; // what is wrong with the request its own answer says
@@ -38,7 +43,7 @@ export async function sendPatiently(path, document, tell, signal = undefined, pa
 /**
  * That kernels are compiled, and how many are.
  *
- * @param {any} at what has a phase, with how much of it is over
+ * @param {{phase_done: number, phase_total: number}} at how many of them
  */
 export function compiling(at) {
   return `Compiling kernels, ${at.phase_done} of ${counted(at.phase_total, "scene")} done …`;

@@ -1,4 +1,5 @@
 /** Points that were pinned: their frequency responses in one figure, beside that of the point. */
+/** @import { Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill } from "./dom.js";
@@ -10,7 +11,7 @@ const PATIENCE_MILLISECONDS = 200;
 /** As many as there are kinds of line beside the point's own. */
 const MOST = 4;
 
-/** @param {import("./study.js").Session} session @returns {{element: HTMLElement, look: () => void}} */
+/** @param {Session} session @returns {{element: HTMLElement, look: () => void}} */
 export function pinsPanel(session) {
   const { selection, record, kept, shown } = session;
   const along = selection.varied.filter((name) => name !== FREQUENCY);
@@ -109,10 +110,8 @@ export function pinsPanel(session) {
           curves.map((curve, i) => ({
             type: "scatter",
             mode: "lines",
-            x: curve.frequency_ratio.map((/** @type {number} */ r) => r * shown.factor(FREQUENCY)),
-            y: curve.values.map((/** @type {number | null} */ value) =>
-              value === null ? null : value * shown.factor("amplitude_ratio"),
-            ),
+            x: curve.frequency_ratio.map((r) => r * shown.factor(FREQUENCY)),
+            y: curve.values.map((value) => (value === null ? null : value * shown.factor("amplitude_ratio"))),
             name: i === 0 ? "this point" : `pin ${i}`,
             line: { color: CURVES()[i], dash: DASHES[i], width: i === 0 ? 2.5 : 1.8 },
           })),

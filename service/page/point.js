@@ -1,4 +1,5 @@
 /** One design point: its curve over the frequency, its motion, and what is known about it. */
+/** @import { Curve, Ranked, Selection, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, prose, say } from "./dom.js";
@@ -14,17 +15,17 @@ const PATIENCE_MILLISECONDS = 350;
 const NOT_COMPUTED = -1;
 
 /**
- * @param {import("./study.js").Session} session
- * @param {() => unknown} best the best design that is known, or null
+ * @param {Session} session
+ * @param {() => Ranked | null} best the best design that is known, or null
  */
 export function pointPanel(session, best) {
   const { selection, record } = session;
+  const go = () => {
+    const design = best();
+    if (design) selection.chooseValues(designOf(design, selection));
+  };
   const heading = el("h2", { id: "point" }, "Choose a point");
-  const start = el(
-    "button",
-    { type: "button", onclick: () => best() && selection.chooseValues(designOf(best(), selection)) },
-    "Look at the best design",
-  );
+  const start = el("button", { type: "button", onclick: go }, "Look at the best design");
   const about = el(
     "div",
     {},
@@ -74,17 +75,15 @@ export function pointPanel(session, best) {
   /**
    * The frequency that is looked at: where the response is largest, or what the slider says.
    *
-   * @param {any} response
+   * @param {Curve} response
    */
   function frequencyPlace(response) {
     if (!selection.worst || empty(response)) return selection.place[FREQUENCY];
-    const values = response.values.map((/** @type {any} */ value) => value ?? -1);
-    return values.indexOf(
-      values.reduce((/** @type {number} */ a, /** @type {number} */ b) => Math.max(a, b)),
-    );
+    const values = response.values.map((value) => value ?? -1);
+    return values.indexOf(values.reduce((a, b) => Math.max(a, b)));
   }
 
-  /** @param {any} response @param {number} place */
+  /** @param {Curve} response @param {number} place */
   async function drawCurve(response, place) {
     if (response.frequency_ratio.length < 2) return fill(curves);
     if (!curve.element.isConnected) fill(curves, el("h3", {}, "Frequency response"), curve.element);
@@ -121,8 +120,8 @@ export function pointPanel(session, best) {
 /**
  * What a design says about the dimensions that vary.
  *
- * @param {any} design
- * @param {import("./selection.js").Selection} selection
+ * @param {Ranked} design
+ * @param {Selection} selection
  */
 function designOf(design, selection) {
   return Object.fromEntries(
@@ -130,7 +129,7 @@ function designOf(design, selection) {
   );
 }
 
-/** The point in symbols. @param {import("./study.js").Session} session */
+/** The point in symbols. @param {Session} session */
 function title({ selection, record, shown }) {
   return designDimensions(record.definition).flatMap((name, i) => [
     i > 0 && " · ",
@@ -138,17 +137,17 @@ function title({ selection, record, shown }) {
   ]);
 }
 
-/** Whether nothing of a curve is computed. @param {any} response */
+/** Whether nothing of a curve is computed. @param {Curve} response */
 function empty(response) {
-  return response.values.every((/** @type {number | null} */ value) => value === null);
+  return response.values.every((value) => value === null);
 }
 
 /**
  * What the study has stored about the point.
  *
- * @param {import("./study.js").Session} session
- * @param {any} response
- * @param {any} times
+ * @param {Session} session
+ * @param {Curve} response
+ * @param {Curve | null} times
  * @param {number} place
  */
 function stored(session, response, times, place) {
@@ -188,12 +187,12 @@ function stored(session, response, times, place) {
   ];
 }
 
-/** @param {any} response @param {number} place @param {import("./study.js").Session} session */
+/** @param {Curve} response @param {number} place @param {Session} session */
 function curveTraces(response, place, { words, shown }) {
   const [first] = CURVES();
   const kinds = response.response_class ?? [];
   const present = [...new Set(kinds)].filter((kind) => /** @type {number} */ (kind) >= 0);
-  const r = response.frequency_ratio.map((/** @type {number} */ value) => value * shown.factor(FREQUENCY));
+  const r = response.frequency_ratio.map((value) => value * shown.factor(FREQUENCY));
   const amplitude = (/** @type {number | null} */ value) =>
     value === null ? null : value * shown.factor("amplitude_ratio");
   const values = response.values.map(amplitude);
@@ -216,15 +215,13 @@ function curveTraces(response, place, { words, shown }) {
       hoverinfo: "skip",
     },
     ...present.map((kind) => {
-      const here = r
-        .map((/** @type {number} */ _, /** @type {number} */ i) => i)
-        .filter((/** @type {number} */ i) => kinds[i] === kind);
+      const here = r.map((_, i) => i).filter((i) => kinds[i] === kind);
       const look = CLASS_LOOKS[String(kind)];
       return {
         type: "scatter",
         mode: "markers",
-        x: here.map((/** @type {number} */ i) => r[i]),
-        y: here.map((/** @type {number} */ i) => values[i]),
+        x: here.map((i) => r[i]),
+        y: here.map((i) => values[i]),
         name: words.response_class[String(kind)].name,
         marker: {
           symbol: look.shape,

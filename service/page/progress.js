@@ -1,6 +1,7 @@
 /** A study's state: its badge, its progress, and what can be done with it. */
+/** @import { Listed, StudyRecord } from "./types.js" */
 
-import { ask, refusalBox, studyPath } from "./api.js";
+import { ask, refusalBox } from "./api.js";
 import { confirmed, el, fill, say } from "./dom.js";
 import { counted, count, duration, short } from "./numbers.js";
 import { compiling } from "./patience.js";
@@ -19,7 +20,7 @@ export function isActive(state) {
   return !WORDS.ended.includes(state);
 }
 
-/** What is said of results of an earlier solver. @param {import("./answers.js").StudyRecord} record */
+/** What is said of results of an earlier solver. @param {StudyRecord} record */
 export function outdatedNote(record) {
   return (
     record.outdated &&
@@ -40,7 +41,7 @@ export function badge(state) {
 /**
  * What a study does before its first block; empty where it is beyond that.
  *
- * @param {import("./answers.js").StudyRecord} record
+ * @param {StudyRecord} record
  */
 function preparation(record) {
   if (record.phase === "starting") return "Starting workers …";
@@ -48,13 +49,14 @@ function preparation(record) {
   return record.phase === "compiling" ? compiling(record) : "";
 }
 
-/** How far a study is, as a bar and in words. @param {import("./answers.js").StudyRecord} record */
+/** How far a study is, as a bar and in words. @param {StudyRecord} record */
 export function progressBar(record) {
   const done = record.points_done;
   const total = record.points_total;
+  const seconds = record.seconds_left ?? 0;
   const left =
-    record.state === "running" && record.seconds_left > 0
-      ? `, ${short((total - done) / record.seconds_left, 2)} points/s, ${duration(record.seconds_left)} left`
+    record.state === "running" && seconds > 0
+      ? `, ${short((total - done) / seconds, 2)} points/s, ${duration(seconds)} left`
       : "";
   const failed = record.points_failed ? `, ${count(record.points_failed)} failed` : "";
   const before = preparation(record);
@@ -73,50 +75,47 @@ export function progressBar(record) {
 }
 
 /**
- * Buttons to cancel, resume and delete a study, or to restore it from the trash.
+ * Buttons to cancel, resume and delete a study or a design, or to restore it from the trash.
  *
- * @param {import("./answers.js").StudyRecord} record
- * @param {(record: unknown) => void} onChange told the new record, null where the study is gone
+ * @template {Listed & {outdated?: boolean, points_done?: number}} T
+ * @param {"studies" | "designs"} kind
+ * @param {T} record
+ * @param {(record: T | null) => void} onChange told the new record, null where it is gone
  * @param {boolean} [gone] whether it is in the trash
  */
-export function actions(record, onChange, gone = false) {
+export function actions(kind, record, onChange, gone = false) {
   const place = el("span", { class: "row" });
   const name = record.name || record.id;
-  /** @param {string} label @param {() => Promise<any>} act */
-  const button = (label, act) =>
-    el(
-      "button",
-      {
-        type: "button",
-        class: "small",
-        "aria-label": `${label} ${name}`,
-        onclick: async () => {
-          try {
-            const changed = await act();
-            if (changed === undefined) return;
-            say(`${name}: ${changed ? changed.state : "deleted"}`);
-            onChange(changed);
-          } catch (error) {
-            fill(place, refusalBox(error));
-          }
-        },
-      },
-      label,
-    );
-  /** @param {string} verb */
-  const post = (verb) => ask(studyPath(record.id, verb), {}, { method: "POST" });
+  const path = `${kind}/${encodeURIComponent(record.id)}`;
+  const title = `Delete this ${kind === "studies" ? "study" : "design"}?`;
+  const post = async (/** @type {string} */ verb) =>
+    /** @type {T} */ (await ask(`${path}/${verb}`, {}, { method: "POST" }));
+  /** @param {string} label @param {() => Promise<T | null | undefined>} act undefined: nothing changed */
+  const button = (label, act) => {
+    const onclick = async () => {
+      try {
+        const changed = await act();
+        if (changed === undefined) return;
+        say(`${name}: ${changed ? changed.state : "deleted"}`);
+        onChange(changed);
+      } catch (error) {
+        fill(place, refusalBox(error));
+      }
+    };
+    return el("button", { type: "button", class: "small", "aria-label": `${label} ${name}`, onclick }, label);
+  };
   const remove = async () => {
-    const text =
-      `“${name}” and its ${counted(record.points_done, "computed point")} can be restored from the trash ` +
-      "for a week.";
-    if (!(await confirmed("Delete this study?", text, "Delete it"))) return undefined;
-    return ask(studyPath(record.id), { trash: true }, { method: "DELETE" });
+    const points = record.points_done ? ` and its ${counted(record.points_done, "computed point")}` : "";
+    const text = `“${name}”${points} can be restored from the trash for a week.`;
+    if (!(await confirmed(title, text, "Delete it"))) return undefined;
+    await ask(path, { trash: true }, { method: "DELETE" });
+    return null;
   };
   const removeForGood = async () => {
-    const text = `“${name}” will be gone for good.`;
-    if (!(await confirmed("Delete this study?", text, "Delete it for good"))) return undefined;
+    if (!(await confirmed(title, `“${name}” will be gone for good.`, "Delete it for good"))) return undefined;
     await post("undelete");
-    return ask(studyPath(record.id), {}, { method: "DELETE" });
+    await ask(path, {}, { method: "DELETE" });
+    return null;
   };
   // the new version is another study: nothing about this one has changed
   const recompute = async () => {
@@ -127,8 +126,7 @@ export function actions(record, onChange, gone = false) {
   const stopped = record.state === "cancelled" || record.state === "failed";
   fill(
     place,
-    gone && button("Restore", () => post("undelete")),
-    gone && button("Delete for good", removeForGood),
+    gone && [button("Restore", () => post("undelete")), button("Delete for good", removeForGood)],
     !gone && active && button("Cancel", () => post("cancel")),
     !gone && stopped && button("Resume", () => post("resume")),
     !gone && record.outdated && !active && button("Recompute", recompute),

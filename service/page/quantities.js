@@ -1,8 +1,9 @@
 /**
  * The quantities that a study varies, as ratios or with units, and what turns one into the other.
  *
- * @typedef {import("./axis_field.js").Quantity} Quantity
+ * @typedef {Record<string, unknown>} Physical
  */
+/** @import { Definition, Quantity, Spec, StudyRecord } from "./types.js" */
 
 import { scaled } from "./axis_field.js";
 import { titled } from "./vocabulary.js";
@@ -66,22 +67,30 @@ export const STANDS_FOR = Object.fromEntries(
   Object.entries(WORDS.stands_for).filter(([, name]) => name in PHYSICAL),
 );
 
+/** What ratios are made with, NaN what is not one number. @param {Physical | undefined} physical */
+function structureOf(physical) {
+  const [mass, frequency, amplitude] = ["mass_kg", "natural_frequency_hz", "base_amplitude_m"].map((name) =>
+    typeof physical?.[name] === "number" ? physical[name] : NaN,
+  );
+  return { mass, frequency, amplitude, acceleration: (2 * Math.PI * frequency) ** 2 * amplitude };
+}
+
 /**
  * What a ratio is multiplied with to get its physical quantity.
  *
  * @param {string} ratio
- * @param {any} physical
+ * @param {Physical | undefined} physical
  * @returns {number | null} null where the structure is not given in single numbers
  */
 export function unitFactor(ratio, physical) {
-  const { mass_kg: mass, natural_frequency_hz: frequency, base_amplitude_m: amplitude } = physical ?? {};
+  const { mass, frequency, amplitude, acceleration } = structureOf(physical);
   const factor = {
     clearance_ratio: amplitude,
-    friction_ratio: mass * (2 * Math.PI * frequency) ** 2 * amplitude,
+    friction_ratio: mass * acceleration,
     frequency_ratio: frequency,
     mass_ratio: mass,
   }[ratio];
-  return typeof factor === "number" && Number.isFinite(factor) && factor > 0 ? factor : null;
+  return factor && Number.isFinite(factor) && factor > 0 ? factor : null;
 }
 
 /** g [m/s²]. */
@@ -90,9 +99,9 @@ const STANDARD_GRAVITY = 9.80665;
 /**
  * How the cavity of a study's point lies and how its particle rubs there, in the names of a physical block.
  *
- * @param {any} record of the study
+ * @param {StudyRecord} record of the study
  * @param {(ratio: string) => number} value of the point
- * @param {any} physical the structure in single numbers
+ * @param {Physical} physical the structure in single numbers
  */
 export function cavityOf({ definition, dimensions }, value, physical) {
   const { particle_friction_coefficient: friction, tilt_deg: angle } = definition.physical ?? {};
@@ -104,22 +113,23 @@ export function cavityOf({ definition, dimensions }, value, physical) {
   const lying = tilt === 90 ? 0 : Math.cos((tilt * Math.PI) / 180);
   const rubs = dimensions.includes("particle_friction_ratio")
     ? lying && of("particle_friction_ratio") / lying
-    : (friction ?? 0);
+    : Number(friction ?? 0);
   return { particle_friction_coefficient: Number(rubs.toPrecision(12)), tilt_deg: tilt };
 }
 
-/** g over Z·ω_n². @param {any} physical */
-function weightOf({ natural_frequency_hz: frequency, base_amplitude_m: amplitude }) {
-  return STANDARD_GRAVITY / ((2 * Math.PI * frequency) ** 2 * amplitude);
+/** g over Z·ω_n². @param {Physical} physical */
+function weightOf(physical) {
+  return STANDARD_GRAVITY / structureOf(physical).acceleration;
 }
 
 /**
  * The same study with its ratios in units.
  *
- * @param {any} study
- * @returns {any}
+ * @param {Definition} study
+ * @returns {Definition}
  */
 export function inUnits(study) {
+  /** @type {Record<string, Spec>} */
   const physical = { ...STRUCTURE, ...study.physical };
   const axes = { ...study.axes };
   for (const [ratio, name] of Object.entries(STANDS_FOR)) {
@@ -134,8 +144,8 @@ export function inUnits(study) {
 /**
  * The same study as ratios alone; as it is where its tilt is a range, which no range of ratios stands for.
  *
- * @param {any} study
- * @returns {any}
+ * @param {Definition} study
+ * @returns {Definition}
  */
 export function inRatios(study) {
   const { physical = {}, ...rest } = study;

@@ -1,4 +1,5 @@
 /** Ground-motion records: those that are there, and one's own from a file. */
+/** @import { GroundRecord } from "./types.js" */
 
 import { ask, faultText, Refusal, refusalBox } from "./api.js";
 import { el, fill, say } from "./dom.js";
@@ -24,12 +25,12 @@ export function recordPicker(chosen, onChange) {
   /** @param {string} id */
   async function list(id) {
     const { records } = await ask("records");
-    const known = records.some((/** @type {any} */ one) => one.id === id);
-    const start = records.find((/** @type {any} */ one) => one.id.startsWith(id))?.id;
+    const known = records.some((one) => one.id === id);
+    const start = records.find((one) => one.id.startsWith(id))?.id;
     const value = known ? id : (start ?? records[0]?.id);
     fill(
       select,
-      records.map((/** @type {any} */ one) =>
+      records.map((one) =>
         el(
           "option",
           { value: one.id, selected: one.id === value },
@@ -62,9 +63,20 @@ export function recordPicker(chosen, onChange) {
 }
 
 /**
+ * Put a record up.
+ *
+ * @param {Record<string, string>} given
+ * @param {RequestInit} options
+ * @returns {Promise<GroundRecord>} as the service lists it
+ */
+async function put(given, options) {
+  return /** @type {GroundRecord} */ (/** @type {unknown} */ (await ask("records", given, options)));
+}
+
+/**
  * A file of one's own to be kept as a record.
  *
- * @param {(kept: any) => void | Promise<void>} onKept the record as the service lists it
+ * @param {(kept: GroundRecord) => void | Promise<void>} onKept the record as the service lists it
  */
 export function uploadField(onKept) {
   const trouble = el("div", { class: "upload faults", role: "alert" });
@@ -82,20 +94,13 @@ export function uploadField(onKept) {
   );
 
   async function upload() {
-    const [text] = file.files;
+    const text = file.files?.[0];
     if (!text) return;
     fill(trouble);
-    const csv = /\.csv$/i.test(text.name);
     try {
-      const kept = await ask(
-        "records",
-        { name: text.name.slice(0, 200), units: units.value },
-        {
-          method: "POST",
-          body: text,
-          headers: { "Content-Type": csv ? "text/csv" : "application/octet-stream" },
-        },
-      );
+      const type = /\.csv$/i.test(text.name) ? "text/csv" : "application/octet-stream";
+      const given = { name: text.name.slice(0, 200), units: units.value };
+      const kept = await put(given, { method: "POST", body: text, headers: { "Content-Type": type } });
       await onKept(kept);
       say(`${kept.name} is chosen.`);
     } catch (error) {

@@ -2,6 +2,7 @@
  * A search around the best design: follow-up studies, submitted and waited for until the best is known well
  * enough.
  */
+/** @import { Refinement, Session } from "./types.js" */
 
 import { ask, refusalBox, send, studyPath } from "./api.js";
 import { el, fill, prose, say } from "./dom.js";
@@ -14,7 +15,7 @@ import { WORDS } from "./words.js";
 const LOOK_MILLISECONDS = 500;
 
 /**
- * @param {import("./study.js").Session} session
+ * @param {Session} session
  * @param {() => Record<string, unknown>} judged how designs are judged now, as the ranking above is asked for
  */
 export function refinePanel({ record, selection, shown }, judged) {
@@ -45,7 +46,7 @@ export function refinePanel({ record, selection, shown }, judged) {
   async function search() {
     button.disabled = true;
     stop.disabled = stopped = false;
-    /** @type {any[]} */
+    /** @type {{id: string}[]} */
     const rounds = [];
     try {
       for (;;) {
@@ -53,7 +54,7 @@ export function refinePanel({ record, selection, shown }, judged) {
         const answer = await send(studyPath(record.id, "refine"), {}, asked);
         fill(told, outcome(answer, rounds));
         const further = (answer.follow_ups ?? []).filter(
-          (/** @type {any} */ study) => !rounds.some(({ id }) => id === study.id),
+          (study) => !rounds.some(({ id }) => id === study.id),
         );
         if (further.length === 0) return say("The search around the best design has ended.");
         for (const study of further) {
@@ -70,7 +71,7 @@ export function refinePanel({ record, selection, shown }, judged) {
     }
   }
 
-  /** Wait for a study, and say how far it is. @param {any} study */
+  /** Wait for a study, and say how far it is. @param {{id: string}} study */
   async function ended(study) {
     const words = told.appendChild(el("p", {}));
     for (;;) {
@@ -86,7 +87,7 @@ export function refinePanel({ record, selection, shown }, judged) {
     }
   }
 
-  /** @param {any} answer @param {any[]} rounds */
+  /** @param {Refinement} answer @param {{id: string}[]} rounds */
   function outcome({ found, known, steps, note }, rounds) {
     const named = selection.varied.filter((name) => name !== FREQUENCY);
     const at = named.flatMap((name, i) => [

@@ -1,10 +1,11 @@
-/** Name, tags and note of a study: read, and written. */
+/** Name, tags and note of a study, and the name of a design: read, and written. */
+/** @import { Design, StudyRecord } from "./types.js" */
 
-import { ask, refusalBox, studyPath } from "./api.js";
+import { ask, designPath, refusalBox, studyPath } from "./api.js";
 import { el, fill, say } from "./dom.js";
 import { WORDS } from "./words.js";
 
-const TAG = new RegExp(`^(?:${WORDS.tag_pattern})$`);
+export const TAG = new RegExp(`^(?:${WORDS.tag_pattern})$`);
 
 /**
  * Tags as they stand in a list: a click on one shows the studies that have it.
@@ -37,53 +38,87 @@ export function tagList(tags, choose) {
 /**
  * A form for all three.
  *
- * @param {import("./answers.js").StudyRecord} record
+ * @param {StudyRecord} record
  * @param {(name: string) => void} renamed told the name that is kept
  */
 export function remarksForm(record, renamed) {
+  const name = nameBox(record.name);
   const tags = el("input", {
     class: "wide",
     value: record.tags.join(", "),
     placeholder: "rig-2, steel",
     autocomplete: "off",
   });
-  const name = el("input", { class: "wide", value: record.name, maxlength: 200, autocomplete: "off" });
   const note = el("textarea", { class: "wide", rows: 4, value: record.note, maxlength: 4000 });
-  const trouble = el("div");
-
-  /** @param {Event} event */
-  async function save(event) {
-    event.preventDefault();
+  const fields = { Name: name, "Tags, with commas between them": tags, Note: note };
+  return savedForm("Name, tags and note", fields, async () => {
     const said = { name: name.value, tags: tags.value.split(/[\s,]+/).filter(Boolean), note: note.value };
-    const odd = said.tags.filter((/** @type {string} */ tag) => !TAG.test(tag));
-    if (odd.length)
-      return fill(
-        trouble,
-        el("p", { class: "box fault", role: "alert" }, `${odd.join(", ")}: a tag has ${WORDS.tag_words}.`),
-      );
+    const odd = said.tags.filter((tag) => !TAG.test(tag));
+    if (odd.length) return `${odd.join(", ")}: a tag has ${WORDS.tag_words}.`;
+    const now = await change(studyPath(record.id), said);
+    Object.assign(record, { name: now.name, tags: now.tags, note: now.note });
+    renamed(now.name);
+    tags.value = now.tags.join(", ");
+  });
+}
+
+/**
+ * A form for the name of a design.
+ *
+ * @param {Design} design
+ * @param {() => void} renamed
+ */
+export function nameForm(design, renamed) {
+  const name = nameBox(design.name);
+  const form = savedForm("Name", { Name: name }, async () => {
+    design.name = (await change(designPath(design.id), { name: name.value })).name;
+    renamed();
+  });
+  return el("details", { class: "box" }, el("summary", {}, "Rename"), form);
+}
+
+/** @param {string} value */
+function nameBox(value) {
+  return el("input", { class: "wide", value, maxlength: 200, autocomplete: "off" });
+}
+
+/**
+ * @template {string} Path
+ * @param {Path} path
+ * @param {object} said
+ */
+function change(path, said) {
+  const headers = { "Content-Type": "application/json" };
+  return ask(path, {}, { method: "PATCH", body: JSON.stringify(said), headers });
+}
+
+/**
+ * Fields with a button that saves them.
+ *
+ * @param {string} what they are
+ * @param {Record<string, HTMLElement>} fields by their labels
+ * @param {() => Promise<string | void>} save what is wrong with them, nothing where they are saved
+ */
+function savedForm(what, fields, save) {
+  const trouble = el("div");
+  const onsubmit = async (/** @type {Event} */ event) => {
+    event.preventDefault();
     try {
-      const now = await ask(
-        studyPath(record.id),
-        {},
-        { method: "PATCH", body: JSON.stringify(said), headers: { "Content-Type": "application/json" } },
-      );
-      Object.assign(record, { name: now.name, tags: now.tags, note: now.note });
-      renamed(now.name);
-      tags.value = now.tags.join(", ");
+      const wrong = await save();
+      if (wrong) return fill(trouble, el("p", { class: "box fault", role: "alert" }, wrong));
       fill(trouble, el("p", { class: "quiet" }, "Saved."));
-      say("Name, tags and note are saved.");
+      say(`${what}: saved.`);
     } catch (error) {
       fill(trouble, refusalBox(error));
     }
-  }
-
+  };
   return el(
     "form",
-    { class: "fields", "aria-label": "Name, tags and note", onsubmit: save },
-    el("label", { class: "field wide" }, el("span", {}, "Name"), name),
-    el("label", { class: "field wide" }, el("span", {}, "Tags, with commas between them"), tags),
-    el("label", { class: "field wide" }, el("span", {}, "Note"), note),
+    { class: "fields", "aria-label": what, onsubmit },
+    Object.entries(fields).map(([label, field]) =>
+      el("label", { class: "field wide" }, el("span", {}, label), field),
+    ),
     trouble,
-    el("div", {}, el("button", { type: "submit" }, "Save name, tags and note")),
+    el("div", {}, el("button", { type: "submit" }, `Save ${what[0].toLowerCase()}${what.slice(1)}`)),
   );
 }

@@ -1,4 +1,5 @@
 /** Which point of a study is looked at: one place along each of its dimensions. */
+/** @import { Axes } from "./types.js" */
 
 import { nearest } from "./numbers.js";
 
@@ -6,16 +7,16 @@ export const FREQUENCY = "frequency_ratio";
 export const RECORD = "record";
 export const AMPLITUDE = "base_amplitude_m";
 
-/** @param {any[]} values @param {any} wanted */
+/** @param {number[]} values of records texts @param {number | string} wanted */
 function placeOf(values, wanted) {
   return typeof values[0] === "string"
-    ? Math.max(0, values.indexOf(wanted))
+    ? Math.max(0, values.indexOf(/** @type {number} */ (wanted)))
     : nearest(values, Number(wanted));
 }
 
 /** The point, and whether the frequency is left open: then a map shows the worst over the band. */
 export class Selection extends EventTarget {
-  /** @param {Record<string, any[]>} axes values along each dimension: numbers, of a suite's records texts */
+  /** @param {Axes} axes values along each dimension: numbers, of a suite's records texts */
   constructor(axes) {
     super();
     this.axes = axes;
@@ -29,6 +30,11 @@ export class Selection extends EventTarget {
   /** Dimensions with more than one value. */
   get varied() {
     return Object.keys(this.axes).filter((name) => this.axes[name].length > 1);
+  }
+
+  /** Ids of the records of a suite; none of another study. @returns {string[]} */
+  get records() {
+    return /** @type {string[]} */ (/** @type {unknown} */ (this.axes[RECORD] ?? []));
   }
 
   /** @param {string} dimension */
@@ -70,7 +76,7 @@ export class Selection extends EventTarget {
   /**
    * Rest at a design as long as nobody has chosen a point: a study opens where its optimum lies.
    *
-   * @param {Record<string, unknown>} design
+   * @param {Record<string, number>} design
    */
   rest(design) {
     const elsewhere = this.varied.filter((name) => name !== FREQUENCY && this.value(name) !== design[name]);

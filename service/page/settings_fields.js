@@ -1,4 +1,5 @@
 /** The settings of a study that are no axes: contact, starts, and when a response counts as steady. */
+/** @import { Definition, Spec } from "./types.js" */
 
 import { axisField } from "./axis_field.js";
 import { capital, el, picker } from "./dom.js";
@@ -6,7 +7,7 @@ import { field } from "./faults.js";
 import { help } from "./help.js";
 import { WORDS } from "./words.js";
 
-/** What is put in where a kind of start that has settings is chosen. @type {Record<string, any>} */
+/** What is put in where a kind of start that has settings is chosen. @type {Record<string, object>} */
 const STARTS = { ensemble: { n: 10, seed: 0 }, continuation: { direction: "up" } };
 
 /**
@@ -14,7 +15,7 @@ const STARTS = { ensemble: { n: 10, seed: 0 }, continuation: { direction: "up" }
  *
  * @param {string} label
  * @param {string} path
- * @param {any} value
+ * @param {number | undefined} value
  * @param {(value: number) => void} onChange
  */
 export function numberField(label, path, value, onChange) {
@@ -32,8 +33,8 @@ export function cavityField(name) {
 /**
  * What acts on the particle between impacts; 0 leaves it out of the study.
  *
- * @param {any} study
- * @param {(path: string, value: any) => void} change
+ * @param {Definition} study
+ * @param {(path: string, value: unknown) => void} change
  */
 export function cavityFields(study, change) {
   return Object.entries(WORDS.before).map(([ratio, quantity]) => {
@@ -41,7 +42,7 @@ export function cavityFields(study, change) {
     const about = cavityField(name);
     const slider = about.unit === "°" ? { high: 90, step: 1 } : { high: 1, step: 0.01 };
     const looks = { ...about, field: about.path, low: 0, usual: 0, ...slider };
-    const spec = (name === ratio ? study : study.physical)[name] ?? 0;
+    const spec = /** @type {Spec} */ ((name === ratio ? study : study.physical)?.[name] ?? 0);
     return axisField(looks, spec, (value) => change(about.path, value === 0 ? undefined : value));
   });
 }
@@ -49,8 +50,8 @@ export function cavityFields(study, change) {
 /**
  * What excites the structure.
  *
- * @param {any} study
- * @param {(study: any) => void} redraw
+ * @param {Definition} study
+ * @param {(study: Definition) => void} redraw
  */
 export function excitationField(study, redraw) {
   const now = study.excitation ?? "base";
@@ -75,15 +76,15 @@ export function excitationField(study, redraw) {
 /**
  * How impacts happen.
  *
- * @param {any} study
- * @param {(path: string, value: any) => void} change
- * @param {(study: any) => void} redraw
+ * @param {Definition} study
+ * @param {(path: string, value: unknown) => void} change
+ * @param {(study: Definition) => void} redraw
  */
 export function contactField(study, change, redraw) {
   const contact = study.contact ?? { model: "instant" };
   const models = Object.entries(WORDS.contact_models);
   if (!models.some(([model]) => model === contact.model)) models.push([contact.model, contact.model]);
-  const put = (/** @type {any} */ next) => redraw({ ...study, contact: next });
+  const put = (/** @type {Definition["contact"]} */ next) => redraw({ ...study, contact: next });
   return el(
     "div",
     { class: "row", "data-field": "contact" },
@@ -102,14 +103,15 @@ export function contactField(study, change, redraw) {
 /**
  * Where each point starts from.
  *
- * @param {any} study
- * @param {(path: string, value: any) => void} change
- * @param {(study: any) => void} redraw
+ * @param {Definition} study
+ * @param {(path: string, value: unknown) => void} change
+ * @param {(study: Definition) => void} redraw
  */
 export function startField(study, change, redraw) {
-  const start = study.start ?? "rest";
-  const kind = typeof start === "string" ? start : start.kind;
-  const put = (/** @type {any} */ next) => redraw({ ...study, start: next });
+  const { start: given = "rest" } = study;
+  const start = typeof given === "string" ? { kind: given } : given;
+  const { kind } = start;
+  const put = (/** @type {Definition["start"]} */ next) => redraw({ ...study, start: next });
   return el(
     "div",
     { class: "row", "data-field": "start" },
@@ -131,7 +133,12 @@ export function startField(study, change, redraw) {
   );
 }
 
-/** When a response counts as steady. @param {any} study @param {(path: string, value: any) => void} change */
+/**
+ * When a response counts as steady.
+ *
+ * @param {Definition} study
+ * @param {(path: string, value: unknown) => void} change
+ */
 export function steadyField(study, change) {
   const steady = study.steady ?? {};
   return el(

@@ -2,14 +2,14 @@
  * A list of what is kept, studies or designs: live, and with cards that are sorted, compared and deleted
  * together.
  *
- * @typedef {{id: string, name: string, state: string, created: string}} Listed
  * @typedef {{text: string, unit: string, value: number}} Best what the best damper of it reaches
  */
+/** @import { Child, Filter, Kept, Listed } from "./types.js" */
 
 import { ask, refusalBox } from "./api.js";
 import { checkbox, confirmed, el, fill, picker, say } from "./dom.js";
 import { counted, moment } from "./numbers.js";
-import { isActive } from "./progress.js";
+import { actions, isActive } from "./progress.js";
 
 const LOOK_MILLISECONDS = 2000;
 const PAGE = 50;
@@ -30,202 +30,219 @@ export function nameOf({ id, name }) {
 
 /**
  * @template {Listed} T
- * @param {HTMLElement} list where the cards are
- * @param {HTMLElement} controls where the controls over all of them are
- * @param {{kind: "studies" | "designs", kept: import("./kept.js").Kept, wanted: () => Record<string,
- *   unknown>, nothing: () => string, gone?: () => boolean, none: () => Promise<import("./dom.js").Child> |
- *   import("./dom.js").Child, picture?: (record: T) => import("./dom.js").Child, says: (record: T) =>
- *   import("./dom.js").Child[], state: (record: T) => import("./dom.js").Child[], best: (record: T) =>
- *   Promise<Best | null>, actions?: (record: T, acted: () => void) => import("./dom.js").Child}} what
- *   `nothing` says why nothing can be meant, where that is known without asking
- * @returns {{look: () => Promise<void>, leave: () => void}}
+ * @typedef {{kind: "studies" | "designs", kept: Kept, filter: Filter, none: () => Promise<Child> | Child,
+ *   picture?: (record: T) => Child, says: (record: T) => Child[], state: (record: T) => Child[], best:
+ *   (record: T) => Promise<Best | null>}} Shelved
  */
-export function shelf(list, controls, what) {
-  const { kind, kept } = what;
+
+/** @template {Listed} T */
+export class Shelf {
   /** @type {Map<string, {item: HTMLElement, drawn: string}>} */
-  const cards = new Map();
+  cards = new Map();
   /** @type {Map<string, Best | null>} */
-  const bests = new Map();
+  bests = new Map();
   /** @type {Set<string>} */
-  const chosen = new Set();
+  chosen = new Set();
   /** @type {Set<string>} */
-  const acted = new Set();
+  acted = new Set();
   /** @type {T[]} */
-  let records = [];
-  let sort = kept.one("sort", ["best", "name"], "");
+  records = [];
   /** @type {ReturnType<typeof setTimeout> | undefined} */
-  let timer;
-  let left = false;
-  let asked = 0;
-  const ul = el("ul", { class: "cards" });
-  const bar = el("div", { class: "row chosen", role: "group", "aria-label": "Those chosen" });
-  const more = el("button", { type: "button", class: "more" }, "Show more");
-  const trouble = el("div");
+  timer;
+  left = false;
+  asked = 0;
+  ul = el("ul", { class: "cards" });
+  bar = el("div", { class: "row chosen", role: "group", "aria-label": "Those chosen" });
+  more = el("button", { type: "button", class: "more" }, "Show more");
+  trouble = el("div");
+
+  /**
+   * @param {HTMLElement} list where the cards are
+   * @param {HTMLElement} controls where the controls over all of them are
+   * @param {Shelved<T>} what
+   */
+  constructor(list, controls, what) {
+    this.list = list;
+    this.what = what;
+    this.sort = what.kept.one("sort", ["best", "name"], "");
+    const sort = (/** @type {string} */ now) => {
+      this.sort = now;
+      what.kept.keep({ sort: now });
+      void this.look();
+    };
+    controls.append(picker("Sorted by", SORTS, this.sort, sort));
+  }
+
+  leave() {
+    this.left = true;
+    clearTimeout(this.timer);
+  }
+
+  get gone() {
+    return this.what.filter.gone();
+  }
 
   /**
    * Ask anew; what is shown stays as it is where nothing has changed.
    *
    * @param {string} [cursor] of a further page
    */
-  async function look(cursor) {
-    clearTimeout(timer);
-    const mine = ++asked;
-    const nothing = what.nothing();
-    if (nothing) return fill(list, el("p", { class: "box" }, nothing));
-    const limit = cursor ? PAGE : Math.min(MOST, Math.max(PAGE, records.length, sort ? MOST : 0));
+  async look(cursor) {
+    clearTimeout(this.timer);
+    const mine = ++this.asked;
+    const nothing = this.what.filter.nothing();
+    if (nothing) return fill(this.list, el("p", { class: "box" }, nothing));
     let page;
     try {
-      page = await ask(kind, { ...what.wanted(), limit, cursor });
+      page = await this.page(cursor);
     } catch (error) {
-      if (mine === asked) fill(list, refusalBox(error));
+      if (mine === this.asked) fill(this.list, refusalBox(error));
       return;
     }
-    if (left || mine !== asked) return;
-    records = cursor ? [...records, ...page[kind]] : page[kind];
-    const none = records.length === 0 && !page.cursor ? await what.none() : null;
-    if (none) return fill(list, none);
-    if (!ul.isConnected) fill(list, bar, trouble, ul);
-    more.onclick = () => look(page.cursor);
-    if (page.cursor) list.append(more);
-    else more.remove();
-    show();
-    if (records.some(({ state }) => isActive(state))) timer = setTimeout(look, LOOK_MILLISECONDS);
+    if (this.left || mine !== this.asked) return;
+    this.records = cursor ? [...this.records, ...page.records] : page.records;
+    const none = this.records.length === 0 && !page.cursor ? await this.what.none() : null;
+    if (none) return fill(this.list, none);
+    if (!this.ul.isConnected) fill(this.list, this.bar, this.trouble, this.ul);
+    this.more.onclick = () => this.look(page.cursor);
+    if (page.cursor) this.list.append(this.more);
+    else this.more.remove();
+    this.show();
+    if (this.records.some(({ state }) => isActive(state)))
+      this.timer = setTimeout(() => this.look(), LOOK_MILLISECONDS);
   }
 
-  function show() {
-    const wanted = sorted().map(card);
+  /** @param {string} [cursor] @returns {Promise<{records: T[], cursor: string | undefined}>} */
+  async page(cursor) {
+    const { kind, filter } = this.what;
+    const limit = cursor ? PAGE : Math.min(MOST, Math.max(PAGE, this.records.length, this.sort ? MOST : 0));
+    /** @type {unknown} */
+    const found = await ask(kind, { ...filter.wanted(), limit, cursor });
+    const page = /** @type {Record<typeof kind, T[]> & {cursor: string | null}} */ (found);
+    return { records: page[kind], cursor: page.cursor ?? undefined };
+  }
+
+  show() {
+    const wanted = this.sorted().map((record) => this.card(record));
+    const { ul } = this;
     const same = wanted.length === ul.children.length && wanted.every((item, i) => ul.children[i] === item);
     // an element that is moved loses the keyboard
     if (!same) fill(ul, wanted);
-    for (const id of chosen) if (!records.some((one) => one.id === id)) chosen.delete(id);
-    drawBar();
+    for (const id of this.chosen) if (!this.records.some((one) => one.id === id)) this.chosen.delete(id);
+    this.drawBar();
   }
 
   /** Those without a best value come last; values in unlike units are not mixed. */
-  function sorted() {
-    if (sort === "name") return [...records].sort((a, b) => a.name.localeCompare(b.name));
-    if (sort !== "best") return records;
-    const key = (/** @type {T} */ one) => bests.get(one.id) ?? { unit: "\uffff", value: 0 };
-    return [...records].sort((a, b) => {
+  sorted() {
+    if (this.sort === "name") return [...this.records].sort((a, b) => a.name.localeCompare(b.name));
+    if (this.sort !== "best") return this.records;
+    const key = (/** @type {T} */ one) => this.bests.get(one.id) ?? { unit: "\uffff", value: 0 };
+    return [...this.records].sort((a, b) => {
       const [one, other] = [key(a), key(b)];
       return one.unit.localeCompare(other.unit) || one.value - other.value;
     });
   }
 
   /** @param {T} record */
-  function card(record) {
-    const known = cards.get(record.id) ?? {
-      item: el("li", { class: "card", "data-study": record.id }),
-      drawn: "",
-    };
-    cards.set(record.id, known);
-    const drawn = JSON.stringify([record, what.gone?.()]);
+  card(record) {
+    const { id } = record;
+    const known = this.cards.get(id) ?? { item: el("li", { class: "card", "data-study": id }), drawn: "" };
+    this.cards.set(id, known);
+    const drawn = JSON.stringify([record, this.gone]);
     const held = known.item.contains(document.activeElement);
-    const mine = acted.delete(record.id);
+    const mine = this.acted.delete(id);
     // what somebody holds stays as it is while it goes on, but not what was acted on
     if (known.drawn === drawn || (held && known.drawn && !mine)) return known.item;
     known.drawn = drawn;
-    draw(known.item, record);
+    this.draw(known.item, record);
     if (held) known.item.querySelector("a")?.focus();
     return known.item;
   }
 
   /** @param {HTMLElement} item @param {T} record */
-  function draw(item, record) {
-    const name = nameOf(record);
+  draw(item, record) {
+    const { kind, picture, says, state } = this.what;
     const best = el("div", { class: "best" });
-    const choose = checkbox("", chosen.has(record.id), (on) => {
-      if (on) chosen.add(record.id);
-      else chosen.delete(record.id);
-      drawBar();
-    });
-    choose.querySelector("input").setAttribute("aria-label", `Choose ${name}`);
     fill(
       item,
-      choose,
-      what.picture?.(record),
+      this.chooser(record),
+      picture?.(record),
       el(
         "div",
         { class: "grow" },
-        el("a", { class: "title", href: what.gone?.() ? null : `#/${kind}/${record.id}` }, name),
+        el("a", { class: "title", href: this.gone ? null : `#/${kind}/${record.id}` }, nameOf(record)),
         el("div", { class: "quiet" }, `${moment(record.created)} · `, el("code", {}, record.id)),
-        what.says(record),
+        says(record),
       ),
       best,
-      el("div", { class: "state" }, what.state(record)),
-      what.actions?.(record, () => (acted.add(record.id), look())),
+      el("div", { class: "state" }, state(record)),
+      actions(kind, record, () => (this.acted.add(record.id), this.look()), this.gone),
     );
-    void drawBest(best, record);
+    void this.drawBest(best, record);
+  }
+
+  /** @param {T} record */
+  chooser(record) {
+    const choose = (/** @type {boolean} */ on) => {
+      if (on) this.chosen.add(record.id);
+      else this.chosen.delete(record.id);
+      this.drawBar();
+    };
+    const label = checkbox("", this.chosen.has(record.id), choose);
+    label.querySelector("input")?.setAttribute("aria-label", `Choose ${nameOf(record)}`);
+    return label;
   }
 
   /** @param {HTMLElement} place @param {T} record */
-  async function drawBest(place, record) {
+  async drawBest(place, record) {
     // always later: what is drawn now is put in its place first
-    const best = await (what.gone?.() ? null : what.best(record));
-    bests.set(record.id, best);
+    const best = await (this.gone ? null : this.what.best(record));
+    this.bests.set(record.id, best);
     if (best) fill(place, el("span", { class: "quiet" }, "best "), el("strong", {}, best.text));
-    if (sort === "best" && !left) show();
+    if (this.sort === "best" && !this.left) this.show();
   }
 
-  function drawBar() {
-    if (what.gone?.()) chosen.clear();
-    const several = chosen.size > 1 && chosen.size <= MOST_COMPARED;
+  drawBar() {
+    const { chosen, what } = this;
+    if (this.gone) chosen.clear();
+    if (chosen.size === 0) return fill(this.bar);
+    const compare = `#/compare?${what.kind}=${[...chosen].join(",")}`;
     const button = (/** @type {string} */ label, /** @type {() => void} */ onclick) =>
       el("button", { type: "button", class: "small", onclick }, label);
     fill(
-      bar,
-      chosen.size > 0 && [
-        `${chosen.size} chosen`,
-        several &&
-          el("a", { class: "button small", href: `#/compare?${kind}=${[...chosen].join(",")}` }, "Compare"),
-        button("Delete", remove),
-        button("Choose none", () => (chosen.clear(), redraw())),
-      ],
+      this.bar,
+      `${chosen.size} chosen`,
+      chosen.size > 1 &&
+        chosen.size <= MOST_COMPARED &&
+        el("a", { class: "button small", href: compare }, "Compare"),
+      button("Delete", () => this.remove()),
+      button("Choose none", () => (chosen.clear(), this.redraw())),
     );
   }
 
-  function redraw() {
-    for (const known of cards.values()) known.drawn = "";
-    show();
+  redraw() {
+    for (const known of this.cards.values()) known.drawn = "";
+    this.show();
   }
 
-  async function remove() {
+  async remove() {
+    const { kind } = this.what;
     const noun = kind === "studies" ? "study" : "design";
-    const these = chosen.size === 1 ? `this ${noun}` : `these ${chosen.size} ${kind}`;
-    const text =
-      kind === "studies" ? "They can be restored from the trash for a week." : "Their studies stay.";
+    const these = this.chosen.size === 1 ? `this ${noun}` : `these ${this.chosen.size} ${kind}`;
+    const text = "They can be restored from the trash for a week.";
     if (!(await confirmed(`Delete ${these}?`, text, "Delete"))) return;
-    fill(trouble);
+    fill(this.trouble);
     let gone = 0;
-    for (const id of [...chosen]) {
+    for (const id of [...this.chosen]) {
       try {
-        await ask(
-          `${kind}/${encodeURIComponent(id)}`,
-          { trash: kind === "studies" || null },
-          { method: "DELETE" },
-        );
-        chosen.delete(id);
+        await ask(`${kind}/${encodeURIComponent(id)}`, { trash: true }, { method: "DELETE" });
+        this.chosen.delete(id);
         gone += 1;
       } catch (error) {
-        trouble.append(refusalBox(error));
+        this.trouble.append(refusalBox(error));
       }
     }
     say(`${counted(gone, "deletion")}.`);
-    await look();
+    await this.look();
   }
-
-  controls.append(
-    picker("Sorted by", SORTS, sort, (now) => {
-      sort = now;
-      kept.keep({ sort });
-      void look();
-    }),
-  );
-  return {
-    look: () => look(),
-    leave: () => {
-      left = true;
-      clearTimeout(timer);
-    },
-  };
 }

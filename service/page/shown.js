@@ -1,4 +1,5 @@
 /** Whether quantities of a study are shown as ratios or in units; remembered, and the same on every view. */
+/** @import { Definition, MapAnswer, MapDifference, Row, Worded, Words } from "./types.js" */
 
 import { el } from "./dom.js";
 import { short } from "./numbers.js";
@@ -19,7 +20,7 @@ export const MILLIMETRES = 1000;
 const SHOWN_DIGIT = 5e-6;
 
 export class Shown {
-  /** @param {any} definition of the study */
+  /** @param {Pick<Definition, "physical">} definition of the study */
   constructor({ physical }) {
     const length = physical ? unitFactor("clearance_ratio", physical) : null;
     const hertz = physical ? unitFactor("frequency_ratio", physical) : null;
@@ -144,8 +145,8 @@ export class Shown {
   /**
    * The words of an answer: those in units where the study is shown so.
    *
-   * @param {any} answer
-   * @returns {{note: string, verdict: string[], doubts: {kind: string, sentence: string}[]}}
+   * @param {Worded} answer
+   * @returns {Required<Words>}
    */
   words(answer) {
     return { note: "", verdict: [], doubts: [], ...answer, ...(this.inUnits ? answer.in_units : {}) };
@@ -156,7 +157,7 @@ export class Shown {
     return this.has(name) ? WORDS.names_in_si[name] : name;
   }
 
-  /** A ratio in SI where it is shown in units, a ratio elsewhere. @param {string} name @param {any} value */
+  /** In SI where it is shown in units, a ratio elsewhere. @param {string} name @param {number} value */
   inSi(name, value) {
     return this.has(name) ? (value * this.factors[name]) / QUANTITIES[name][3] : value;
   }
@@ -164,19 +165,17 @@ export class Shown {
   /**
    * A map less another one that was asked for by `nameInSi`, as it is shown.
    *
-   * @param {any} answer @param {{x: string, y: string, metric: string}} names of its axes and its metric as
-   *   ratios @returns {any}
+   * @param {MapDifference} answer
+   * @param {{x: string, y: string, metric: string}} names of its axes and its metric as ratios
    */
   mapInSi(answer, { x, y, metric }) {
     const by = (/** @type {string} */ name) => (this.has(name) ? QUANTITIES[name][3] : this.factor(name));
-    const scaled = (/** @type {any[]} */ values, /** @type {string} */ name) =>
-      values.map((value) => (value === null ? null : value * by(name)));
-    const plane = (/** @type {any[][]} */ rows) => rows.map((row) => scaled(row, metric));
+    const plane = (/** @type {Row[]} */ rows) => rows.map((row) => times(row, by(metric)));
     const unit = this.has(metric) ? "" : inBrackets(answer.units);
     return {
       ...answer,
-      x: scaled(answer.x, x),
-      y: scaled(answer.y, y),
+      x: times(answer.x, by(x)),
+      y: times(answer.y, by(y)),
       values: plane(answer.values),
       other: plane(answer.other),
       difference: plane(answer.difference),
@@ -186,22 +185,33 @@ export class Shown {
     };
   }
 
-  /** A map or a curve of the service as it is shown. @param {any} answer @returns {any} */
+  /** A map of the service as it is shown. @param {MapAnswer} answer */
   map(answer) {
-    const scaled = (/** @type {any[]} */ values, /** @type {number} */ factor) =>
-      values.map((value) => (value === null ? null : value * factor));
     const { metric, x_dimension: x, y_dimension: y } = answer;
-    const by = this.factor(metric);
     return {
       ...answer,
-      x: scaled(answer.x, this.factor(x)),
-      y: scaled(answer.y, this.factor(y)),
-      values: by === 1 ? answer.values : answer.values.map((/** @type {any[]} */ row) => scaled(row, by)),
+      x: times(answer.x, this.factor(x)),
+      y: times(answer.y, this.factor(y)),
+      values: answer.values.map((row) => times(row, this.factor(metric))),
       long_name: this.variable(metric, answer.long_name),
       x_title: this.axis(x),
       y_title: this.axis(y),
     };
   }
+}
+
+/**
+ * Numbers times a factor; what is not known stays so.
+ *
+ * @template {number | null} T
+ * @param {T[]} values
+ * @param {number} factor
+ * @returns {T[]}
+ */
+export function times(values, factor) {
+  return factor === 1
+    ? values
+    : values.map((value) => /** @type {T} */ (value === null ? null : value * factor));
 }
 
 /**

@@ -2,6 +2,7 @@
  * A sketch of the damper that moves as it was computed: base, spring and dashpot, friction pad, cavity and
  * particle.
  */
+/** @import { History } from "./types.js" */
 
 import { el, fill } from "./dom.js";
 
@@ -27,10 +28,11 @@ const STUCK = 1e-9;
 const RIDES = 1e-6;
 
 /**
- * @param {string} name
+ * @template {keyof SVGElementTagNameMap} Name
+ * @param {Name} name
  * @param {Record<string, unknown>} attributes
- * @param {...Element} children
- * @returns {any}
+ * @param {...(Element | string)} children
+ * @returns {SVGElementTagNameMap[Name]}
  */
 export function svg(name, attributes, ...children) {
   const element = document.createElementNS(SVG, name);
@@ -61,7 +63,7 @@ export function cylinder(length) {
 /**
  * The sketch with its controls; it stands still until it is played.
  *
- * @param {import("./history.js").History} history
+ * @param {History} history
  * @param {{clearance: number | null, friction: number}} design clearance over Z, and the friction ratio
  * @param {(u: number) => string} say puts a displacement over Z into words
  */

@@ -1,4 +1,5 @@
 /** Slices: a result along every axis through the selected point. */
+/** @import { Figure, MapAnswer, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill } from "./dom.js";
@@ -11,7 +12,7 @@ import { DIMENSIONS } from "./vocabulary.js";
 
 const PATIENCE_MILLISECONDS = 150;
 
-/** @param {import("./study.js").Session} session @returns {{element: HTMLElement, look: () => void}} */
+/** @param {Session} session @returns {{element: HTMLElement, look: () => void}} */
 export function slicesPanel(session) {
   const { selection, record, shown } = session;
   const result = chosenMeasure(session, "slice", () => look());
@@ -23,6 +24,7 @@ export function slicesPanel(session) {
       name: `slice-${name}-${record.id}`,
       height: 260,
       python: () => pythonLine(record.id, "resonance_map", question(name)),
+      clicked: ({ pointIndex }) => selection.choose({ [name]: pointIndex }),
     }),
   }));
   let asked = 0;
@@ -51,7 +53,7 @@ export function slicesPanel(session) {
     }
   });
 
-  /** @param {any} chart @param {string} name @param {any} answer */
+  /** @param {Figure} chart @param {string} name @param {MapAnswer} answer */
   async function draw(chart, name, answer) {
     const map = shown.map(answer);
     const row = map.values[selection.place[answer.y_dimension]];
@@ -88,11 +90,6 @@ export function slicesPanel(session) {
         yaxis: { title: { text: map.long_name }, rangemode: "tozero" },
         showlegend: false,
       }),
-    );
-    if (chart.plot.dataset.wired) return;
-    chart.plot.dataset.wired = "yes";
-    chart.plot.on("plotly_click", (/** @type {any} */ event) =>
-      selection.choose({ [name]: event.points[0].pointIndex }),
     );
   }
 

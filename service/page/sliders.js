@@ -1,4 +1,5 @@
 /** The point as sliders, one for each dimension that varies: what a click on the map does, keys do here. */
+/** @import { Selection, Shown } from "./types.js" */
 
 import { checkbox, el, fill } from "./dom.js";
 import { AMPLITUDE, FREQUENCY, RECORD } from "./selection.js";
@@ -7,13 +8,13 @@ import { NAMES, symbol } from "./vocabulary.js";
 /**
  * The sliders of a point.
  *
- * @param {import("./selection.js").Selection} selection
- * @param {import("./shown.js").Shown} shown
+ * @param {Selection} selection
+ * @param {Shown} shown
  * @param {boolean} [curves] what is asked for are curves over the frequency, so it is not chosen
  */
 export function sliders(selection, shown, curves = false) {
   const place = el("fieldset", { class: "sliders" });
-  /** @type {Record<string, {slider: any, output: any}>} */
+  /** @type {Record<string, {slider: HTMLInputElement, output: HTMLOutputElement}>} */
   const parts = {};
   const dimensions = selection.varied.filter(
     (dimension) => dimension !== RECORD && dimension !== AMPLITUDE && (!curves || dimension !== FREQUENCY),

@@ -1,18 +1,16 @@
 /** Fields of a specification: one number each, or from one to another, at its place in the document. */
+/** @import { Child, Held, SpecifiedField } from "./types.js" */
 
 import { capital, el } from "./dom.js";
 import { field } from "./faults.js";
 import { listBox } from "./list_field.js";
-
-/** @typedef {import("./words.js").SpecifiedField} SpecifiedField */
-/** @typedef {import("./document_form.js").Held} Held */
 
 /**
  * Fields with a title, and a place for faults.
  *
  * @param {string} title
  * @param {string} path
- * @param {any[]} children
+ * @param {Child[]} children
  */
 export function group(title, path, children) {
   return el(
@@ -82,7 +80,7 @@ export function titled(each) {
   return capital(each.label) + (each.unit ? ` [${each.unit}]` : "");
 }
 
-/** A number as it is shown. @param {unknown} value @param {SpecifiedField} each @returns {any} */
+/** A number as it is shown. @param {unknown} value @param {SpecifiedField} each @returns {unknown} */
 export function shown(value, each) {
   return typeof value === "number" ? Number((value * each.scale).toPrecision(12)) : (value ?? "");
 }
@@ -92,7 +90,7 @@ export function shown(value, each) {
  *
  * @param {string} typed
  * @param {SpecifiedField} each
- * @returns {any}
+ * @returns {number | string | undefined}
  */
 export function read(typed, each) {
   if (typed.trim() === "") return undefined;

@@ -1,20 +1,21 @@
 /** The list of studies: live, searchable, and helpful where there is none yet. */
+/** @import { StudyRecord, View } from "./types.js" */
 
 import { bestOf } from "./best.js";
 import { el, fill, prose } from "./dom.js";
+import { StudyFilter } from "./filter.js";
 import { Kept } from "./kept.js";
-import { actions, badge, outdatedNote, progressBar } from "./progress.js";
+import { badge, outdatedNote, progressBar } from "./progress.js";
 import { tagList } from "./remarks.js";
-import { shelf } from "./shelf.js";
-import { studyFilter } from "./study_filter.js";
+import { Shelf } from "./shelf.js";
 import { thumbnail } from "./thumbnail.js";
 import { vocabulary } from "./vocabulary.js";
 
-/** @type {import("./main.js").View} */
+/** @type {View} */
 export async function studiesView(root, { query }) {
   const list = el("div", { class: "studies" });
   const kept = new Kept("#/", query);
-  const filter = studyFilter(kept, () => look());
+  const filter = new StudyFilter(kept, () => shelf.look());
   fill(
     root,
     el(
@@ -23,31 +24,30 @@ export async function studiesView(root, { query }) {
       el("h1", {}, "Studies"),
       el("a", { class: "button primary", href: "#/new" }, "New study"),
     ),
-    filter.element,
+    filter.form("Studies", filter.more),
     list,
   );
-  const { look, leave } = shelf(list, filter.row, {
+  /** @type {Shelf<StudyRecord>} */
+  const shelf = new Shelf(list, filter.row, {
     kind: "studies",
     kept,
-    wanted: filter.wanted,
-    nothing: filter.nothing,
-    gone: filter.gone,
-    none: () => (filter.any() ? nothingFound() : nothingYet()),
+    filter,
+    none: () => (filter.isUsed() ? nothingFound() : nothingYet()),
     picture: (record) => !filter.gone() && thumbnail(record),
     says: (record) => [
       record.submitted_by && el("div", { class: "quiet" }, `by ${record.submitted_by}`),
       record.priority !== 0 && el("div", { class: "quiet" }, `priority ${record.priority}`),
       record.message && el("div", { class: "quiet" }, record.message),
-      tagList(record.tags, filter.tagged),
+      tagList(record.tags, (tag) => filter.tagged(tag)),
       outdatedNote(record),
     ],
     state: (record) => [badge(record.state), progressBar(record)],
     best: bestOf,
-    actions: (record, acted) => actions(record, acted, filter.gone()),
   });
-  await look();
-  return leave;
+  await shelf.look();
+  return () => shelf.leave();
 }
+
 function nothingFound() {
   return el("p", { class: "box" }, "No study matches the search.");
 }

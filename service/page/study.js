@@ -1,4 +1,5 @@
 /** One study: its state, and what can be asked of it, in tabs. */
+/** @import { Catalogue, StudyRecord, View } from "./types.js" */
 
 import { address, ask, follow, Refusal, studyPath } from "./api.js";
 import { besideTab } from "./beside.js";
@@ -21,8 +22,8 @@ import { vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 /**
- * @typedef {{record: import("./answers.js").StudyRecord, selection: Selection, variables: string[],
- *   words: import("./answers.js").Catalogue, changes: EventTarget, kept: Kept, shown: Shown,
+ * @typedef {{record: StudyRecord, selection: Selection, variables: string[],
+ *   words: Catalogue, changes: EventTarget, kept: Kept, shown: Shown,
  *   renamed: (name: string) => void}} Session
  * @typedef {(session: Session, place: HTMLElement) => void | Promise<void>} Tab
  */
@@ -44,7 +45,7 @@ const DAMPER_TABS = [
   ["data", "Data", dataTab],
 ];
 
-/** @type {import("./main.js").View} */
+/** @type {View} */
 export async function studyView(root, { parts, query }) {
   const record = await ask(studyPath(parts[0]));
   const [words, grid] = await Promise.all([vocabulary(), ask(studyPath(record.id, "axes"))]);
@@ -119,14 +120,14 @@ export async function studyView(root, { parts, query }) {
    * What can be done with the study in its state; where a button that was held is gone, the title holds the
    * keyboard.
    *
-   * @param {any} now
+   * @param {StudyRecord} now
    */
   function steer(now) {
     const held = steering.contains(document.activeElement);
     steered = `${now.state} ${now.outdated}`;
     fill(
       steering,
-      actions(now, (changed) => {
+      actions("studies", now, (changed) => {
         if (changed === null) location.hash = "#/";
         else update(changed);
       }),
@@ -136,7 +137,7 @@ export async function studyView(root, { parts, query }) {
     title.focus({ preventScroll: true });
   }
 
-  /** @param {any} changed */
+  /** @param {StudyRecord} changed */
   function update(changed) {
     const before = session.record;
     const grown = changed.blocks_done !== before.blocks_done || changed.state !== before.state;
@@ -285,7 +286,7 @@ function dataTab(session, place) {
   );
 }
 
-/** @param {import("./answers.js").StudyRecord} record */
+/** @param {StudyRecord} record */
 function facts(record) {
   const entries = /** @type {[string, string][]} */ ([
     ["Id", record.id],

@@ -1,4 +1,5 @@
 /** A new study: the fields of its form, and what it will cost. */
+/** @import { Definition, Estimate, View } from "./types.js" */
 
 import { ask, studyPath } from "./api.js";
 import { axisField } from "./axis_field.js";
@@ -15,7 +16,7 @@ import { WORDS } from "./words.js";
 
 const FIRST_SCENE = "figure-11";
 
-/** @type {import("./main.js").View} */
+/** @type {View} */
 export async function studyForm(root, { query }) {
   const [{ studies }, { records }] = await Promise.all([vocabulary(), ask("records")]);
   const copied = query.get("from") === null ? [] : [await copy(query)];
@@ -29,8 +30,10 @@ export async function studyForm(root, { query }) {
     can: "run",
     starts: [...copied, ...studies, SURVEY],
     first: copied[0]?.name ?? query.get("scene") ?? FIRST_SCENE,
-    fields: ({ document: study, set, put }) =>
-      study.records === undefined ? fieldsOf(study, set, put) : surveyFields(study, set, put, records),
+    fields: ({ document, set, put }) => {
+      const study = /** @type {Definition} */ (document);
+      return study.records === undefined ? fieldsOf(study, set, put) : surveyFields(study, set, put, records);
+    },
     estimated,
     done: ({ id }) => {
       say("The study was submitted.");
@@ -51,7 +54,7 @@ async function copy(query) {
   definition.name = `${record.name || record.id}, ${num >= 2 ? "over a band" : "changed"}`;
   const { physical } = definition;
   if (num >= 2 && physical?.excitation_frequency_hz !== undefined) {
-    const hertz = physical.natural_frequency_hz;
+    const hertz = Number(physical.natural_frequency_hz);
     physical.excitation_frequency_hz = { start: start * hertz, stop: stop * hertz, num };
   } else if (num >= 2) definition.axes.frequency_ratio = { start, stop, num };
   const about = [
@@ -63,9 +66,9 @@ async function copy(query) {
 /**
  * Every field of a study.
  *
- * @param {any} study
- * @param {(path: string, value: any) => void} change
- * @param {(study: any) => void} redraw
+ * @param {Definition} study
+ * @param {(path: string, value: unknown) => void} change
+ * @param {(study: Definition) => void} redraw
  */
 function fieldsOf(study, change, redraw) {
   const axes = study.axes ?? {};
@@ -81,9 +84,9 @@ function fieldsOf(study, change, redraw) {
   const ofRatio = (ratio) => {
     if (!withParticle && OF_PARTICLE.includes(ratio)) return null;
     const unit = STANDS_FOR[ratio];
-    if (withUnits && study.physical[unit] !== undefined) {
-      return axisField(PHYSICAL[unit], study.physical[unit], (spec) => change(PHYSICAL[unit].field, spec));
-    }
+    const physical = study.physical?.[unit];
+    if (physical !== undefined)
+      return axisField(PHYSICAL[unit], physical, (spec) => change(PHYSICAL[unit].field, spec));
     const quantity = RATIOS[ratio];
     const spec = ratio === "damping_ratio" ? study.damping_ratio : axes[ratio];
     return axisField(quantity, spec ?? quantity.usual, (value) => change(quantity.field, value));
@@ -108,7 +111,7 @@ function fieldsOf(study, change, redraw) {
     ),
     withUnits &&
       ["mass_kg", "natural_frequency_hz", "base_amplitude_m"].map((unit) =>
-        axisField(PHYSICAL[unit], study.physical[unit], (spec) => change(PHYSICAL[unit].field, spec)),
+        axisField(PHYSICAL[unit], study.physical?.[unit], (spec) => change(PHYSICAL[unit].field, spec)),
       ),
     Object.keys(RATIOS).map(ofRatio),
     el(
@@ -124,8 +127,9 @@ function fieldsOf(study, change, redraw) {
   ];
 }
 
-/** @param {any} study */
+/** @param {Definition} study */
 function withoutParticle(study) {
+  /** @type {Definition} */
   const next = { ...study, particle: false, axes: { ...study.axes } };
   if (study.physical) next.physical = { ...study.physical };
   for (const name of [...OF_PARTICLE, ...Object.keys(WORDS.before)]) {
@@ -136,7 +140,7 @@ function withoutParticle(study) {
   return next;
 }
 
-/** @param {any} study */
+/** @param {Definition} study */
 function withParticleAgain(study) {
   const { particle: _particle, ...rest } = study;
   const axes = { ...study.axes };
@@ -145,12 +149,12 @@ function withParticleAgain(study) {
   return study.physical ? inUnits(next) : next;
 }
 
-/** How much of the time kernels take that are compiled first. @param {any} cost */
+/** How much of the time kernels take that are compiled first. @param {Estimate} cost */
 function compilingPart(cost) {
   return cost.compiling_seconds ? `, ${duration(cost.compiling_seconds)} of it to compile kernels` : "";
 }
 
-/** @param {any} cost */
+/** @param {Estimate} cost */
 function estimated(cost) {
   return el(
     "dl",

@@ -1,4 +1,5 @@
 /** The fields of a survey: dampers under ground-motion records that are scaled up and down. */
+/** @import { Definition, GroundRecord, Quantity } from "./types.js" */
 
 import { axisField } from "./axis_field.js";
 import { field } from "./faults.js";
@@ -13,7 +14,7 @@ import { WORDS } from "./words.js";
 /** Records that a new survey begins with. */
 const FIRST = ["el-centro-180", "loma-prieta-000", "northridge-090", "san-fernando-164"];
 
-/** @type {Record<string, import("./axis_field.js").Quantity>} */
+/** @type {Record<string, Quantity>} */
 const AXES = Object.fromEntries(
   [
     { ...PHYSICAL.clearance_m, field: "axes.clearance_m" },
@@ -47,10 +48,10 @@ export const SURVEY = {
 /**
  * Every field of a survey.
  *
- * @param {any} study
- * @param {(path: string, value: any) => void} change
- * @param {(study: any) => void} redraw
- * @param {import("./answers.js").GroundRecord[]} records those that the service has
+ * @param {Definition} study
+ * @param {(path: string, value: unknown) => void} change
+ * @param {(study: Definition) => void} redraw
+ * @param {GroundRecord[]} records those that the service has
  */
 export function surveyFields(study, change, redraw, records) {
   const name = el("input", {
@@ -86,7 +87,7 @@ export function surveyFields(study, change, redraw, records) {
         "div",
         { class: "row" },
         Object.values(WORDS.before).map((name) =>
-          numberField(cavityField(name).label, name, study[name] ?? 0, (value) =>
+          numberField(cavityField(name).label, name, Number(study[name] ?? 0), (value) =>
             change(name, value || undefined),
           ),
         ),
@@ -106,9 +107,9 @@ export function surveyFields(study, change, redraw, records) {
 /**
  * Every record that there is, to be chosen, and a file of one's own.
  *
- * @param {any} study what has `records`
- * @param {(path: string, value: any) => void} change
- * @param {import("./answers.js").GroundRecord[]} records those that the service has
+ * @param {{records?: unknown}} study
+ * @param {(path: string, value: unknown) => void} change
+ * @param {GroundRecord[]} records those that the service has
  * @param {string} [field] where faults of them are
  */
 export function recordsField(study, change, records, field = "records") {
@@ -156,7 +157,7 @@ export function recordsField(study, change, records, field = "records") {
 /**
  * Records of a document: texts, or what a study that is stored keeps of them.
  *
- * @param {any} given
+ * @param {unknown} given
  * @returns {string[]}
  */
 function ids(given) {
@@ -169,7 +170,7 @@ function ids(given) {
  * The id of a record that may be written as an earthquake's name.
  *
  * @param {string} written
- * @param {import("./answers.js").GroundRecord[]} records
+ * @param {GroundRecord[]} records
  */
 function whole(written, records) {
   return (

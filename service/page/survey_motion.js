@@ -2,6 +2,7 @@
  * The motion of one case of a survey: drift, base and structure, the particle in its cavity, spectrum,
  * energies.
  */
+/** @import { EarthquakeCase, EarthquakeHistory, Session } from "./types.js" */
 
 import { refusalBox } from "./api.js";
 import { debounced, el, fill, picker } from "./dom.js";
@@ -29,7 +30,7 @@ const ENERGIES = /** @type {[string, string][]} */ ([
   ["loss_impact_j", "Lost in impacts"],
 ]);
 
-/** @param {import("./study.js").Session} session */
+/** @param {Session} session */
 export function surveyMotion({ selection, record }) {
   const id = record.id;
   const same = () => pythonLine(null, "earthquake_comparison", question());
@@ -76,7 +77,7 @@ export function surveyMotion({ selection, record }) {
       which,
       picker(
         "Motion under",
-        selection.axes[RECORD].map((one) => [one, one]),
+        selection.records.map((one) => [one, one]),
         String(selection.value(RECORD)),
         (one) => selection.chooseValues({ [RECORD]: one }),
       ),
@@ -90,7 +91,7 @@ export function surveyMotion({ selection, record }) {
     );
   }
 
-  /** The case as a request. @returns {any} */
+  /** The case as a request. */
   function question() {
     const { mass_kg, tail_s, contact } = record.definition;
     const cavity = Object.values(WORDS.before).filter((name) => name in record.definition);
@@ -112,17 +113,16 @@ export function surveyMotion({ selection, record }) {
     drawPickers();
     fill(goesOn, "Computing the motion …");
     try {
-      const asked = question();
       const answer = await sendPatiently(
         "earthquake-comparisons",
-        asked,
+        question(),
         (words) => mine === number && fill(goesOn, words || "Computing the motion …"),
         undefined,
         { samples: SAMPLES },
       );
       if (mine !== number || !element.isConnected) return;
       const { hybrid, none } = answer.histories;
-      const particle = asked.particle_mass_kg > 0;
+      const particle = selection.value("particle_mass_kg") > 0;
       fill(
         goesOn,
         hybrid.thinned
@@ -145,9 +145,7 @@ export function surveyMotion({ selection, record }) {
         ],
         () => ({ xaxis: time, yaxis: { title: { text: "x − z [mm]" } } }),
       );
-      const base = hybrid.absolute_displacement_m.map(
-        (/** @type {number} */ x, /** @type {number} */ i) => x - hybrid.relative_displacement_m[i],
-      );
+      const base = hybrid.absolute_displacement_m.map((x, i) => x - hybrid.relative_displacement_m[i]);
       await both.draw(
         () => [
           line(hybrid, mm(base), "base z", colour("quiet"), "dot"),
@@ -157,7 +155,7 @@ export function surveyMotion({ selection, record }) {
       );
       if (particle)
         await cavity.draw(
-          () => cavityTraces(hybrid, asked.clearance_m),
+          () => cavityTraces(hybrid, selection.value("clearance_m")),
           () => ({ xaxis: time, yaxis: { title: { text: "y − x [mm]" } } }),
         );
       await spectrum.draw(
@@ -185,7 +183,7 @@ export function mm(metres) {
 }
 
 /**
- * @param {any} history
+ * @param {EarthquakeHistory} history
  * @param {(number | null)[]} y
  * @param {string} name
  * @param {string} shade
@@ -206,13 +204,12 @@ export function line(history, y, name, shade, dash = "solid") {
 /**
  * Where the particle is against the middle of its cavity, and the walls.
  *
- * @param {any} history
+ * @param {EarthquakeHistory} history
  * @param {number} clearance
  */
 function cavityTraces(history, clearance) {
-  const gap = history.particle_displacement_m.map(
-    (/** @type {number | null} */ p, /** @type {number} */ i) =>
-      p === null ? null : 1000 * (p - history.absolute_displacement_m[i]),
+  const gap = history.particle_displacement_m.map((p, i) =>
+    p === null ? null : 1000 * (p - history.absolute_displacement_m[i]),
   );
   const ends = [history.time_s[0], history.time_s[history.time_s.length - 1]];
   const wall = (/** @type {number} */ side) => ({
@@ -231,7 +228,7 @@ function cavityTraces(history, clearance) {
 /**
  * Amplitudes of the drift over the frequency.
  *
- * @param {any} history
+ * @param {EarthquakeHistory} history
  * @param {string} name
  * @param {string} shade
  * @param {string} [dash]
@@ -248,7 +245,7 @@ export function spectrumOf({ spectrum }, name, shade, dash = "solid") {
   };
 }
 
-/** @param {any} found */
+/** @param {EarthquakeCase} found */
 function energies(found) {
   const lost = ENERGIES.slice(1).reduce((sum, [name]) => sum + found[name], 0);
   const share = (/** @type {string} */ name) =>

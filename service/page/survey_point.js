@@ -1,4 +1,5 @@
 /** One damper of a survey: its result over the scale of every record, and how likely it exceeds a limit. */
+/** @import { Fragility, Session, Trace, Variable } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, grid, prose } from "./dom.js";
@@ -20,15 +21,15 @@ const NO_SIZE =
 const SYMBOLS = ["circle", "square", "diamond", "x", "triangle-up"];
 
 /**
- * @param {import("./study.js").Session} session
+ * @param {Session} session
  * @param {{metric: string, met: string}} view
- * @param {any[]} variables of the suite
+ * @param {Variable[]} variables of the suite
  */
 export function surveyPoint({ selection, record, shown, changes, kept }, view, variables) {
   const id = record.id;
   const scales = selection.axes[SCALE];
-  const records = selection.axes[RECORD];
-  /** @type {Record<string, any>} what was asked for last */
+  const { records } = selection;
+  /** @type {Record<string, unknown>} what was asked for last */
   let asked = {};
   /** @type {(number | null)[][]} results under each record, over the scales */
   let found = [];
@@ -38,6 +39,8 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
     name: `incremental-${id}`,
     height: 380,
     python: () => pythonLine(id, "resonance_map", question(records[0])),
+    clicked: ({ x, data: { name } }) =>
+      records.includes(name) && selection.chooseValues({ [RECORD]: name, [SCALE]: x }),
   });
   const curve = figure({
     label: "Probability of exceeding the limit",
@@ -78,7 +81,7 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
     trouble,
   );
 
-  const metric = () => variables.find((one) => one.name === view.metric);
+  const metric = () => /** @type {Variable} */ (variables.find((one) => one.name === view.metric));
   const factor = () => shown.factor(view.metric);
   const nameOf = (/** @type {string} */ name) => shown.called(name).toLowerCase();
   const damper = () => selection.at([RECORD, SCALE]);
@@ -107,7 +110,6 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
       fill(label, `Limit${inBrackets(metric().units)}`);
       found = rows;
       await drawRising();
-      if (!rising.plot.dataset.wired) wire();
       fill(cases, table(some, rows));
       exceeded(mine);
     } catch (error) {
@@ -125,20 +127,11 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
       }),
     );
 
-  /** A click on a case chooses its record and scale. */
-  function wire() {
-    rising.plot.dataset.wired = "yes";
-    rising.plot.on("plotly_click", (/** @type {any} */ event) => {
-      const [{ x, data }] = event.points;
-      if (records.includes(data.name)) selection.chooseValues({ [RECORD]: data.name, [SCALE]: x });
-    });
-  }
-
   /**
    * The results of the damper under one record, over the scales.
    *
    * @param {string} one
-   * @returns {Record<string, any>}
+   * @returns {{y: string} & Record<string, unknown>}
    */
   function question(one) {
     const y =
@@ -153,7 +146,7 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
     const { y, ...asked } = question(one);
     const answer = await ask(studyPath(id, "resonance-map"), { y, ...asked });
     const row = answer.values[selection.axes[y].length === 1 ? 0 : selection.place[y]];
-    return row.map((/** @type {number | null} */ value) => (value === null ? null : value * factor()));
+    return row.map((value) => (value === null ? null : value * factor()));
   }
 
   /** Keep the limit in the address, in the unit that it is typed in. */
@@ -205,7 +198,7 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
     }
   });
 
-  /** @param {string[]} names @param {(number | null)[][]} rows @returns {any[]} */
+  /** @param {string[]} names @param {(number | null)[][]} rows @returns {Trace[]} */
   function risingTraces(names, rows) {
     return rows.map((row, i) => ({
       type: "scatter",
@@ -235,7 +228,7 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
     ];
   }
 
-  /** @param {any} answer @returns {any[]} */
+  /** @param {Fragility} answer @returns {Trace[]} */
   function curveTraces(answer) {
     const traces = [
       {

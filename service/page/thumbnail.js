@@ -1,4 +1,5 @@
 /** A small picture of a study's map, for the list of studies: asked for where it is seen, and once. */
+/** @import { StudyRecord } from "./types.js" */
 
 import { ask, Refusal, studyPath } from "./api.js";
 import { el } from "./dom.js";
@@ -57,7 +58,7 @@ const seen = new IntersectionObserver((entries) => {
 /**
  * The picture of a study, empty until it has been seen and drawn.
  *
- * @param {import("./answers.js").StudyRecord} record as the list has it
+ * @param {StudyRecord} record as the list has it
  * @returns {HTMLElement} a place of the picture's size that says why where there is nothing to draw
  */
 export function thumbnail(record) {
@@ -79,7 +80,7 @@ export function thumbnail(record) {
 /**
  * The dimensions of a picture; none where nothing can be shown.
  *
- * @param {import("./answers.js").StudyRecord} record
+ * @param {StudyRecord} record
  */
 function planeOf(record) {
   // a study that has ended half-way may have nothing of the plane, and is refused then
@@ -95,7 +96,7 @@ function planeOf(record) {
   return y ? { x, y } : null;
 }
 
-/** Why a study has no picture, in a few words. @param {import("./answers.js").StudyRecord} record */
+/** Why a study has no picture, in a few words. @param {StudyRecord} record */
 function whyNone(record) {
   if (record.points_done === 0) return "nothing computed yet";
   if (record.points_total > LARGEST) return "too large for a picture";

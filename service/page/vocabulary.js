@@ -1,13 +1,14 @@
 /** What a study can be made of and what its results mean, asked for once. */
+/** @import { Catalogue, Definition } from "./types.js" */
 
 import { ask } from "./api.js";
 import { el } from "./dom.js";
 import { WORDS } from "./words.js";
 
-/** @type {Promise<import("./answers.js").Catalogue> | undefined} */
+/** @type {Promise<Catalogue> | undefined} */
 let asked;
 
-/** @returns {Promise<import("./answers.js").Catalogue>} the catalogue of the service */
+/** @returns {Promise<Catalogue>} the catalogue of the service */
 export function vocabulary() {
   asked ??= ask("catalog").catch((error) => {
     asked = undefined;
@@ -23,7 +24,7 @@ export const DIMENSIONS = WORDS.dimensions;
 /** Dimensions that mean nothing without a particle. */
 export const OF_PARTICLE = WORDS.of_particle;
 
-/** What a design of a study is made of. @param {any} definition */
+/** What a design of a study is made of. @param {Definition} definition */
 export function designDimensions(definition) {
   const without = definition.particle === false;
   const before = Object.entries(WORDS.before).filter(
@@ -70,13 +71,13 @@ export const TUNINGS = Object.entries(WORDS.criteria);
  */
 export const CLASS_LOOKS = {
   "-1": { colour: "#888888", shape: "line-ew-open" },
-  "0": { colour: "#999999", shape: "circle-open" },
-  "1": { colour: "#56b4e9", shape: "square" },
-  "2": { colour: "#0072b2", shape: "triangle-down" },
-  "3": { colour: "#009e73", shape: "circle" },
-  "4": { colour: "#f0e442", shape: "diamond" },
-  "5": { colour: "#e69f00", shape: "triangle-up" },
-  "6": { colour: "#cc79a7", shape: "cross" },
-  "7": { colour: "#d55e00", shape: "x" },
-  "8": { colour: "#444444", shape: "square-open" },
+  0: { colour: "#999999", shape: "circle-open" },
+  1: { colour: "#56b4e9", shape: "square" },
+  2: { colour: "#0072b2", shape: "triangle-down" },
+  3: { colour: "#009e73", shape: "circle" },
+  4: { colour: "#f0e442", shape: "diamond" },
+  5: { colour: "#e69f00", shape: "triangle-up" },
+  6: { colour: "#cc79a7", shape: "cross" },
+  7: { colour: "#d55e00", shape: "x" },
+  8: { colour: "#444444", shape: "square-open" },
 };
