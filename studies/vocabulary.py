@@ -28,6 +28,13 @@ OBJECTIVES: dict[Objective, str] = {
     "band_rms": "rms of the amplitude ratio over the band",
 }
 """What designs are ranked by, and what each is; the smaller, the better."""
+OBJECTIVES_IN_UNITS: dict[Objective, str] = {
+    "resonance": "amplitude at the frequency nearest the natural one",
+    "peak": "largest amplitude in the band",
+    "band_mean": "mean amplitude over the band",
+    "band_rms": "rms of the amplitude over the band",
+}
+"""The same of a study whose amplitudes are in units."""
 
 Criterion = Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"]
 CRITERIA: dict[Criterion, str] = {

@@ -207,6 +207,8 @@ export type Ranking = Worded & {
   designs_total: number;
   units: string;
   long_name: string;
+  /** By which designs of a harmonic study are judged. */
+  objective: string;
   columns: Record<string, unknown>;
   best_with_impacts?: Ranked | null;
   /** The band to compute where one frequency was. */

@@ -1,253 +1,236 @@
 /** A study beside another one: the same map of both on one scale of colours, and the one less the other. */
-/** @import { MapDifference, StudyRecord, Tab } from "./types.js" */
+/** @import { MapDifference, Session, StudyRecord, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { axisPickers } from "./axis_pickers.js";
 import { differenceTraces, sharedTraces, sideTraces } from "./beside_figure.js";
 import { el, fill, picker, prose } from "./dom.js";
 import { figure } from "./figure.js";
 import { help } from "./help.js";
-import { lineLayout, mapLayout } from "./map_figure.js";
+import { MapAxes } from "./map_axes.js";
+import { drawMap } from "./map_figure.js";
 import { measures, unitOf } from "./measures.js";
 import { pythonLine } from "./python_line.js";
 import { AMPLITUDE, FREQUENCY, RECORD } from "./selection.js";
 import { sliders } from "./sliders.js";
-import { WORDS } from "./words.js";
+import { orderOf } from "./vocabulary.js";
 
 const MOST = 160;
 /** Newest studies that are offered. */
 const OFFERED = 200;
+const CHOOSE = "Choose a study with the same axes.";
+const NONE =
+  "There is no other study of this kind yet. " +
+  "Edit a copy of this one, change what you want to compare, and come back.";
 
 /** @type {Tab} */
 export function besideTab(session, place) {
-  const { selection, record, kept, shown } = session;
-  const metrics = measures(session).filter((one) => !one.coded && session.variables.includes(one.name));
-  const numeric = Object.keys(selection.axes).filter((name) => name !== RECORD);
-  const varied = numeric.filter((name) => selection.axes[name].length > 1);
-  const usual = [
-    ...(RECORD in selection.axes
-      ? WORDS.suite_axes
-      : AMPLITUDE in selection.axes
-        ? WORDS.amplitude_axes
-        : WORDS.axes),
-    ...numeric,
-  ];
-  const [x, y] = [...new Set([...usual.filter((name) => varied.includes(name)), ...usual])];
-  const view = {
-    x: kept.one("x", varied, x),
-    y: kept.one("y", varied, y),
-    metric: kept.one(
-      "metric",
-      metrics.map((one) => one.name),
-      metrics[0].name,
-    ),
-    minus: kept.values.minus ?? "",
-  };
-  if (view.x === view.y) Object.assign(view, { x, y });
-  /** @type {MapDifference | null} */
-  let answer = null;
-  /** @type {StudyRecord[]} */
-  let others = [];
-  let asked = 0;
+  new BesideTab(session, place);
+}
 
-  const named = (/** @type {string} */ name) => record.name || name;
-  const charts = ["this study", "the other study", "this study less the other"].map((label, i) =>
-    figure({
+class BesideTab {
+  /** @type {MapDifference | null} */
+  answer = null;
+  /** @type {StudyRecord[]} */
+  others = [];
+  asked = 0;
+  controls = el("div", { class: "row controls" });
+  trouble = el("div");
+  note = el("p", { class: "note", role: "status" });
+
+  /** @param {Session} session @param {HTMLElement} place */
+  constructor(session, place) {
+    this.session = session;
+    const { selection, kept, variables, changes } = session;
+    const numeric = Object.keys(selection.axes).filter((name) => name !== RECORD);
+    const varied = numeric.filter((name) => selection.axes[name].length > 1);
+    const usual = [...orderOf(Object.keys(selection.axes)), ...numeric];
+    const order = [...new Set([...usual.filter((name) => varied.includes(name)), ...usual])];
+    this.axes = new MapAxes(session, order, varied);
+    this.choices = varied.length > 1 ? varied : order.slice(0, 2);
+    this.metrics = measures(session).filter((one) => !one.coded && variables.includes(one.name));
+    const names = this.metrics.map((one) => one.name);
+    this.view = { metric: kept.one("metric", names, names[0]), minus: kept.values.minus ?? "" };
+    this.charts = ["this study", "the other study", "this study less the other"].map((label, i) =>
+      this.chart(label, i),
+    );
+    this.titles = this.charts.map(() => el("h3", {}));
+    this.maps = el(
+      "div",
+      { class: "sides" },
+      this.charts.map(({ element }, i) => el("div", {}, this.titles[i], element)),
+    );
+    selection.addEventListener("chosen", () => place.isConnected && this.look());
+    changes.addEventListener("grown", () => place.isConnected && this.look());
+    this.drawIn(place);
+    void this.offer();
+  }
+
+  /** @param {string} label @param {number} i */
+  chart(label, i) {
+    const { record } = this.session;
+    return figure({
       label: `Map of ${label}`,
       name: `${["this", "other", "difference"][i]}-${record.id}`,
       height: 340,
       python: () =>
         pythonLine(
-          i === 1 ? view.minus : record.id,
+          i === 1 ? this.view.minus : record.id,
           "resonance_map",
-          i === 2 ? question() : { ...question(), minus: null },
+          i === 2 ? this.question() : { ...this.question(), minus: null },
         ),
-      clicked: (at) => {
-        const [atX, atY] = [at.x / shown.factor(view.x), at.y / shown.factor(view.y)];
-        selection.chooseValues({ [view.x]: atX, ...(answer?.y.length === 1 ? {} : { [view.y]: atY }) });
-      },
-    }),
-  );
-  const titles = charts.map(() => el("h3", {}));
-  const controls = el("div", { class: "row controls" });
-  const trouble = el("div");
-  const note = el("p", { class: "note", role: "status" });
-  const maps = el(
-    "div",
-    { class: "sides" },
-    charts.map(({ element }, i) => el("div", {}, titles[i], element)),
-  );
+      clicked: (point) => this.axes.choose(point, this.answer?.y.length),
+    });
+  }
 
-  function drawControls() {
-    const names = /** @type {[string, string][]} */ (
-      (varied.length > 1 ? varied : [x, y]).map((name) => [name, shown.title(name)])
-    );
-    const offered = /** @type {[string, string][]} */ (
-      others.map((one) => [one.id, `${one.name || "(no name)"} · ${one.id}`])
-    );
-    if (view.minus && !others.some((one) => one.id === view.minus)) offered.unshift([view.minus, view.minus]);
+  /** @param {HTMLElement} place */
+  drawIn(place) {
+    const { selection, shown } = this.session;
     fill(
-      controls,
-      picker("Beside", [["", "choose a study"], ...offered], view.minus, (minus) => change({ minus })),
-      axisPickers(names, view, () => (drawControls(), change({}))),
+      place,
+      el(
+        "section",
+        { class: "box beside-study" },
+        help("page/#compare-with-another-study", "two studies side by side"),
+        el("h2", {}, "Compare with another study"),
+        el(
+          "p",
+          { class: "quiet" },
+          "The same map of two studies with the same axes, on one scale of colours, and the first less " +
+            "the second: where it is below 0, this study’s value is the smaller one.",
+        ),
+        this.controls,
+        this.trouble,
+        this.note,
+        this.maps,
+        sliders(selection, shown),
+      ),
+    );
+  }
+
+  /** Offer the studies with the same axes. */
+  async offer() {
+    const { record } = this.session;
+    const { view } = this;
+    try {
+      const { studies } = await ask("studies", { limit: OFFERED });
+      this.others = studies.filter(
+        (one) => one.id !== record.id && one.dimensions.join() === record.dimensions.join(),
+      );
+      const meant = (/** @type {StudyRecord} */ one) =>
+        view.minus && (one.id.startsWith(view.minus) || one.name === view.minus);
+      view.minus = this.others.find(meant)?.id ?? view.minus;
+    } catch (error) {
+      fill(this.trouble, refusalBox(error));
+    }
+    this.drawControls();
+    this.look();
+  }
+
+  drawControls() {
+    const { view, metrics } = this;
+    const { shown } = this.session;
+    const offered = this.others.map((one) => [one.id, `${one.name || "(no name)"} · ${one.id}`]);
+    const known = !view.minus || this.others.some((one) => one.id === view.minus);
+    const options = [["", "choose a study"], ...(known ? [] : [[view.minus, view.minus]]), ...offered];
+    fill(
+      this.controls,
+      picker("Beside", /** @type {[string, string][]} */ (options), view.minus, (minus) =>
+        this.change({ minus }),
+      ),
+      this.axes.pickers(this.choices, () => (this.drawControls(), this.change({}))),
       picker(
         "Shown",
         metrics.map((one) => [one.name, shown.variable(one.name, unitOf(one))]),
         view.metric,
-        (metric) => change({ metric }),
+        (metric) => this.change({ metric }),
       ),
     );
   }
 
-  /** @param {Partial<typeof view>} what */
-  function change(what) {
-    Object.assign(view, what);
-    const first = view.x === x && view.y === y;
-    kept.keep({
-      minus: view.minus,
-      x: first ? null : view.x,
-      y: first ? null : view.y,
-      metric: view.metric === metrics[0].name ? null : view.metric,
-    });
-    look();
+  /** @param {Partial<{metric: string, minus: string}>} what */
+  change(what) {
+    Object.assign(this.view, what);
+    const { metric, minus } = this.view;
+    const usual = metric === this.metrics[0].name;
+    this.session.kept.keep({ minus, ...this.axes.kept, metric: usual ? null : metric });
+    this.look();
   }
 
-  /**
-   * In SI units where the study is shown in units: either study is turned into them by its own structure.
-   *
-   */
-  function question() {
-    const open = [
-      view.x,
-      view.y,
-      RECORD,
-      AMPLITUDE,
-      ...(RECORD in selection.axes ? ["scale"] : []),
-      ...(selection.worst ? [FREQUENCY] : []),
-    ];
-    const at = Object.entries(selection.at(open)).map(([name, value]) => [
-      shown.nameInSi(name),
-      shown.inSi(name, value),
-    ]);
+  /** In SI units where the study is shown in units: either study is turned into them by its own structure. */
+  question() {
+    const { selection, shown } = this.session;
+    const { x, y } = this.axes;
+    const fixed = RECORD in selection.axes ? ["scale"] : [];
+    const open = [x, y, RECORD, AMPLITUDE, ...fixed, ...(selection.worst ? [FREQUENCY] : [])];
+    const at = Object.entries(selection.at(open));
+    const [inX, inY, metric] = [x, y, this.view.metric].map((name) => shown.nameInSi(name));
     return {
-      x: shown.nameInSi(view.x),
-      y: shown.nameInSi(view.y),
-      metric: shown.nameInSi(view.metric),
-      ...Object.fromEntries(at),
-      minus: view.minus,
+      x: inX,
+      y: inY,
+      metric,
+      ...Object.fromEntries(at.map(([name, value]) => [shown.nameInSi(name), shown.inSi(name, value)])),
+      minus: this.view.minus,
     };
   }
 
-  async function look() {
-    const mine = ++asked;
-    maps.hidden = !view.minus;
-    if (!view.minus)
-      return fill(
-        note,
-        others.length
-          ? "Choose a study with the same axes."
-          : "There is no other study of this kind yet. " +
-              "Edit a copy of this one, change what you want to compare, and come back.",
-      );
+  async look() {
+    const mine = ++this.asked;
+    const { record, shown } = this.session;
+    this.maps.hidden = !this.view.minus;
+    if (!this.view.minus) return fill(this.note, this.others.length ? CHOOSE : NONE);
     try {
-      const asked_ = { ...question(), most: MOST };
-      const found = /** @type {MapDifference} */ (await ask(studyPath(record.id, "resonance-map"), asked_));
-      if (mine !== asked) return;
-      answer = shown.mapInSi(found, view);
-      fill(trouble);
-      fill(note, prose(shown.words(found).note));
-      const other = others.find((one) => one.id === found.studies[1]);
-      const texts = [
-        named(record.id),
-        other?.name || found.studies[1],
-        `${named(record.id)} less ${other?.name || found.studies[1]}`,
-      ];
-      titles.forEach((title, i) => fill(title, texts[i]));
-      await draw();
+      const question = { ...this.question(), most: MOST };
+      const path = studyPath(record.id, "resonance-map");
+      const found = /** @type {MapDifference} */ (await ask(path, question));
+      if (mine !== this.asked) return;
+      this.answer = shown.mapInSi(found, { ...this.axes.both, metric: this.view.metric });
+      fill(this.trouble);
+      fill(this.note, prose(shown.words(found).note));
+      this.name(found.studies[1]);
+      await this.draw(this.answer);
     } catch (error) {
-      if (mine !== asked) return;
-      maps.hidden = true;
-      fill(note);
-      fill(trouble, refusalBox(error));
+      if (mine !== this.asked) return;
+      this.maps.hidden = true;
+      fill(this.note);
+      fill(this.trouble, refusalBox(error));
     }
   }
 
-  async function draw() {
-    if (!answer) return;
-    const now = answer;
-    if (now.y.length === 1) {
-      await charts[0].draw(
-        () => sideTraces(now, ["this study", "the other study"]),
-        () => lineLayout(now),
-      );
-      await charts[2].draw(
-        () => [sideTraces({ ...now, values: now.difference }, ["difference"])[0]],
-        () => lineLayout({ ...now, long_name: `difference, ${now.long_name}` }),
-      );
-      charts[1].element.parentElement?.toggleAttribute("hidden", true);
-    } else {
-      const point = selection.chosen
-        ? {
-            x: selection.value(view.x) * shown.factor(view.x),
-            y: selection.value(view.y) * shown.factor(view.y),
-          }
-        : null;
-      const [first, second] = [
-        now,
-        { ...now, values: now.other, status: now.other_status, response_class: now.other_response_class },
-      ];
-      await charts[0].draw(
-        () => sharedTraces(first, second, point),
-        () => mapLayout(now),
-      );
-      await charts[1].draw(
-        () => sharedTraces(second, first, point),
-        () => mapLayout(now),
-      );
-      await charts[2].draw(
-        () => differenceTraces(now, point),
-        () => mapLayout(now),
-      );
-    }
+  /** Say which map is which. @param {string} id of the other study */
+  name(id) {
+    const { record } = this.session;
+    const [one, other] = [record.name || record.id, this.others.find((each) => each.id === id)?.name || id];
+    [one, other, `${one} less ${other}`].forEach((text, i) => fill(this.titles[i], text));
   }
 
-  selection.addEventListener("chosen", () => place.isConnected && look());
-  session.changes.addEventListener("grown", () => place.isConnected && look());
-  fill(
-    place,
-    el(
-      "section",
-      { class: "box beside-study" },
-      help("page/#compare-with-another-study", "two studies side by side"),
-      el("h2", {}, "Compare with another study"),
-      el(
-        "p",
-        { class: "quiet" },
-        "The same map of two studies with the same axes, on one scale of colours, and the first less " +
-          "the second: where it is below 0, this study’s value is the smaller one.",
-      ),
-      controls,
-      trouble,
-      note,
-      maps,
-      sliders(selection, shown),
-    ),
-  );
-  async function offer() {
-    try {
-      const { studies } = await ask("studies", { limit: OFFERED });
-      others = studies.filter(
-        (one) => one.id !== record.id && one.dimensions.join() === record.dimensions.join(),
-      );
-      const meant = others.find(
-        (one) => view.minus && (one.id.startsWith(view.minus) || one.name === view.minus),
-      );
-      if (meant) view.minus = meant.id;
-    } catch (error) {
-      fill(trouble, refusalBox(error));
-    }
-    drawControls();
-    look();
+  /** @param {MapDifference} map */
+  async draw(map) {
+    const { selection } = this.session;
+    const [one, two, less] = this.charts;
+    const point = selection.chosen ? this.axes.point : null;
+    const other = {
+      ...map,
+      values: map.other,
+      status: map.other_status,
+      response_class: map.other_response_class,
+    };
+    const lines = (/** @type {MapDifference} */ of, /** @type {string[]} */ names) => () =>
+      sideTraces(of, names);
+    const difference = { ...map, values: map.difference, long_name: `difference, ${map.long_name}` };
+    // of curves both stand in the first figure
+    two.element.parentElement?.toggleAttribute("hidden", map.y.length === 1);
+    await drawMap(
+      one,
+      map,
+      () => sharedTraces(map, other, point),
+      lines(map, ["this study", "the other study"]),
+    );
+    if (map.y.length > 1) await drawMap(two, map, () => sharedTraces(other, map, point));
+    await drawMap(
+      less,
+      map.y.length === 1 ? difference : map,
+      () => differenceTraces(map, point),
+      lines(difference, ["difference"]),
+    );
   }
-  void offer();
 }

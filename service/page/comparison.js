@@ -1,5 +1,5 @@
 /** The study's damper beside a tuned mass damper, with the controls that put the latter out of tune. */
-/** @import { Comparison, Shown, Tab } from "./types.js" */
+/** @import { Comparison, Session, Shown, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, picker, prose } from "./dom.js";
@@ -9,6 +9,7 @@ import { help } from "./help.js";
 import { short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
+import { times } from "./shown.js";
 import { sliders } from "./sliders.js";
 import { TUNINGS } from "./vocabulary.js";
 
@@ -17,114 +18,120 @@ const USUAL = "minimax";
 
 /** @type {Tab} */
 export function comparisonTab(session, place) {
-  const { selection, record } = session;
-  const { kept } = session;
-  const asked = {
-    criterion: kept.one("criterion", Object.keys(session.words.tunings), USUAL),
-    detuning: kept.number("detuning", -FARTHEST, FARTHEST, 0),
-    damping_detuning: kept.number("damping_detuning", -FARTHEST, FARTHEST, 0),
-    /** @type {number | null} */ mass_ratio: kept.number("tmd_mass_ratio", 0, Infinity, 0) || null,
-  };
-  const answerBox = el("div", { class: "ratio", role: "status" });
-  const note = el("p", { class: "quiet note" });
-  const chart = figure({
-    label: "Frequency responses: the study's damper, a tuned mass damper, no damper",
-    name: `tmd-${record.id}`,
-    height: 420,
-    python: () => pythonLine(record.id, "tmd_comparison", question()),
-  });
-  let number = 0;
+  new ComparisonTab(session).drawIn(place);
+}
 
-  function question() {
-    const at = selection.at([FREQUENCY]);
-    const { mass_ratio, ...tuning } = asked;
-    return { ...at, ...tuning, tmd_mass_ratio: mass_ratio };
-  }
+class ComparisonTab {
+  answer = el("div", { class: "ratio", role: "status" });
+  note = el("p", { class: "quiet note" });
+  meaning = el("p", { class: "quiet" });
+  number = 0;
 
-  /** @param {Partial<typeof asked>} what */
-  function change(what) {
-    Object.assign(asked, what);
-    // at once: a moment later another tab may have the address
-    kept.keep({
-      criterion: asked.criterion === USUAL ? null : asked.criterion,
-      detuning: asked.detuning || null,
-      damping_detuning: asked.damping_detuning || null,
-      tmd_mass_ratio: asked.mass_ratio,
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    const { kept, words, record, selection, changes } = session;
+    this.asked = {
+      criterion: kept.one("criterion", Object.keys(words.tunings), USUAL),
+      detuning: kept.number("detuning", -FARTHEST, FARTHEST, 0),
+      damping_detuning: kept.number("damping_detuning", -FARTHEST, FARTHEST, 0),
+      /** @type {number | null} */ tmd_mass_ratio: kept.number("tmd_mass_ratio", 0, Infinity, 0) || null,
+    };
+    this.chart = figure({
+      label: "Frequency responses: the study's damper, a tuned mass damper, no damper",
+      name: `tmd-${record.id}`,
+      height: 420,
+      python: () => pythonLine(record.id, "tmd_comparison", this.question()),
     });
-    look();
+    this.look = debounced(150, () => this.ask());
+    selection.addEventListener("chosen", this.look);
+    changes.addEventListener("grown", this.look);
   }
 
-  const look = debounced(150, async () => {
-    const mine = ++number;
+  /** @param {HTMLElement} place */
+  drawIn(place) {
+    const { asked, session } = this;
+    const { shown, selection } = session;
+    fill(
+      place,
+      el(
+        "div",
+        { class: "study" },
+        el("div", { class: "left" }, this.answer, this.chart.element, this.note),
+        el(
+          "section",
+          { class: "box" },
+          help("notebooks/tuned-mass-damper/", "comparing with a tuned mass damper"),
+          el("h2", {}, "Tuned mass damper"),
+          picker("Tuned by", TUNINGS, asked.criterion, (criterion) => this.change({ criterion })),
+          this.meaning,
+          share("Frequency off by", asked.detuning, (detuning) => this.change({ detuning })),
+          share("Damping off by", asked.damping_detuning, (off) => this.change({ damping_detuning: off })),
+          this.massField(),
+          sliders(selection, shown, true),
+        ),
+      ),
+    );
+    this.look();
+  }
+
+  massField() {
+    const { shown } = this.session;
+    const { tmd_mass_ratio: now } = this.asked;
+    const by = shown.factor("mass_ratio");
+    const oninput = () => this.change({ tmd_mass_ratio: mass.value === "" ? null : Number(mass.value) / by });
+    const value = now === null ? "" : short(now * by, 12);
+    const looks = { type: "number", step: "any", min: 0, placeholder: "as the design", value, oninput };
+    const mass = el("input", looks);
+    const label = shown.has("mass_ratio") ? "Mass of the tuned mass damper [kg]" : "Mass ratio μ";
+    return el("label", { class: "field" }, el("span", {}, label), mass);
+  }
+
+  question() {
+    return { ...this.session.selection.at([FREQUENCY]), ...this.asked };
+  }
+
+  /** @param {Partial<typeof this.asked>} what */
+  change(what) {
+    Object.assign(this.asked, what);
+    const { criterion, detuning, damping_detuning, tmd_mass_ratio } = this.asked;
+    // at once: a moment later another tab may have the address
+    this.session.kept.keep({
+      criterion: criterion === USUAL ? null : criterion,
+      detuning: detuning || null,
+      damping_detuning: damping_detuning || null,
+      tmd_mass_ratio,
+    });
+    this.look();
+  }
+
+  async ask() {
+    const mine = ++this.number;
+    const { record, shown } = this.session;
     try {
-      const answer = await ask(studyPath(record.id, "tmd-comparison"), question());
-      if (mine !== number) return;
-      fill(
-        answerBox,
-        verdict(answer, session.shown),
-        el("p", {}, judgedOver(record.id, session.shown, answer.next_frequencies)),
-      );
-      fill(note, prose(session.shown.words(answer).note));
-      meaning.textContent = answer.criterion_means;
-      await chart.draw(
-        () => traces(answer, session.shown),
-        () => ({
-          xaxis: {
-            title: {
-              text: session.shown.has(FREQUENCY) ? session.shown.title(FREQUENCY) : "frequency ratio r",
-            },
-          },
-          yaxis: {
-            title: { text: session.shown.variable("amplitude_ratio", "amplitude ratio X/Z") },
-            type: "log",
-            dtick: "D2",
-          },
-        }),
+      const answer = await ask(studyPath(record.id, "tmd-comparison"), this.question());
+      if (mine !== this.number) return;
+      const further = judgedOver(record.id, shown, answer.next_frequencies);
+      fill(this.answer, verdict(answer, shown), el("p", {}, further));
+      fill(this.note, prose(shown.words(answer).note));
+      this.meaning.textContent = answer.criterion_means;
+      await this.chart.draw(
+        () => traces(answer, shown),
+        () => layout(shown),
       );
     } catch (error) {
-      if (mine === number) fill(answerBox, refusalBox(error));
+      if (mine === this.number) fill(this.answer, refusalBox(error));
     }
-  });
+  }
+}
 
-  const { shown } = session;
-  const by = shown.factor("mass_ratio");
-  const mass = el("input", {
-    type: "number",
-    step: "any",
-    min: 0,
-    placeholder: "as the design",
-    value: asked.mass_ratio === null ? "" : short(asked.mass_ratio * by, 12),
-    oninput: () => change({ mass_ratio: mass.value === "" ? null : Number(mass.value) / by }),
-  });
-  const meaning = el("p", { class: "quiet" });
-  fill(
-    place,
-    el(
-      "div",
-      { class: "study" },
-      el("div", { class: "left" }, answerBox, chart.element, note),
-      el(
-        "section",
-        { class: "box" },
-        help("notebooks/tuned-mass-damper/", "comparing with a tuned mass damper"),
-        el("h2", {}, "Tuned mass damper"),
-        picker("Tuned by", TUNINGS, asked.criterion, (criterion) => change({ criterion })),
-        meaning,
-        share("Frequency off by", asked.detuning, (detuning) => change({ detuning })),
-        share("Damping off by", asked.damping_detuning, (damping_detuning) => change({ damping_detuning })),
-        el(
-          "label",
-          { class: "field" },
-          el("span", {}, shown.has("mass_ratio") ? "Mass of the tuned mass damper [kg]" : "Mass ratio μ"),
-          mass,
-        ),
-        sliders(selection, session.shown, true),
-      ),
-    ),
-  );
-  selection.addEventListener("chosen", look);
-  session.changes.addEventListener("grown", look);
-  look();
+/** @param {Shown} shown */
+function layout(shown) {
+  const amplitude = shown.variable("amplitude_ratio", "amplitude ratio X/Z");
+  return {
+    xaxis: { title: { text: shown.frequency() } },
+    yaxis: { title: { text: amplitude }, type: "log", dtick: "D2" },
+  };
 }
 
 /**
@@ -188,8 +195,8 @@ function traces(answer, shown) {
     return {
       type: "scatter",
       mode,
-      x: frequency_ratio.map((r) => r * shown.factor(FREQUENCY)),
-      y: values.map((x) => (x === null ? null : x * shown.factor("amplitude_ratio"))),
+      x: times(frequency_ratio, shown.factor(FREQUENCY)),
+      y: times(values, shown.factor("amplitude_ratio")),
       name: title,
       line: { color: CURVES()[i], dash: DASHES[i], width: 2 },
       marker: { size: 10, symbol: ["circle", "square", "diamond"][i], color: CURVES()[i] },

@@ -2,20 +2,20 @@
  * Dampers judged by their worst case, over the records of a suite or over base amplitudes: a measure over two
  * dimensions, and the best of them.
  */
-/** @import { MapAnswer, Ranked, Ranking, Tab } from "./types.js" */
+/** @import { MapAnswer, Ranked, Ranking, Session, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { axisPickers } from "./axis_pickers.js";
 import { el, fill, grid, picker, prose } from "./dom.js";
 import { figure } from "./figure.js";
 import { help } from "./help.js";
-import { lineLayout, lineTraces, mapLayout, mapTraces } from "./map_figure.js";
+import { MapAxes, said } from "./map_axes.js";
+import { drawMap, mapTraces } from "./map_figure.js";
 import { measures, unitOf } from "./measures.js";
 import { short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
 import { AMPLITUDE, FREQUENCY, RECORD } from "./selection.js";
-import { surveyMotion } from "./survey_motion.js";
-import { surveyPoint } from "./survey_point.js";
+import { SurveyMotion } from "./survey_motion.js";
+import { SurveyPoint } from "./survey_point.js";
 import { inBrackets } from "./shown.js";
 import { sliders } from "./sliders.js";
 import { WORDS } from "./words.js";
@@ -43,159 +43,175 @@ const AMPLITUDES = {
 
 /** @type {Tab} */
 export function dampersTab(session, place) {
-  const { selection, record, words, shown, kept } = session;
-  const kind = RECORD in selection.axes ? SUITE : AMPLITUDES;
-  const variables = measures(session);
-  const [x, y] = [
-    ...kind.axes.filter((name) => selection.axes[name].length > 1),
-    ...kind.axes.filter((name) => selection.axes[name].length === 1),
-  ];
-  const usual = { x, y, metric: kind === SUITE ? session.variables[0] : variables[0].name, met: "" };
-  const view = {
-    x: kept.one("x", kind.axes, x),
-    y: kept.one("y", kind.axes, y),
-    metric: kept.one(
-      "metric",
-      variables.map((one) => one.name).filter((name) => session.variables.includes(name)),
-      usual.metric,
-    ),
-    met: kept.one("case", selection.axes[kind.met].map(String), ""),
-  };
-  if (view.x === view.y) Object.assign(view, { x, y });
-  /** @type {Record<string, unknown>} what the map was asked for last */
-  let question = {};
-  const chart = figure({
-    label: `Map of ${record.name || record.id}`,
-    name: `map-${record.id}`,
-    height: 460,
-    python: () => pythonLine(record.id, "resonance_map", question),
-    clicked: (at) => {
-      const [atX, atY] = [at.x / shown.factor(view.x), at.y / shown.factor(view.y)];
-      const several = selection.axes[view.y].length > 1;
-      selection.chooseValues({ [view.x]: atX, ...(several ? { [view.y]: atY } : {}) });
-    },
-  });
-  const note = el("p", { class: "quiet note" });
-  const trouble = el("div");
-  const controls = el("div", { class: "row controls" });
-  const table = el("div");
-  const point = kind === SUITE ? surveyPoint(session, view, variables) : null;
-  const motion = kind === SUITE ? surveyMotion(session) : null;
-  let asked = 0;
-  let ranks = 0;
-  let keptMetric = view.metric;
+  new DampersTab(session, place);
+}
 
-  function drawControls() {
-    const names = /** @type {[string, string][]} */ (kind.axes.map((name) => [name, shown.title(name)]));
-    const metrics = variables.filter((one) => session.variables.includes(one.name));
+class DampersTab {
+  /** @type {Record<string, unknown>} what the map was asked for last */
+  question = {};
+  note = el("p", { class: "quiet note" });
+  trouble = el("div");
+  controls = el("div", { class: "row controls" });
+  table = el("div");
+  asked = 0;
+  ranks = 0;
+
+  /** @param {Session} session @param {HTMLElement} place */
+  constructor(session, place) {
+    this.session = session;
+    const { selection, record, kept, changes } = session;
+    const suite = RECORD in selection.axes;
+    this.kind = suite ? SUITE : AMPLITUDES;
+    const { axes, met } = this.kind;
+    const several = (/** @type {string} */ name) => selection.axes[name].length > 1;
+    const order = [...axes.filter(several), ...axes.filter((name) => !several(name))];
+    this.axes = new MapAxes(session, order, axes);
+    this.variables = measures(session).filter(({ name }) => session.variables.includes(name));
+    this.usual = suite ? session.variables[0] : this.variables[0].name;
+    this.view = {
+      metric: kept.one(
+        "metric",
+        this.variables.map((one) => one.name),
+        this.usual,
+      ),
+      met: kept.one("case", selection.axes[met].map(String), ""),
+    };
+    this.keptMetric = this.view.metric;
+    this.chart = figure({
+      label: `Map of ${record.name || record.id}`,
+      name: `map-${record.id}`,
+      height: 460,
+      python: () => pythonLine(record.id, "resonance_map", this.question),
+      clicked: (point) => this.axes.choose(point, selection.axes[this.axes.y].length),
+    });
+    this.point = suite ? new SurveyPoint(session, this.view, this.variables) : null;
+    this.motion = suite ? new SurveyMotion(session) : null;
+    selection.addEventListener("chosen", () => this.look());
+    changes.addEventListener("grown", () => place.isConnected && (this.look(), this.rank(true)));
+    this.drawControls();
+    this.drawIn(place);
+    this.look();
+    this.rank();
+    this.point?.look();
+    this.motion?.look();
+  }
+
+  /** @param {HTMLElement} place */
+  drawIn(place) {
+    const { controls, trouble, chart, note, point, motion, table, kind } = this;
+    const { selection, shown } = this.session;
+    const left = [controls, trouble, chart.element, note, sliders(selection, shown), point?.element];
+    const best = el(
+      "section",
+      { class: "box designs" },
+      help(kind.page, kind.about),
+      el("h2", {}, "Best dampers"),
+      table,
+    );
+    fill(
+      place,
+      el(
+        "div",
+        { class: "study" },
+        el("div", { class: "left" }, left),
+        el("div", { class: "beside" }, best, motion?.element),
+      ),
+    );
+  }
+
+  drawControls() {
+    const { kind, view, variables } = this;
+    const { selection, shown } = this.session;
     const met = selection.axes[kind.met].map((value) => [
       String(value),
       kind === SUITE ? String(value) : shown.value(AMPLITUDE, value),
     ]);
     fill(
-      controls,
-      axisPickers(names, view, () => (drawControls(), keep(), look())),
+      this.controls,
+      this.axes.pickers(kind.axes, () => (this.drawControls(), this.keep(), this.look())),
       picker(
         "Shown",
-        metrics.map((one) => [one.name, unitOf(one)]),
+        variables.map((one) => [one.name, unitOf(one)]),
         view.metric,
-        (metric) => change({ metric }),
+        (metric) => this.change({ metric }),
       ),
       picker(
         kind.label,
         /** @type {[string, string][]} */ ([["", "the worst of all"], ...met]),
         view.met,
-        (one) => change({ met: one }),
+        (one) => this.change({ met: one }),
       ),
     );
   }
 
   /** Keep what differs from the usual view in the address. */
-  function keep() {
-    const axes = view.x === usual.x && view.y === usual.y ? { x: null, y: null } : { x: view.x, y: view.y };
+  keep() {
+    const { metric, met } = this.view;
     // a limit is one of a metric
-    const limit = view.metric === keptMetric ? {} : { limit: null };
-    keptMetric = view.metric;
-    kept.keep({
-      ...axes,
-      metric: view.metric === usual.metric ? null : view.metric,
-      case: view.met,
-      ...limit,
-    });
+    const limit = metric === this.keptMetric ? {} : { limit: null };
+    this.keptMetric = metric;
+    const { kept } = this.session;
+    kept.keep({ ...this.axes.kept, metric: metric === this.usual ? null : metric, case: met, ...limit });
   }
 
-  /** @param {unknown} what */
-  function change(what) {
-    Object.assign(view, what);
-    keep();
-    look();
-    rank();
-    point?.look();
+  /** @param {Partial<{metric: string, met: string}>} what */
+  change(what) {
+    Object.assign(this.view, what);
+    this.keep();
+    this.look();
+    this.rank();
+    this.point?.look();
   }
 
-  async function look() {
-    const mine = ++asked;
+  /** The map as it is asked for; what is empty is left out. */
+  whole() {
+    const { selection } = this.session;
+    const { x, y } = this.axes;
+    const { metric, met } = this.view;
+    const fixed = met === "" || [x, y].includes(this.kind.met) ? {} : { [this.kind.met]: met };
+    const open = [x, y, this.kind.met, ...(selection.worst ? [FREQUENCY] : [])];
+    return { x, y, metric, ...fixed, ...selection.at(open) };
+  }
+
+  async look() {
+    const mine = ++this.asked;
+    const { record, shown, words } = this.session;
     try {
-      const { met, ...plane } = view;
-      const fixed = [view.x, view.y].includes(kind.met) ? {} : { [kind.met]: met };
-      const open = [view.x, view.y, kind.met, ...(selection.worst ? [FREQUENCY] : [])];
-      const whole = Object.fromEntries(
-        Object.entries({ ...plane, ...fixed, ...selection.at(open) }).filter(([, value]) => value !== ""),
-      );
+      const whole = this.whole();
       const given = await ask(studyPath(record.id, "resonance-map"), { ...whole, most: MOST });
-      if (mine !== asked) return;
-      question = whole;
-      const answer = shown.map({ ...given, long_name: given.long_name + inBrackets(given.units) });
-      fill(trouble);
-      fill(note, prose(said(answer, shown.words(given).note)));
-      if (answer.y.length === 1)
-        await chart.draw(
-          () => lineTraces(answer),
-          () => lineLayout(answer),
-        );
-      else
-        await chart.draw(
-          () => mapTraces(answer, { contours: true, classes: false }, marks(answer), words),
-          () => mapLayout(answer),
-        );
+      if (mine !== this.asked) return;
+      this.question = whole;
+      const map = shown.map({ ...given, long_name: given.long_name + inBrackets(given.units) });
+      fill(this.trouble);
+      fill(this.note, prose(said(given, shown)));
+      const overlays = { contours: true, classes: false };
+      await drawMap(this.chart, map, () => mapTraces(map, overlays, this.marks(map), words));
     } catch (error) {
-      if (mine === asked) fill(trouble, refusalBox(error));
+      if (mine === this.asked) fill(this.trouble, refusalBox(error));
     }
+  }
+
+  /** The metric that is shown. */
+  get variable() {
+    return this.variables.find((one) => one.name === this.view.metric);
   }
 
   /**
    * The smallest value, where a designer chooses both dimensions, and the point.
    *
-   * @param {MapAnswer} answer
+   * @param {MapAnswer} map
    */
-  function marks(answer) {
-    const chosen = {
-      x: selection.value(view.x) * shown.factor(view.x),
-      y: selection.value(view.y) * shown.factor(view.y),
-    };
+  marks(map) {
+    const { x, y, point } = this.axes;
     const judged =
-      [view.x, view.y].every((name) => kind.damper.includes(name)) &&
-      /^(peak|rms|amplitude|relative_amplitude)_(?!error)/.test(view.metric);
-    /** @type {{x: number, y: number, value: number} | null} */
-    let least = null;
-    answer.values.forEach((row, j) =>
-      row.forEach((value, i) => {
-        if (judged && value !== null && (least === null || value < least.value))
-          least = { x: answer.x[i], y: answer.y[j], value };
-      }),
-    );
-    const best = /** @type {{x: number, y: number, value: number} | null} */ (least);
+      [x, y].every((name) => this.kind.damper.includes(name)) && WORDS.judged.includes(this.view.metric);
+    const best = judged ? leastOf(map) : null;
+    const look = { acts: false, name: "least on this map" };
     return {
-      best: best && {
-        x: best.x,
-        y: best.y,
-        text: `least: ${short(best.value)}`,
-        acts: false,
-        name: "least on this map",
-      },
+      best: best && { x: best.x, y: best.y, text: `least: ${short(best.value)}`, ...look },
       idle: null,
       pareto: [],
-      point: chosen,
+      point,
     };
   }
 
@@ -204,109 +220,72 @@ export function dampersTab(session, place) {
    *
    * @param {boolean} [grown]
    */
-  async function rank(grown) {
-    const mine = ++ranks;
-    if (variables.find((one) => one.name === view.metric)?.coded) return fill(table);
+  async rank(grown) {
+    const mine = ++this.ranks;
+    const { record, selection } = this.session;
+    const { metric } = this.view;
+    if (this.variable?.coded) return fill(this.table);
     try {
-      const ranked = await ask(studyPath(record.id, "optimal-designs"), {
-        metric: view.metric,
-        ...only(),
-        top: TOP,
-      });
-      if (mine !== ranks) return;
-      fill(table, ranking(ranked));
+      const path = studyPath(record.id, "optimal-designs");
+      const ranked = await ask(path, { metric, ...this.only(), top: TOP });
+      if (mine !== this.ranks) return;
+      fill(this.table, this.ranking(ranked));
       if (grown && ranked.designs.length) selection.rest(ranked.designs[0]);
     } catch (error) {
-      if (mine === ranks) fill(table, refusalBox(error));
+      if (mine === this.ranks) fill(this.table, refusalBox(error));
     }
   }
 
   /** @param {Ranking} ranked */
-  function ranking(ranked) {
-    const columns = kind.damper.filter((name) => selection.axes[name].length > 1);
-    const suite = kind === SUITE;
-    const where = (/** @type {Ranked} */ one) =>
-      suite
-        ? [one.record, short(one.scale)]
-        : [
-            shown.value(AMPLITUDE, one[AMPLITUDE]),
-            shown.value(FREQUENCY, one[FREQUENCY]),
-            words.response_class[codeOf(one.response_class)]?.name ?? "–",
-          ];
-    const cells = (/** @type {Ranked} */ one) => [
-      ...columns.map((name) => short(one[name] * shown.factor(name))),
-      short(one.value * shown.factor(view.metric)),
-      ...where(one),
-      ...("growth" in one ? [short(one.growth, 3)] : []),
-    ];
+  ranking(ranked) {
+    const { selection, shown } = this.session;
+    const columns = this.kind.damper.filter((name) => selection.axes[name].length > 1);
+    const where =
+      this.kind === SUITE ? ["under", "times"] : ["at base amplitude", "and frequency", "Response there"];
     const heads = [
       ...columns.map((name) => shown.title(name)),
       `Worst case${inBrackets(ranked.units)}`,
-      ...(suite ? ["under", "times"] : ["at base amplitude", "and frequency", "Response there"]),
+      ...where,
       ...("growth" in ranked.columns ? ["Growth of a perturbation"] : []),
     ];
+    const rows = ranked.designs.map((one) => [
+      ...columns.map((name) => short(one[name] * shown.factor(name))),
+      short(one.value * shown.factor(this.view.metric)),
+      ...this.where(one),
+      ...("growth" in one ? [short(one.growth, 3)] : []),
+    ]);
     return [
-      grid("Best dampers", heads, ranked.designs.map(cells), false),
+      grid("Best dampers", heads, rows, false),
       el("p", { class: "quiet note" }, prose(ranked.note ?? "")),
     ];
   }
 
+  /** Under what a damper has its worst case. @param {Ranked} one */
+  where(one) {
+    const { shown } = this.session;
+    if (this.kind === SUITE) return [one.record, short(one.scale)];
+    return [
+      shown.value(AMPLITUDE, one[AMPLITUDE]),
+      shown.value(FREQUENCY, one[FREQUENCY]),
+      one.response_class?.replaceAll("_", " ") ?? "–",
+    ];
+  }
+
   /** The one case that counts, where one is chosen. @returns {Record<string, string>} */
-  function only() {
-    if (!view.met) return {};
-    return { [kind.met]: kind === SUITE ? view.met : `${view.met},${view.met}` };
+  only() {
+    const { met } = this.view;
+    if (!met) return {};
+    return { [this.kind.met]: this.kind === SUITE ? met : `${met},${met}` };
   }
-
-  /** @param {string} name */
-  function codeOf(name) {
-    return (
-      Object.keys(words.response_class).find(
-        (code) => words.response_class[code].name === name?.replaceAll("_", " "),
-      ) ?? ""
-    );
-  }
-
-  selection.addEventListener("chosen", look);
-  session.changes.addEventListener("grown", () => place.isConnected && (look(), rank(true)));
-  drawControls();
-  fill(
-    place,
-    el(
-      "div",
-      { class: "study" },
-      el(
-        "div",
-        { class: "left" },
-        controls,
-        trouble,
-        chart.element,
-        note,
-        sliders(selection, session.shown),
-        point?.element,
-      ),
-      el(
-        "div",
-        { class: "beside" },
-        el(
-          "section",
-          { class: "box designs" },
-          help(kind.page, kind.about),
-          el("h2", {}, "Best dampers"),
-          table,
-        ),
-        motion?.element,
-      ),
-    ),
-  );
-  look();
-  rank();
-  point?.look();
-  motion?.look();
 }
 
-/** @param {MapAnswer} answer @param {string} note */
-function said(answer, note) {
-  const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ` : "";
-  const failed = answer.points_failed ? `${answer.points_failed} points failed. ` : "";
-  return share + failed + note;
+/** The smallest value of a map, and where it lies; null where nothing is known. @param {MapAnswer} map */
+function leastOf({ x, y, values }) {
+  const known = values.flatMap((row, j) =>
+    row.flatMap((value, i) => (value === null ? [] : [{ x: x[i], y: y[j], value }])),
+  );
+  return known.reduce(
+    (least, one) => (least === null || one.value < least.value ? one : least),
+    /** @type {{x: number, y: number, value: number} | null} */ (null),
+  );
 }

@@ -12,213 +12,191 @@ import { checkbox, el, fill, grid, picker, prose } from "./dom.js";
 import { leading, VALUE } from "./headline.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
-import { refinePanel } from "./refine_panel.js";
+import { RefinePanel } from "./refine_panel.js";
 import { FREQUENCY } from "./selection.js";
+import { WORDS } from "./words.js";
 
 const TOP = 5;
 const FRONT = 50;
 /** @type {Found} */
 export const NOTHING_FOUND = { best: null, idle: null, pareto: [], ranked: null };
 
-/**
- * @param {Session} session
- * @param {(found: Found) => void} onFound
- */
-export function designs(session, onFound) {
-  const { selection, record } = session;
-  const band = selection.varied.includes(FREQUENCY);
-  const { kept, shown } = session;
-  const usual = band ? "peak" : "resonance";
-  const objectives = /** @type {[string, string][]} */ (Object.entries(session.words.objectives))
-    .filter(([name]) => band || name === "resonance")
-    .map(
-      ([name, text]) =>
-        /** @type {[string, string]} */ ([
-          name,
-          shown.has(VALUE)
-            ? text
-                .replace("amplitude ratio", "amplitude")
-                .replace("r = 1", `f = ${shown.value(FREQUENCY, 1)}`)
-            : text,
-        ]),
-    );
-  const respects = /** @type {[string, string][]} */ (Object.entries(session.words.respects))
-    .filter(([name]) => name !== "amplitude" && useful(name, session))
-    .map(([name, text]) => /** @type {[string, string]} */ ([name, respectIn(shown, name, text)]));
-  const asked = {
-    objective: kept.one(
-      "objective",
-      objectives.map(([name]) => name),
-      usual,
-    ),
-    exclude_locked: kept.on("exclude_locked", false),
-    against: kept.one(
-      "pareto",
-      respects.map(([name]) => name),
-      "",
-    ),
-  };
-  const table = el("div");
-  const front = el("div");
-  const judged = () => ({ objective: asked.objective, exclude_locked: asked.exclude_locked });
-  let found = NOTHING_FOUND;
-  let number = 0;
+export class DesignsPanel {
+  table = el("div");
+  front = el("div");
+  number = 0;
 
-  async function look() {
-    const mine = ++number;
-    const question = judged();
+  /** @param {Session} session @param {(found: Found) => void} onFound */
+  constructor(session, onFound) {
+    this.session = session;
+    this.onFound = onFound;
+    const { selection, kept, changes } = session;
+    this.usual = selection.varied.includes(FREQUENCY) ? "peak" : "resonance";
+    this.objectives = objectivesOf(session);
+    this.respects = respectsOf(session);
+    const [objectives, respects] = [this.objectives, this.respects].map((each) => each.map(([name]) => name));
+    this.asked = {
+      objective: kept.one("objective", objectives, this.usual),
+      exclude_locked: kept.on("exclude_locked", false),
+      against: kept.one("pareto", respects, ""),
+    };
+    this.element = this.section();
+    changes.addEventListener("grown", () => this.table.isConnected && this.look());
+    this.look();
+  }
+
+  section() {
+    const { asked, objectives, respects } = this;
+    const against = /** @type {[string, string][]} */ ([["", "nothing"], ...respects]);
+    return el(
+      "section",
+      { class: "box designs" },
+      help("how-to/best-design/", "finding the best design"),
+      el("h2", {}, "Designs"),
+      el(
+        "div",
+        { class: "row controls" },
+        picker("Judged by", objectives, asked.objective, (objective) => this.change({ objective })),
+        picker("Pareto front against", against, asked.against, (one) => this.change({ against: one })),
+        checkbox("Leave out locked designs", asked.exclude_locked, (on) =>
+          this.change({ exclude_locked: on }),
+        ),
+      ),
+      this.table,
+      this.front,
+      new RefinePanel(this.session, () => this.judged()).element,
+    );
+  }
+
+  /** How designs are judged now. */
+  judged() {
+    const { objective, exclude_locked } = this.asked;
+    return { objective, exclude_locked };
+  }
+
+  /** @param {Partial<typeof this.asked>} what */
+  change(what) {
+    Object.assign(this.asked, what);
+    const { objective, exclude_locked, against } = this.asked;
+    this.session.kept.keep({
+      objective: objective === this.usual ? null : objective,
+      exclude_locked: exclude_locked || null,
+      pareto: against,
+    });
+    this.look();
+  }
+
+  async look() {
+    const mine = ++this.number;
+    const { record, selection } = this.session;
+    const { against } = this.asked;
+    const question = this.judged();
+    let found = NOTHING_FOUND;
     try {
       const path = studyPath(record.id, "optimal-designs");
       const ranked = await ask(path, { ...question, top: TOP });
-      const pareto = asked.against
-        ? await ask(path, { ...question, top: FRONT, pareto: `amplitude,${asked.against}` })
+      const pareto = against
+        ? await ask(path, { ...question, top: FRONT, pareto: `amplitude,${against}` })
         : null;
-      if (mine !== number) return;
-      const { best, idle } = leading(ranked);
-      found = {
-        best: best && named(best, idle ? "Best with impacts" : "Optimum", shown),
-        idle: idle && named(idle, "Best, no impact", shown),
-        pareto: (pareto?.designs ?? []).map((d) => named(d, "Pareto front", shown)),
-        ranked,
-      };
-      fill(table, listed(ranked, "Best designs"));
-      fill(front, pareto && listed(pareto, "Pareto front", asked.against));
+      if (mine !== this.number) return;
+      found = this.marked(ranked, pareto?.designs ?? []);
+      fill(this.table, this.listed(ranked, "Best designs"));
+      fill(this.front, pareto && this.listed(pareto, "Pareto front", against));
     } catch (error) {
-      if (mine !== number) return;
-      fill(table, refusalBox(error));
-      fill(front);
-      found = NOTHING_FOUND;
+      if (mine !== this.number) return;
+      fill(this.table, refusalBox(error));
+      fill(this.front);
     }
     if (found.best) selection.rest(found.best);
-    onFound(found);
+    this.onFound(found);
+  }
+
+  /** @param {Ranking} ranked @param {Ranked[]} pareto @returns {Found} */
+  marked(ranked, pareto) {
+    const { shown } = this.session;
+    const { best, idle } = leading(ranked);
+    return {
+      best: best && named(best, idle ? "Best with impacts" : "Optimum", shown),
+      idle: idle && named(idle, "Best, no impact", shown),
+      pareto: pareto.map((design) => named(design, "Pareto front", shown)),
+      ranked,
+    };
   }
 
   /** @param {Ranking} answer @param {string} title @param {string} [against] */
-  function listed(answer, title, against) {
+  listed(answer, title, against) {
+    const { selection, shown, words } = this.session;
     const columns = selection.varied.filter((name) => name !== FREQUENCY);
     // what is a column already is not shown twice
-    const respect = columns.some((name) => against && name.startsWith(against)) ? undefined : against;
-    const heads = columns.map((name) =>
-      el(
-        "span",
-        { title: shown.title(name) },
-        shown.symbol(name),
-        shown.has(name) && ` [${shown.unit(name).trim()}]`,
-      ),
-    );
-    const reached = (/** @type {Ranked} */ design) =>
-      respect === "impact_speed"
-        ? shown.value("impact_speed_max", design[respect])
-        : short(design[respect ?? ""]);
-    const show = (/** @type {Ranked} */ design, /** @type {number} */ i) =>
-      el(
-        "button",
-        {
-          type: "button",
-          class: "small",
-          "aria-label": `Show design ${i + 1} of ${title} on the map`,
-          onclick: () => go(design),
-        },
-        "Show",
-      );
+    const respect = against && columns.includes(WORDS.respects[against]) ? undefined : against;
+    const heads = [
+      shown.has(VALUE) ? `Value [${shown.unit(VALUE).trim()}]` : "Value",
+      ...columns.map((name) => this.head(name)),
+      ...(respect ? [respectIn(shown, respect, words.respects[respect])] : []),
+      "Response",
+      "On the map",
+    ];
+    const rows = answer.designs.map((design, i) => [
+      shown.withError(VALUE, design.value, design.error),
+      ...columns.map((name) => short(design[name] * shown.factor(name))),
+      ...(respect ? [shown.value(WORDS.respects[respect], design[respect])] : []),
+      design.response_class.replaceAll("_", " "),
+      this.show(design, `Show design ${i + 1} of ${title} on the map`),
+    ]);
+    const { verdict, note } = shown.words(answer);
     return [
       el("h3", {}, title),
-      grid(
-        title,
-        [
-          shown.has(VALUE) ? `Value [${shown.unit(VALUE).trim()}]` : "Value",
-          ...heads,
-          ...(respect ? [respectIn(shown, respect, session.words.respects[respect])] : []),
-          "Response",
-          "On the map",
-        ],
-        answer.designs.map((design, i) => [
-          shown.withError(VALUE, design.value, design.error),
-          ...columns.map((name) => short(design[name] * shown.factor(name))),
-          ...(respect ? [reached(design)] : []),
-          design.response_class.replaceAll("_", " "),
-          show(design, i),
-        ]),
-        false,
-      ),
-      shown.words(answer).verdict.map((sentence) => el("p", {}, prose(sentence))),
+      grid(title, heads, rows, false),
+      verdict.map((sentence) => el("p", {}, prose(sentence))),
       el(
         "details",
         {},
         el("summary", {}, "How they were judged"),
-        el("p", { class: "quiet note" }, prose(shown.words(answer).note)),
+        el("p", { class: "quiet note" }, prose(note)),
       ),
     ];
   }
 
-  /** @param {Ranked} design */
-  function go(design) {
-    selection.chooseValues(
-      Object.fromEntries(
-        selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, design[name]]),
-      ),
-    );
+  /** @param {string} name of a column */
+  head(name) {
+    const { shown } = this.session;
+    const unit = shown.has(name) && ` [${shown.unit(name).trim()}]`;
+    return el("span", { title: shown.title(name) }, shown.symbol(name), unit);
   }
 
-  /** @param {unknown} what */
-  function change(what) {
-    Object.assign(asked, what);
-    kept.keep({
-      objective: asked.objective === usual ? null : asked.objective,
-      exclude_locked: asked.exclude_locked || null,
-      pareto: asked.against,
-    });
-    look();
+  /** @param {Ranked} design @param {string} says */
+  show(design, says) {
+    const onclick = () => this.session.selection.chooseDesign(design);
+    return el("button", { type: "button", class: "small", "aria-label": says, onclick }, "Show");
   }
+}
 
-  look();
-  session.changes.addEventListener("grown", () => table.isConnected && look());
-  return el(
-    "section",
-    { class: "box designs" },
-    help("how-to/best-design/", "finding the best design"),
-    el("h2", {}, "Designs"),
-    el(
-      "div",
-      { class: "row controls" },
-      picker("Judged by", objectives, asked.objective, (objective) => change({ objective })),
-      picker("Pareto front against", [["", "nothing"], ...respects], asked.against, (against) =>
-        change({ against }),
-      ),
-      checkbox("Leave out locked designs", asked.exclude_locked, (on) => change({ exclude_locked: on })),
-    ),
-    table,
-    front,
-    refinePanel(session, judged),
-  );
+/** What designs may be judged by, in the words of what is shown. @param {Session} session */
+function objectivesOf({ selection, shown, words }) {
+  const band = selection.varied.includes(FREQUENCY);
+  const texts = shown.has(VALUE) ? WORDS.objectives_in_units : words.objectives;
+  return Object.entries(texts).filter(([name]) => band || name === "resonance");
+}
+
+/** In what respects designs of a study can differ, beside what is judged. @param {Session} session */
+function respectsOf({ selection, shown, words, variables }) {
+  const useful = (/** @type {string} */ source) =>
+    source in selection.axes ? selection.varied.includes(source) : variables.includes(source);
+  return Object.entries(words.respects)
+    .filter(([name]) => name !== "amplitude" && useful(WORDS.respects[name]))
+    .map(([name, text]) => /** @type {[string, string]} */ ([name, respectIn(shown, name, text)]));
 }
 
 /**
- * Whether designs of a study can differ in a respect.
- *
- * @param {string} respect
- * @param {Session} session
- */
-function useful(respect, session) {
-  const { varied } = session.selection;
-  if (respect === "mass") return varied.includes("mass_ratio");
-  if (respect === "clearance") return varied.includes("clearance_ratio");
-  return session.variables.includes(respect === "impact_speed" ? "impact_speed_max" : respect);
-}
-
-/**
- * What a respect is called, without the ratio where it is shown in units.
+ * What a respect is called: by the quantity where that is shown in units.
  *
  * @param {Shown} shown
  * @param {string} respect
  * @param {string} text
  */
 function respectIn(shown, respect, text) {
-  const ratio = { mass: "mass_ratio", clearance: "clearance_ratio" }[respect];
-  if (ratio && shown.has(ratio)) return shown.title(ratio);
-  return respect === "impact_speed" && shown.has("impact_speed_max")
-    ? text.replace(", over Z·ω_n", `, in${shown.unit("impact_speed_max")}`)
-    : text;
+  const source = WORDS.respects[respect];
+  return shown.has(source) ? shown.title(source) : text;
 }
 
 /** @param {Ranked} design @param {string} title @param {Shown} shown */

@@ -14,10 +14,12 @@ import { sendPatiently } from "./patience.js";
 import { pythonLine } from "./python_line.js";
 import { STRUCTURE, cavityOf, unitFactor } from "./quantities.js";
 import { recordPicker } from "./records.js";
-import { line, mm, SAMPLES, spectrumOf } from "./survey_motion.js";
+import { line, mm, overFrequency, overTime, SAMPLES, spectrumOf } from "./survey_motion.js";
 import { TUNINGS } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
+const PATH = "earthquake-comparisons";
+const COMPUTING = "Computing …";
 const STARTS = 8;
 const SENSITIVE =
   "Sensitive: a start that differs by a tenth of a micrometre ends far away, so one number means little. ";
@@ -46,7 +48,8 @@ const LEVEL = Object.fromEntries(Object.values(WORDS.before).map((name) => [name
 
 /** @type {Tab} */
 export function earthquakeTab(session, place) {
-  compared(place, session.record.id, () => sizes(session), sizesNote(session), "Sizes of the study’s point");
+  const back = "Sizes of the study’s point";
+  new Compared(session.record.id, () => sizes(session), sizesNote(session), back).drawIn(place);
 }
 
 /** @type {View} */
@@ -56,155 +59,149 @@ export async function earthquakeView(root) {
   const { mass_kg, natural_frequency_hz, particle_mass_kg, clearance_m, friction_force_n } = WORDS.prototype;
   const { damping_ratio, restitution } = WORDS.design_point;
   const prototype = { mass_kg, natural_frequency_hz, particle_mass_kg, clearance_m, friction_force_n };
+  const own = () => ({ ...prototype, damping_ratio, restitution });
   const note = "Sizes are those of the paper’s prototype; enter your own.";
-  compared(
-    place,
-    "prototype",
-    () => ({ ...prototype, damping_ratio, restitution }),
-    note,
-    "Sizes of the prototype",
-  );
+  new Compared("prototype", own, note, "Sizes of the prototype").drawIn(place);
 }
 
-/**
- * @param {HTMLElement} place
- * @param {string} stem of downloads
- * @param {() => Record<string, number>} own the sizes that it begins with
- * @param {string} note about them
- * @param {string} back what the button says that takes them again
- */
-function compared(place, stem, own, note, back) {
-  const sizes = /** @type {Record<string, number>} */ ({ ...LEVEL, ...own() });
-  const asked = Object.assign(sizes, {
-    record: USUAL_RECORD,
-    tmd_criterion: "den_hartog",
-    starts: STARTS,
-    scale: 1,
-  });
-  const answer = el("div");
-  const same = () => pythonLine(null, "earthquake_comparison", asked);
-  const chart = figure({
-    label: "Peak and rms displacement of the structure by damper",
-    name: `earthquake-${stem}`,
-    height: 340,
-    python: same,
-  });
-  const drift = figure({
-    label: "Displacement against the base over time",
-    name: `earthquake-drift-${stem}`,
-    height: 280,
-    python: same,
-  });
-  const spectrum = figure({
-    label: "Spectrum of the displacement against the base",
-    name: `earthquake-spectrum-${stem}`,
-    height: 260,
-    python: same,
-  });
-  const fields = el("div", { class: "pairs" });
-  const goesOn = el("p", { class: "quiet", role: "status" }, "Computing …");
-  const shown = el("div", { class: "left" }, goesOn);
-  const rest = el("div", { class: "faults" });
-  let number = 0;
+class Compared {
+  number = 0;
+  answer = el("div");
+  fields = el("div", { class: "pairs" });
+  goesOn = el("p", { class: "quiet", role: "status" }, COMPUTING);
+  shown = el("div", { class: "left" }, this.goesOn);
+  rest = el("div", { class: "faults" });
+  place = el("div", { class: "study" });
 
-  const look = debounced(400, async () => {
-    const mine = ++number;
-    try {
-      const found = await sendPatiently("earthquake-comparisons", asked, (words) =>
-        fill(goesOn, words || "Computing …"),
-      );
-      if (mine !== number) return;
-      showFaults(place, [], rest);
-      if (!chart.element.isConnected) fill(shown, chart.element, answer, drift.element, spectrum.element);
-      fill(answer, table(found));
-      await chart.draw(
-        () => traces(found),
-        () => ({
-          barmode: "group",
-          xaxis: { title: { text: "" }, tickangle: 0 },
-          yaxis: { title: { text: "displacement against the base [mm]" }, rangemode: "tozero" },
-        }),
-      );
-      say(`Compared under ${found.record.name}.`);
-      const moved = await sendPatiently(
-        "earthquake-comparisons",
-        { ...asked, cases: MOVING, starts: 0 },
-        () => undefined,
-        undefined,
-        { samples: SAMPLES },
-      );
-      if (mine !== number || !shown.isConnected) return;
-      await drift.draw(
-        () =>
-          moving(moved, (history, name, shade, dash) =>
-            line(history, mm(history.relative_displacement_m), name, shade, dash),
-          ),
-        () => ({ xaxis: { title: { text: "time [s]" } }, yaxis: { title: { text: "x − z [mm]" } } }),
-      );
-      await spectrum.draw(
-        () => moving(moved, (history, name, shade, dash) => spectrumOf(history, name, shade, dash)),
-        () => ({
-          xaxis: { title: { text: "frequency [Hz]" } },
-          yaxis: { title: { text: "amplitude of x − z [mm]" }, rangemode: "tozero" },
-        }),
-      );
-    } catch (error) {
-      if (mine !== number) return;
-      if (error instanceof Refusal && error.faults.length) showFaults(place, error.faults, rest);
-      else fill(shown, refusalBox(error));
-    }
-  });
-
-  function drawFields() {
-    fill(
-      fields,
-      FIELDS.map(([key, label, scale]) => {
-        const box = el("input", {
-          type: "number",
-          step: "any",
-          value: Number((asked[key] * scale).toPrecision(6)),
-          oninput: () => {
-            asked[key] = /** @type {number} */ (box.value === "" ? null : Number(box.value) / scale);
-            look();
-          },
-        });
-        return field(key, label, box, { unit: "mm", scale });
-      }),
+  /**
+   * @param {string} stem of downloads
+   * @param {() => Record<string, number>} own the sizes that it begins with
+   * @param {string} note about them
+   * @param {string} back what the button says that takes them again
+   */
+  constructor(stem, own, note, back) {
+    this.own = own;
+    this.note = note;
+    this.back = back;
+    this.asked = Object.assign(this.sizes(), {
+      record: USUAL_RECORD,
+      tmd_criterion: "den_hartog",
+      starts: STARTS,
+      scale: 1,
+    });
+    const drawn = (/** @type {string} */ label, /** @type {string} */ name, /** @type {number} */ height) =>
+      figure({ label, name, height, python: () => pythonLine(null, "earthquake_comparison", this.asked) });
+    this.chart = drawn("Peak and rms displacement of the structure by damper", `earthquake-${stem}`, 340);
+    this.drift = drawn("Displacement against the base over time", `earthquake-drift-${stem}`, 280);
+    this.spectrum = drawn(
+      "Spectrum of the displacement against the base",
+      `earthquake-spectrum-${stem}`,
+      260,
     );
+    this.look = debounced(400, () => this.ask());
   }
 
-  const again = el(
-    "button",
-    { type: "button", onclick: () => (Object.assign(asked, LEVEL, own()), drawFields(), look()) },
-    back,
-  );
-  drawFields();
-  fill(
-    place,
-    el(
-      "div",
-      { class: "study" },
-      el("div", { class: "left" }, shown),
+  sizes() {
+    return /** @type {Record<string, number>} */ ({ ...LEVEL, ...this.own() });
+  }
+
+  /** @param {HTMLElement} place */
+  drawIn(place) {
+    const { asked } = this;
+    const again = () => (Object.assign(asked, this.sizes()), this.drawFields(), this.look());
+    this.drawFields();
+    fill(
+      this.place,
+      el("div", { class: "left" }, this.shown),
       el(
         "section",
         { class: "box point" },
         help("how-to/earthquakes/", "dampers under earthquakes"),
         el("h2", {}, "Record and sizes"),
-        recordPicker(asked.record, (id) => ((asked.record = id), look())),
-        fields,
+        recordPicker(asked.record, (id) => ((asked.record = id), this.look())),
+        this.fields,
         picker(
           "Mass damper tuned by",
           TUNINGS,
           asked.tmd_criterion,
-          (criterion) => ((asked.tmd_criterion = criterion), look()),
+          (criterion) => ((asked.tmd_criterion = criterion), this.look()),
         ),
-        el("p", { class: "quiet" }, note),
-        again,
-        rest,
+        el("p", { class: "quiet" }, this.note),
+        el("button", { type: "button", onclick: again }, this.back),
+        this.rest,
       ),
-    ),
-  );
-  look();
+    );
+    fill(place, this.place);
+    this.look();
+  }
+
+  drawFields() {
+    fill(
+      this.fields,
+      FIELDS.map(([key, label, scale]) => this.field(key, label, scale)),
+    );
+  }
+
+  /** @param {string} key @param {string} label @param {number} scale */
+  field(key, label, scale) {
+    const { asked } = this;
+    const value = Number((asked[key] * scale).toPrecision(6));
+    const oninput = () => {
+      // what is missing is null: the service says so
+      asked[key] = /** @type {number} */ (box.value === "" ? null : Number(box.value) / scale);
+      this.look();
+    };
+    const box = el("input", { type: "number", step: "any", value, oninput });
+    return field(key, label, box, { unit: "mm", scale });
+  }
+
+  async ask() {
+    const mine = ++this.number;
+    const { asked, place, rest } = this;
+    const late = () => mine !== this.number;
+    try {
+      const tell = (/** @type {string} */ words) => fill(this.goesOn, words || COMPUTING);
+      const found = await sendPatiently(PATH, asked, tell);
+      if (late()) return;
+      showFaults(place, [], rest);
+      await this.draw(found);
+      const moving = { ...asked, cases: MOVING, starts: 0 };
+      const moved = await sendPatiently(PATH, moving, () => undefined, undefined, { samples: SAMPLES });
+      if (!late() && this.shown.isConnected) await this.drawMotion(moved);
+    } catch (error) {
+      if (late()) return;
+      if (error instanceof Refusal && error.faults.length) showFaults(place, error.faults, rest);
+      else fill(this.shown, refusalBox(error));
+    }
+  }
+
+  /** @param {Earthquake} found */
+  async draw(found) {
+    const { chart, drift, spectrum, answer } = this;
+    if (!chart.element.isConnected) fill(this.shown, chart.element, answer, drift.element, spectrum.element);
+    fill(answer, table(found));
+    await chart.draw(
+      () => traces(found),
+      () => ({
+        barmode: "group",
+        xaxis: { title: { text: "" }, tickangle: 0 },
+        yaxis: { title: { text: "displacement against the base [mm]" }, rangemode: "tozero" },
+      }),
+    );
+    say(`Compared under ${found.record.name}.`);
+  }
+
+  /** @param {Earthquake} moved */
+  async drawMotion(moved) {
+    await this.drift.draw(
+      () =>
+        moving(moved, (history, name, shade, dash) =>
+          line(history, mm(history.relative_displacement_m), name, shade, dash),
+        ),
+      () => overTime("x − z [mm]"),
+    );
+    await this.spectrum.draw(() => moving(moved, spectrumOf), overFrequency);
+  }
 }
 
 /**

@@ -2,15 +2,15 @@
 /** @import { Tab } from "./types.js" */
 
 import { el, fill } from "./dom.js";
-import { parallelPanel } from "./parallel.js";
-import { pinsPanel } from "./pins.js";
+import { ParallelPanel } from "./parallel.js";
+import { PinsPanel } from "./pins.js";
 import { sliders } from "./sliders.js";
-import { slicesPanel } from "./slices.js";
+import { SlicesPanel } from "./slices.js";
 
 /** @type {Tab} */
 export function explorerTab(session, place) {
   const { selection } = session;
-  const parts = [slicesPanel(session), parallelPanel(session), pinsPanel(session)];
+  const parts = [new SlicesPanel(session), new ParallelPanel(session), new PinsPanel(session)];
   fill(
     place,
     el(

@@ -68,6 +68,12 @@ export const CURVES = () => [
 ];
 export const DASHES = ["solid", "dash", "dot", "dashdot", "longdash"];
 
+/** How the point of a study is marked. @param {number} size @param {number} [width] of its line */
+export function thisPoint(size, width = 2.5) {
+  const marker = { symbol: "circle-open", size, color: "#ff3030", line: { width, color: "#ff3030" } };
+  return { type: "scatter", mode: "markers", marker, hoverinfo: "skip" };
+}
+
 /** Whether the page is shown on a phone. */
 export const NARROW = window.matchMedia("(max-width: 40rem)");
 

@@ -7,6 +7,7 @@
 import { capital, el, prose } from "./dom.js";
 import { count, short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
+import { WORDS } from "./words.js";
 
 /** What designs are judged by is an amplitude, of one frequency or of a band. */
 export const VALUE = "amplitude_ratio";
@@ -49,8 +50,7 @@ export function headline({ record, selection, shown }, ranked) {
   ]);
   const value = shown.withError(VALUE, best.value, best.error) + shown.unit(VALUE);
   const next = ranked.next_frequencies;
-  const name = ranked.long_name;
-  const judged = shown.has(VALUE) ? name.replace("amplitude ratio", "amplitude") : name;
+  const judged = shown.has(VALUE) ? WORDS.objectives_in_units[ranked.objective] : ranked.long_name;
   // while points are missing a better one may come; of a band only the frequencies that are there are judged
   const soFar = record.points_done < record.points_total ? " so far" : "";
   const few = record.points_done < FRAGMENT * record.points_total;

@@ -2,10 +2,10 @@
  * The traces of a resonance map: the values, their contour lines, what is locked, failed or missing, and what
  * is best.
  */
-/** @import { Catalogue, Layout, MapAnswer, Row, Trace } from "./types.js" */
+/** @import { Catalogue, Figure, Layout, MapAnswer, Row, Trace } from "./types.js" */
 
 import { extentOf, isWide } from "./extent.js";
-import { colour, NARROW } from "./figure.js";
+import { colour, NARROW, thisPoint } from "./figure.js";
 import { isLogarithmic, short } from "./numbers.js";
 import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
 
@@ -308,16 +308,14 @@ function markers({ best, idle, pareto, point }) {
       line: { width: 1.5, color: "black" },
     });
   if (point) {
+    const { x, y } = point;
     traces.push({
-      type: "scatter",
-      mode: "markers",
-      x: [point.x],
-      y: [point.y],
+      ...thisPoint(20, 3),
+      x: [x],
+      y: [y],
       name: "this point",
-      hoverinfo: "skip",
       showlegend: true,
       cliponaxis: false,
-      marker: { symbol: "circle-open", size: 20, color: "#ff3030", line: { width: 3, color: "#ff3030" } },
     });
   }
   return traces;
@@ -329,7 +327,7 @@ function markers({ best, idle, pareto, point }) {
  * @param {MapAnswer} map
  * @returns {Layout}
  */
-export function mapLayout(map) {
+function mapLayout(map) {
   return {
     xaxis: { title: { text: map.x_title ?? axisTitle(map.x_dimension) }, ...span(map.x) },
     yaxis: { title: { text: map.y_title ?? axisTitle(map.y_dimension) }, ...span(map.y) },
@@ -362,11 +360,24 @@ function span(values) {
 }
 
 /**
+ * Draw a map; where only one dimension varies, a curve in its place.
+ *
+ * @param {Figure} chart
+ * @param {MapAnswer} map
+ * @param {() => Trace[]} traces of a map
+ * @param {() => Trace[]} [lines] of a curve
+ */
+export async function drawMap(chart, map, traces, lines = () => lineTraces(map)) {
+  if (map.y.length === 1) await chart.draw(lines, () => lineLayout(map));
+  else await chart.draw(traces, () => mapLayout(map));
+}
+
+/**
  * Where only one dimension varies: a curve in place of a map.
  *
  * @param {MapAnswer} map
  */
-export function lineTraces(map) {
+function lineTraces(map) {
   return [
     {
       type: "scatter",
@@ -380,7 +391,7 @@ export function lineTraces(map) {
 }
 
 /** @param {MapAnswer} map @returns {Layout} */
-export function lineLayout(map) {
+function lineLayout(map) {
   return {
     xaxis: { title: { text: map.x_title ?? axisTitle(map.x_dimension) } },
     yaxis: { title: { text: map.long_name } },

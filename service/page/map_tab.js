@@ -1,14 +1,14 @@
 /** The map of a study with everything that chooses what it shows, and the point beside it. */
-/** @import { Kept, MapAnswer, Marked, Shown, Tab } from "./types.js" */
+/** @import { Found, Kept, MapAnswer, Marked, Session, Tab } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { axisPickers } from "./axis_pickers.js";
-import { designs, NOTHING_FOUND } from "./designs.js";
+import { DesignsPanel, NOTHING_FOUND } from "./designs.js";
 import { checkbox, el, fill, picker, prose } from "./dom.js";
 import { figure } from "./figure.js";
 import { headline } from "./headline.js";
-import { lineLayout, lineTraces, mapLayout, mapTraces } from "./map_figure.js";
-import { pointPanel } from "./point.js";
+import { MapAxes, said } from "./map_axes.js";
+import { drawMap, mapTraces } from "./map_figure.js";
+import { PointPanel } from "./point.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { sliders } from "./sliders.js";
@@ -22,148 +22,181 @@ const USUAL_METRIC = "amplitude_ratio";
 
 /** @type {Tab} */
 export function mapTab(session, place) {
-  const { selection, record } = session;
-  const { kept, shown } = session;
-  const [x, y] = usualAxes(selection.varied);
-  const view = { ...keptAxes(kept, selection.varied, x, y), ...keptLook(kept, session.variables) };
+  new MapTab(session, place);
+}
+
+class MapTab {
   /** @type {MapAnswer | null} */
-  let map = null;
-  let found = NOTHING_FOUND;
-  let asked = 0;
+  map = null;
+  found = NOTHING_FOUND;
+  asked = 0;
+  /** What was asked for last. */
+  last = "";
+  note = el("p", { class: "quiet note" });
+  trouble = el("div");
+  head = el("div");
+  controls = el("div", { class: "row controls" });
 
-  const map_ = figure({
-    label: `Resonance map of ${record.name || record.id}`,
-    name: `map-${record.id}`,
-    height: 460,
-    keyboard: "Arrow keys move the point",
-    python: () => pythonLine(record.id, "resonance_map", whole()),
-    clicked: (at) => {
-      const [atX, atY] = [at.x / shown.factor(view.x), at.y / shown.factor(view.y)];
-      selection.chooseValues({ [view.x]: atX, ...(map?.y.length === 1 ? {} : { [view.y]: atY }) });
-    },
-    zoomed: (change) => zoomed(change),
-  });
-  const note = el("p", { class: "quiet note" });
-  const trouble = el("div");
-  const head = el("div");
-  const controls = el("div", { class: "row controls" });
+  /** @param {Session} session @param {HTMLElement} place */
+  constructor(session, place) {
+    this.session = session;
+    const { selection, record, kept, variables } = session;
+    this.axes = new MapAxes(session, usualAxes(selection.varied), selection.varied);
+    this.view = keptLook(kept, variables);
+    this.chart = figure({
+      label: `Resonance map of ${record.name || record.id}`,
+      name: `map-${record.id}`,
+      height: 460,
+      keyboard: "Arrow keys move the point",
+      python: () => pythonLine(record.id, "resonance_map", this.whole()),
+      clicked: (point) => this.axes.choose(point, this.map?.y.length),
+      zoomed: (change) => this.zoomed(change),
+    });
+    this.drawControls();
+    const ranking = new DesignsPanel(session, (found) => this.judged(found));
+    this.drawIn(place, ranking.element);
+    this.listen(place);
+    this.look();
+  }
 
-  function drawControls() {
-    const options =
-      selection.varied.length > 1 ? selection.varied : DIMENSIONS.filter((name) => name === x || name === y);
-    const names = /** @type {[string, string][]} */ (options.map((name) => [name, shown.title(name)]));
-    const metrics = session.words.variables.filter((v) => session.variables.includes(v.name));
+  /** @param {HTMLElement} place @param {HTMLElement} ranking */
+  drawIn(place, ranking) {
+    const { head, controls, trouble, chart, note } = this;
+    const { selection, shown } = this.session;
+    const parts = [head, controls, trouble, chart.element, note, sliders(selection, shown)];
     fill(
-      controls,
-      axisPickers(names, view, () => (drawControls(), change({ window: {} }))),
-      picker(
-        "Shown",
-        metrics.map((v) => [v.name, shown.variable(v.name, v.long_name)]),
-        view.metric,
-        (metric) => change({ metric }),
-      ),
-      checkbox(
-        "Contour lines",
-        view.contours,
-        (contours) => (Object.assign(view, { contours }), keep(), draw()),
-      ),
-      checkbox(
-        "Response classes",
-        view.classes,
-        (classes) => (Object.assign(view, { classes }), keep(), draw()),
+      place,
+      el(
+        "div",
+        { class: "study" },
+        el("div", { class: "left" }, parts),
+        new PointPanel(this.session, () => this.found.best).element,
+        ranking,
       ),
     );
   }
 
-  /** @param {Partial<typeof view>} what */
-  function change(what) {
-    Object.assign(view, what);
-    keep();
-    look();
+  /** @param {HTMLElement} place */
+  listen(place) {
+    const { selection, changes } = this.session;
+    this.chart.plot.addEventListener("keydown", (event) => this.moved(event));
+    selection.addEventListener("chosen", () =>
+      JSON.stringify(this.question()) === this.last ? this.draw() : this.look(),
+    );
+    const look = throttled(PATIENCE_MILLISECONDS, () => place.isConnected && this.look());
+    changes.addEventListener("grown", look);
+  }
+
+  /** @param {Found} found */
+  judged(found) {
+    this.found = found;
+    fill(this.head, found.ranked && headline(this.session, found.ranked));
+    this.draw();
+  }
+
+  drawControls() {
+    const { selection, words, variables, shown } = this.session;
+    const { x, y } = this.axes.usual;
+    const { view } = this;
+    const choices =
+      selection.varied.length > 1 ? selection.varied : DIMENSIONS.filter((name) => name === x || name === y);
+    const metrics = words.variables.filter(({ name }) => variables.includes(name));
+    const overlay = (/** @type {string} */ label, /** @type {"contours" | "classes"} */ name) =>
+      checkbox(label, view[name], (on) => ((view[name] = on), this.keep(), this.draw()));
+    fill(
+      this.controls,
+      this.axes.pickers(choices, () => (this.drawControls(), this.change({ window: {} }))),
+      picker(
+        "Shown",
+        metrics.map(({ name, long_name }) => [name, shown.variable(name, long_name)]),
+        view.metric,
+        (metric) => this.change({ metric }),
+      ),
+      overlay("Contour lines", "contours"),
+      overlay("Response classes", "classes"),
+    );
+  }
+
+  /** @param {Partial<ReturnType<typeof keptLook>>} what */
+  change(what) {
+    Object.assign(this.view, what);
+    this.keep();
+    this.look();
   }
 
   /** Keep what differs from the usual view. */
-  function keep() {
-    const usual = view.x === x && view.y === y;
-    kept.keep({
-      x: usual ? null : view.x,
-      y: usual ? null : view.y,
-      metric: view.metric === USUAL_METRIC ? null : view.metric,
-      contours: view.contours ? null : false,
-      classes: view.classes || null,
-      x_range: view.window.x_range,
-      y_range: view.window.y_range,
+  keep() {
+    const { metric, contours, classes, window } = this.view;
+    this.session.kept.keep({
+      ...this.axes.kept,
+      metric: metric === USUAL_METRIC ? null : metric,
+      contours: contours ? null : false,
+      classes: classes || null,
+      x_range: window.x_range,
+      y_range: window.y_range,
     });
   }
 
   /**
    * What the map is asked for: the other dimensions at the point, the frequency open where the worst counts.
    */
-  function whole() {
-    const except = [view.x, view.y, ...(selection.worst ? [FREQUENCY] : [])];
-    return { x: view.x, y: view.y, metric: view.metric, ...selection.at(except) };
+  whole() {
+    const { selection } = this.session;
+    const { x, y } = this.axes;
+    const except = [x, y, ...(selection.worst ? [FREQUENCY] : [])];
+    return { x, y, metric: this.view.metric, ...selection.at(except) };
   }
 
   /** The same as the screen can show it. */
-  function question() {
-    return { ...whole(), most: MOST, ...view.window };
+  question() {
+    return { ...this.whole(), most: MOST, ...this.view.window };
   }
 
-  let last = "";
-  async function look() {
-    const mine = ++asked;
-    const parameters = question();
-    last = JSON.stringify(parameters);
+  async look() {
+    const mine = ++this.asked;
+    const parameters = this.question();
+    const { record, shown } = this.session;
+    this.last = JSON.stringify(parameters);
     try {
       const answer = await ask(studyPath(record.id, "resonance-map"), parameters);
-      if (mine !== asked) return;
-      map = shown.map(answer);
-      fill(trouble);
-      fill(note, prose(said(answer, shown)));
-      await draw();
+      if (mine !== this.asked) return;
+      this.map = shown.map(answer);
+      fill(this.trouble);
+      fill(this.note, prose(said(answer, shown)));
+      await this.draw();
     } catch (error) {
-      if (mine === asked) fill(trouble, refusalBox(error));
+      if (mine === this.asked) fill(this.trouble, refusalBox(error));
     }
   }
 
-  async function draw() {
+  async draw() {
+    const { map, view } = this;
     if (!map) return;
-    const current = map;
-    if (current.y.length === 1)
-      await map_.draw(
-        () => lineTraces(current),
-        () => lineLayout(current),
-      );
-    else
-      await map_.draw(
-        () => mapTraces(current, view, marks(), session.words),
-        () => mapLayout(current),
-      );
+    await drawMap(this.chart, map, () => mapTraces(map, view, this.marks(), this.session.words));
   }
 
   /** What is marked: what lies in this map, not what lies beside it. */
-  function marks() {
-    const judged = view.x !== FREQUENCY && view.y !== FREQUENCY;
-    const here = (/** @type {Marked} */ design) =>
+  marks() {
+    const { selection, shown } = this.session;
+    const { x, y } = this.axes;
+    const { best, idle, pareto } = this.found;
+    const judged = x !== FREQUENCY && y !== FREQUENCY;
+    const here = (/** @type {Marked | null} */ design) =>
       judged &&
+      design &&
       selection.varied.every(
-        (name) => [view.x, view.y, FREQUENCY].includes(name) || design[name] === selection.value(name),
+        (name) => [x, y, FREQUENCY].includes(name) || design[name] === selection.value(name),
       );
     const mark = (/** @type {Marked} */ design) => ({
-      x: design[view.x] * shown.factor(view.x),
-      y: design[view.y] * shown.factor(view.y),
+      x: design[x] * shown.factor(x),
+      y: design[y] * shown.factor(y),
       text: design.text,
     });
     return {
-      best: found.best && here(found.best) ? { ...mark(found.best), acts: found.idle !== null } : null,
-      idle: found.idle && here(found.idle) ? mark(found.idle) : null,
-      pareto: found.pareto.filter(here).map(mark),
-      point: selection.chosen
-        ? {
-            x: selection.value(view.x) * shown.factor(view.x),
-            y: selection.value(view.y) * shown.factor(view.y),
-          }
-        : null,
+      best: best && here(best) ? { ...mark(best), acts: idle !== null } : null,
+      idle: idle && here(idle) ? mark(idle) : null,
+      pareto: pareto.filter(here).map(mark),
+      point: selection.chosen ? this.axes.point : null,
     };
   }
 
@@ -173,76 +206,35 @@ export function mapTab(session, place) {
    *
    * @param {Record<string, unknown>} event
    */
-  function zoomed(event) {
-    if (event["xaxis.autorange"] && view.window.x_range) change({ window: {} });
-    else if (event["xaxis.range[0]"] !== undefined || event["yaxis.range[0]"] !== undefined) {
-      // kept in ratios, so that an address means the same to who looks at units
-      const span = (/** @type {"x" | "y"} */ axis) => {
-        const { type, range = [] } = map_.plot.layout[`${axis}axis`] ?? {};
-        return range
-          .map((end) => (type === "log" ? 10 ** end : end) / shown.factor(view[axis]))
-          .sort((a, b) => a - b)
-          .join(",");
-      };
-      change({ window: { x_range: span("x"), y_range: span("y") } });
-    }
+  zoomed(event) {
+    if (event["xaxis.autorange"] && this.view.window.x_range) return this.change({ window: {} });
+    if (event["xaxis.range[0]"] === undefined && event["yaxis.range[0]"] === undefined) return;
+    // kept in ratios, so that an address means the same to who looks at units
+    const span = (/** @type {"x" | "y"} */ axis) => {
+      const { type, range = [] } = this.chart.plot.layout[`${axis}axis`] ?? {};
+      return range
+        .map((end) => (type === "log" ? 10 ** end : end) / this.session.shown.factor(this.axes[axis]))
+        .sort((a, b) => a - b)
+        .join(",");
+    };
+    this.change({ window: { x_range: span("x"), y_range: span("y") } });
   }
 
-  map_.plot.addEventListener("keydown", (/** @type {KeyboardEvent} */ event) => {
+  /** Move the point by the keyboard. @param {KeyboardEvent} event */
+  moved(event) {
+    const { selection } = this.session;
+    const { x, y } = this.axes;
     const steps = /** @type {Record<string, [string, number]>} */ ({
-      ArrowLeft: [view.x, -1],
-      ArrowRight: [view.x, 1],
-      ArrowDown: [view.y, -1],
-      ArrowUp: [view.y, 1],
+      ArrowLeft: [x, -1],
+      ArrowRight: [x, 1],
+      ArrowDown: [y, -1],
+      ArrowUp: [y, 1],
     });
     const step = steps[event.key];
     if (!step) return;
     event.preventDefault();
     selection.choose({ [step[0]]: selection.place[step[0]] + step[1] });
-  });
-
-  selection.addEventListener("chosen", () => (JSON.stringify(question()) === last ? draw() : look()));
-  session.changes.addEventListener(
-    "grown",
-    throttled(PATIENCE_MILLISECONDS, () => place.isConnected && look()),
-  );
-
-  drawControls();
-  const ranking = designs(session, (now) => {
-    found = now;
-    fill(head, now.ranked && headline(session, now.ranked));
-    draw();
-  });
-  fill(
-    place,
-    el(
-      "div",
-      { class: "study" },
-      el(
-        "div",
-        { class: "left" },
-        head,
-        controls,
-        trouble,
-        map_.element,
-        note,
-        sliders(selection, session.shown),
-      ),
-      pointPanel(session, () => found.best),
-      ranking,
-    ),
-  );
-  look();
-}
-
-/**
- * The axes that were kept, where they are two different ones of the study.
- *
- * @param {Kept} kept @param {string[]} varied @param {string} x @param {string} y
- */
-function keptAxes(kept, varied, x, y) {
-  const asked = { x: kept.one("x", varied, x), y: kept.one("y", varied, y) };
-  return asked.x === asked.y ? { x, y } : asked;
+  }
 }
 
 /** What else of a map was kept. @param {Kept} kept @param {string[]} variables */
@@ -264,13 +256,6 @@ function usualAxes(varied) {
   const rest = WORDS.axes.filter((name) => !order.includes(name));
   const [x, y] = [...order, ...rest];
   return [x, y];
-}
-
-/** @param {MapAnswer} answer @param {Shown} shown */
-function said(answer, shown) {
-  const share = answer.complete < 1 ? `${Math.floor(100 * answer.complete)} % of this map is computed. ` : "";
-  const failed = answer.points_failed ? `${answer.points_failed} points failed. ` : "";
-  return share + failed + shown.words(answer).note;
 }
 
 /** At most once in a while, and once more at the end. @param {number} milliseconds @param {() => void} run */

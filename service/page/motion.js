@@ -15,6 +15,7 @@ import { FREQUENCY } from "./selection.js";
 import { sketch } from "./sketch.js";
 import { designDimensions } from "./vocabulary.js";
 
+const COMPUTING = "Computing the motion …";
 /** Cycles shown of a response that repeats: as many whole periods as fit into so many. */
 const CYCLES = 6;
 const MOST_CYCLES = 60;
@@ -49,38 +50,26 @@ const LOSSES = /** @type {[string, string][]} */ ([
 
 /** @typedef {ReturnType<typeof unitsOf>} Units */
 
-/** @param {Session} session */
-export function motionPanel(session) {
-  const { record } = session;
-  const element = el("div");
-  const same = () => pythonLine(null, "simulate", asked);
-  const time = figure({
-    label: "Time history of the point",
-    name: `time-history-${record.id}`,
-    height: 340,
-    python: same,
-  });
-  const phase = figure({
-    label: "Phase portrait of the point",
-    name: `phase-portrait-${record.id}`,
-    height: 280,
-    python: same,
-  });
-  const spectrum = figure({
-    label: "Spectrum of the point",
-    name: `spectrum-${record.id}`,
-    height: 240,
-    python: same,
-  });
-  const forces = figure({
-    label: "Forces on the structure at the point",
-    name: `forces-${record.id}`,
-    height: 240,
-    python: same,
-  });
-  const units = unitsOf(session.shown);
+export class MotionPanel {
+  element = el("div");
   /** @type {Record<string, unknown>} what was asked for last */
-  let asked = {};
+  asked = {};
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    this.units = unitsOf(session.shown);
+    this.time = this.figure("Time history of the point", "time-history", 340);
+    this.phase = this.figure("Phase portrait of the point", "phase-portrait", 280);
+    this.spectrum = this.figure("Spectrum of the point", "spectrum", 240);
+    this.forces = this.figure("Forces on the structure at the point", "forces", 240);
+  }
+
+  /** @param {string} label @param {string} stem @param {number} height */
+  figure(label, stem, height) {
+    const python = () => pythonLine(null, "simulate", this.asked);
+    return figure({ label, name: `${stem}-${this.session.record.id}`, height, python });
+  }
 
   /**
    * Compute and draw the motion of the point.
@@ -89,92 +78,106 @@ export function motionPanel(session) {
    * @param {number} period cycles after which the stored response repeats, 0 where it does not
    * @param {AbortSignal} signal
    */
-  async function look(r, period, signal) {
-    const goesOn = el("p", { class: "quiet", role: "status" }, "Computing the motion …");
+  async look(r, period, signal) {
+    const { element, time, session } = this;
+    const goesOn = el("p", { class: "quiet", role: "status" }, COMPUTING);
     if (!time.element.isConnected) fill(element, goesOn);
     /** @param {string} words */
     const tell = (words) => {
       // a motion that is shown stays until the next is there, unless that takes as long as a compiler
       if (words && !goesOn.isConnected) fill(element, goesOn);
-      fill(goesOn, words || "Computing the motion …");
+      fill(goesOn, words || COMPUTING);
     };
     try {
       const question = design(session, r, cyclesShown(period));
-      asked = question;
+      this.asked = question;
       const answer = await sendPatiently("simulate", question, tell, signal);
       const history = new History(answer.history, r);
-      const ratios = {
-        clearance: history.particle ? (question.clearance_ratio ?? null) : null,
-        friction: question.friction_ratio ?? 0,
-      };
-      fill(
-        element,
-        el(
-          "h3",
-          {},
-          `Motion at ${session.shown.has(FREQUENCY) ? "f" : "r"} = ${session.shown.value(FREQUENCY, r)}`,
-        ),
-        shownNote(record, answer, history),
-        sketch(history, ratios, (u) => `${short(u * units.ofLength, 3)} ${units.plain}`),
-        time.element,
-        phase.element,
-        spectrum.element,
-        forces.element,
-        el(
-          "p",
-          { class: "quiet" },
-          "Spring, damping and friction; an instantaneous impact has no finite force, so it has no " +
-            "place in the figure.",
-        ),
-        measures(answer, session),
-      );
-      await time.draw(
-        () => timeTraces(history, ratios.clearance, units),
-        () => timeLayout(history, units),
-      );
-      await phase.draw(
-        () => phaseTraces(history, units),
-        () => ({
-          xaxis: {
-            title: { text: `displacement x ${units.length}` },
-            ...around(phaseTraces(history, units), "x"),
-          },
-          yaxis: { title: { text: `velocity ${units.speed}` }, ...around(phaseTraces(history, units), "y") },
-        }),
-      );
-      await spectrum.draw(
-        () => spectrumTraces(answer.spectrum, history.length, r, units),
-        () => ({
-          xaxis: { title: { text: units.frequencyTitle } },
-          yaxis: {
-            title: { text: `amplitude of x ${units.length}` },
-            type: "log",
-            dtick: 1,
-            exponentformat: "power",
-          },
-          showlegend: false,
-          bargap: 0.3,
-        }),
-      );
-      await forces.draw(
-        () => forceTraces(history.cycles, answer.forces, session.shown.factor("friction_ratio")),
-        () => ({
-          xaxis: { title: { text: "cycles of the excitation" }, range: [0, history.length] },
-          yaxis: {
-            title: {
-              text: session.shown.has("friction_ratio")
-                ? "force on the structure [N]"
-                : "force on the structure, over kZ",
-            },
-          },
-        }),
-      );
+      const clearance = history.particle ? (question.clearance_ratio ?? null) : null;
+      this.show(answer, history, { clearance, friction: question.friction_ratio ?? 0 });
+      await this.draw(answer, history, clearance);
     } catch (error) {
       if (!signal.aborted) fill(element, refusalBox(error));
     }
   }
 
-  return { element, look };
+  /**
+   * @param {Simulated} answer
+   * @param {History} history
+   * @param {{clearance: number | null, friction: number}} ratios
+   */
+  show(answer, history, ratios) {
+    const { session, units, time, phase, spectrum, forces } = this;
+    const { shown, record } = session;
+    fill(
+      this.element,
+      el("h3", {}, `Motion at ${shown.has(FREQUENCY) ? "f" : "r"} = ${shown.value(FREQUENCY, history.r)}`),
+      shownNote(record, answer, history),
+      sketch(history, ratios, (u) => `${short(u * units.ofLength, 3)} ${units.plain}`),
+      time.element,
+      phase.element,
+      spectrum.element,
+      forces.element,
+      el(
+        "p",
+        { class: "quiet" },
+        "Spring, damping and friction; an instantaneous impact has no finite force, so it has no " +
+          "place in the figure.",
+      ),
+      measures(answer, session),
+    );
+  }
+
+  /** @param {Simulated} answer @param {History} history @param {number | null} clearance */
+  async draw(answer, history, clearance) {
+    const { units, time, phase, spectrum, forces } = this;
+    const { shown } = this.session;
+    await time.draw(
+      () => timeTraces(history, clearance, units),
+      () => timeLayout(history, units),
+    );
+    await phase.draw(
+      () => phaseTraces(history, units),
+      () => phaseLayout(history, units),
+    );
+    await spectrum.draw(
+      () => spectrumTraces(answer.spectrum, history.length, history.r, units),
+      () => spectrumLayout(units),
+    );
+    await forces.draw(
+      () => forceTraces(history.cycles, answer.forces, shown.factor("friction_ratio")),
+      () => forceLayout(history, shown),
+    );
+  }
+}
+
+/** @param {History} history @param {Units} units */
+function phaseLayout(history, units) {
+  const traces = phaseTraces(history, units);
+  return {
+    xaxis: { title: { text: `displacement x ${units.length}` }, ...around(traces, "x") },
+    yaxis: { title: { text: `velocity ${units.speed}` }, ...around(traces, "y") },
+  };
+}
+
+/** @param {Units} units */
+function spectrumLayout(units) {
+  const title = { text: `amplitude of x ${units.length}` };
+  return {
+    xaxis: { title: { text: units.frequencyTitle } },
+    yaxis: { title, type: "log", dtick: 1, exponentformat: "power" },
+    showlegend: false,
+    bargap: 0.3,
+  };
+}
+
+/** @param {History} history @param {Shown} shown */
+function forceLayout(history, shown) {
+  const unit = shown.has("friction_ratio") ? " [N]" : ", over kZ";
+  return {
+    xaxis: { title: { text: "cycles of the excitation" }, range: [0, history.length] },
+    yaxis: { title: { text: `force on the structure${unit}` } },
+  };
 }
 
 /**

@@ -20,80 +20,104 @@ const PATIENCE_MILLISECONDS = 300;
  *   (value: number) => string}} Axis
  */
 
-/** @param {Session} session @returns {{element: HTMLElement, look: () => void}} */
-export function parallelPanel(session) {
-  const { selection, record, kept, shown } = session;
-  const place = el("div");
-  const said = el("p", { class: "quiet", role: "status" });
-  const limits = { speed: kept.number("speed", 0, Infinity, NaN), stuck: kept.number("stuck", 0, 1, NaN) };
+export class ParallelPanel {
+  place = el("div");
+  said = el("p", { class: "quiet", role: "status" });
   /** @type {Ranked[]} */
-  let found = [];
+  found = [];
   /** @type {Axis[]} */
-  let axes = [];
+  axes = [];
   /** Ends of each brush, as shares of its axis. @type {Record<string, [number, number]>} */
-  let brushes = {};
-  let total = 0;
-  let asked = 0;
+  brushes = {};
+  /** @type {Record<string, [HTMLInputElement, HTMLInputElement, HTMLOutputElement]>} */
+  inputs = {};
+  /** @type {Record<string, SVGElement>} */
+  parts = {};
+  total = 0;
+  asked = 0;
 
-  async function look() {
-    const mine = ++asked;
-    const filters = {
-      ...(Number.isFinite(limits.speed)
-        ? { max_impact_speed: limits.speed / shown.factor("impact_speed_max") }
-        : {}),
-      ...(Number.isFinite(limits.stuck) ? { stick_fraction: `0,${limits.stuck}` } : {}),
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    const { selection, kept, shown, variables } = session;
+    this.limits = { speed: kept.number("speed", 0, Infinity, NaN), stuck: kept.number("stuck", 0, 1, NaN) };
+    this.soon = debounced(PATIENCE_MILLISECONDS, () => this.look());
+    selection.addEventListener("chosen", () => this.found.length > 0 && this.update());
+    const unit = shown.has("impact_speed_max") ? " [m/s]" : " [Z ω_n]";
+    this.element = el(
+      "section",
+      { class: "box wide" },
+      el("h2", {}, "All designs"),
+      el(
+        "p",
+        { class: "quiet" },
+        "Each line is a design. Drag along an axis to keep only the designs that cross it there; click " +
+          "the axis to remove the limit.",
+      ),
+      el(
+        "div",
+        { class: "row controls" },
+        variables.includes("impact_speed_max") && this.limit(`Impact speed at most${unit}`, "speed", {}),
+        variables.includes("stick_fraction") &&
+          this.limit("Share of time sticking at most", "stuck", { max: 1 }),
+      ),
+      this.said,
+      this.place,
+    );
+  }
+
+  /** @param {string} label @param {"speed" | "stuck"} name @param {Record<string, unknown>} more */
+  limit(label, name, more) {
+    const now = this.limits[name];
+    const oninput = () => {
+      this.limits[name] = input.value === "" ? NaN : Number(input.value);
+      this.session.kept.keep({ [name]: input.value });
+      this.soon();
     };
+    const value = Number.isFinite(now) ? now : "";
+    const looks = { type: "number", step: "any", min: 0, placeholder: "any", value, ...more, oninput };
+    const input = el("input", looks);
+    return el("label", { class: "field" }, el("span", {}, label), input);
+  }
+
+  /** The limits as parameters of the question. */
+  filters() {
+    const { speed, stuck } = this.limits;
+    return {
+      max_impact_speed: Number.isFinite(speed) ? speed / this.session.shown.factor("impact_speed_max") : null,
+      stick_fraction: Number.isFinite(stuck) ? `0,${stuck}` : null,
+    };
+  }
+
+  async look() {
+    const mine = ++this.asked;
+    const { record, kept } = this.session;
     try {
-      const ranked = await ask(studyPath(record.id, "optimal-designs"), { top: MOST, ...filters });
-      if (mine !== asked) return;
-      found = ranked.designs;
-      total = ranked.designs_total;
-      axes = axesOf(session, found);
-      brushes = Object.fromEntries(
-        axes.map(({ name }) => [name, brushes[name] ?? readBrush(kept.values[`brush_${name}`])]),
+      const path = studyPath(record.id, "optimal-designs");
+      const ranked = await ask(path, { top: MOST, ...this.filters() });
+      if (mine !== this.asked) return;
+      this.found = ranked.designs;
+      this.total = ranked.designs_total;
+      this.axes = axesOf(this.session, this.found);
+      this.brushes = Object.fromEntries(
+        this.axes.map(({ name }) => [name, this.brushes[name] ?? readBrush(kept.values[`brush_${name}`])]),
       );
-      fill(place, found.length > 0 && [drawing(), bySliders()]);
-      update();
+      fill(this.place, this.found.length > 0 && [this.drawing(), this.bySliders()]);
+      this.update();
     } catch (error) {
-      if (mine === asked) fill(place, refusalBox(error));
+      if (mine === this.asked) fill(this.place, refusalBox(error));
     }
   }
 
-  const soon = debounced(PATIENCE_MILLISECONDS, look);
-
-  const within = (/** @type {Ranked} */ design) =>
-    axes.every((axis) => {
-      const share = shareOf(axis, axis.of(design));
-      return share >= brushes[axis.name][0] - 1e-9 && share <= brushes[axis.name][1] + 1e-9;
-    });
-
-  /** @type {Record<string, SVGElement>} */
-  let parts = {};
-
-  function drawing() {
+  drawing() {
+    const { axes } = this;
     const width = STEP * (axes.length - 1) + 150;
-    parts = { muted: line("muted"), inside: line("inside"), point: line("point"), best: line("best") };
-    const heads = axes.flatMap((axis, i) => [
-      svg("line", { x1: xOf(i), x2: xOf(i), y1: TOP, y2: BOTTOM, class: "rail" }),
-      svg("text", { x: xOf(i), y: 14, "text-anchor": "middle" }, axis.title),
-      svg("text", { x: xOf(i) - 4, y: TOP + 4, "text-anchor": "end", class: "tick" }, axis.text(axis.high)),
-      svg("text", { x: xOf(i) - 4, y: BOTTOM + 4, "text-anchor": "end", class: "tick" }, axis.text(axis.low)),
-      (parts[`brush ${axis.name}`] = svg("rect", { x: xOf(i) - 6, width: 12, class: "brush" })),
-      brushing(
-        axis,
-        svg("rect", { x: xOf(i) - 18, y: TOP - 8, width: 36, height: BOTTOM - TOP + 16, class: "handle" }),
-      ),
-    ]);
-    const label = `Parallel coordinates of ${found.length} designs; the sliders below limit each axis`;
-    const picture = svg(
-      "svg",
-      { viewBox: `0 0 ${width} ${HEIGHT}`, class: "parallel", role: "img", "aria-label": label },
-      parts.muted,
-      parts.inside,
-      parts.point,
-      parts.best,
-      ...heads,
-    );
+    this.parts = { muted: line("muted"), inside: line("inside"), point: line("point"), best: line("best") };
+    const lines = Object.values(this.parts);
+    const heads = axes.flatMap((axis, i) => this.head(axis, i));
+    const label = `Parallel coordinates of ${this.found.length} designs; the sliders below limit each axis`;
+    const looks = { viewBox: `0 0 ${width} ${HEIGHT}`, class: "parallel", role: "img", "aria-label": label };
+    const picture = svg("svg", looks, ...lines, ...heads);
     picture.style.minWidth = `${120 * axes.length}px`;
     return el(
       "div",
@@ -102,71 +126,61 @@ export function parallelPanel(session) {
     );
   }
 
+  /** An axis with its ends, its brush, and what takes the pointer. @param {Axis} axis @param {number} i */
+  head(axis, i) {
+    const x = xOf(i);
+    const brush = svg("rect", { x: x - 6, width: 12, class: "brush" });
+    this.parts[`brush ${axis.name}`] = brush;
+    const place = { x: x - 18, y: TOP - 8, width: 36, height: BOTTOM - TOP + 16 };
+    return [
+      svg("line", { x1: x, x2: x, y1: TOP, y2: BOTTOM, class: "rail" }),
+      svg("text", { x, y: 14, "text-anchor": "middle" }, axis.title),
+      svg("text", { x: x - 4, y: TOP + 4, "text-anchor": "end", class: "tick" }, axis.text(axis.high)),
+      svg("text", { x: x - 4, y: BOTTOM + 4, "text-anchor": "end", class: "tick" }, axis.text(axis.low)),
+      brush,
+      this.brushing(axis, svg("rect", { ...place, class: "handle" })),
+    ];
+  }
+
   /**
    * A drag along an axis brushes it, a click on it takes the brush away.
    *
    * @param {Axis} axis
    * @param {SVGElement} handle
    */
-  function brushing(axis, handle) {
+  brushing({ name }, handle) {
     let first = 0;
     const share = (/** @type {PointerEvent} */ event) => {
       const box = handle.getBoundingClientRect();
       const y = TOP - 8 + ((event.clientY - box.top) / box.height) * (BOTTOM - TOP + 16);
       return Math.min(1, Math.max(0, (BOTTOM - y) / (BOTTOM - TOP)));
     };
+    const brush = (/** @type {number} */ now) => {
+      const clicked = Math.abs(now - first) < 0.02;
+      this.brushes[name] = clicked ? [0, 1] : [Math.min(first, now), Math.max(first, now)];
+      this.update();
+    };
     handle.addEventListener("pointerdown", (event) => {
       handle.setPointerCapture(event.pointerId);
       first = share(event);
     });
     handle.addEventListener("pointermove", (event) => {
-      if (!handle.hasPointerCapture(event.pointerId)) return;
-      const now = share(event);
-      brushes[axis.name] =
-        Math.abs(now - first) < 0.02 ? [0, 1] : [Math.min(first, now), Math.max(first, now)];
-      update();
+      if (handle.hasPointerCapture(event.pointerId)) brush(share(event));
     });
     handle.addEventListener("pointerup", (event) => {
-      if (Math.abs(share(event) - first) < 0.02) brushes[axis.name] = [0, 1];
-      update();
-      keep();
+      brush(share(event));
+      this.keep();
     });
     return handle;
   }
 
-  /** @type {Record<string, [HTMLInputElement, HTMLInputElement, HTMLOutputElement]>} */
-  let inputs = {};
-
-  function bySliders() {
-    inputs = {};
-    const rows = axes.map((axis) => {
-      const [from, to] = [0, 1].map((end) => {
-        const slider = el("input", {
-          type: "range",
-          min: 0,
-          max: STEPS,
-          step: 1,
-          "aria-label": `${axis.title}, ${end ? "at most" : "at least"}`,
-          oninput: () => {
-            const value = Number(slider.value) / STEPS;
-            const [low, high] = brushes[axis.name];
-            brushes[axis.name] = end ? [Math.min(low, value), value] : [value, Math.max(high, value)];
-            update();
-          },
-          onchange: () => keep(),
-        });
-        return slider;
-      });
+  bySliders() {
+    const rows = this.axes.map((axis) => {
+      const [from, to] = [this.slider(axis, 0), this.slider(axis, 1)];
       const output = el("output", {});
-      inputs[axis.name] = [from, to, output];
-      return el(
-        "div",
-        { class: "brushes" },
-        el("span", { "aria-hidden": "true" }, axis.title),
-        from,
-        to,
-        output,
-      );
+      this.inputs[axis.name] = [from, to, output];
+      const title = el("span", { "aria-hidden": "true" }, axis.title);
+      return el("div", { class: "brushes" }, title, from, to, output);
     });
     return el(
       "details",
@@ -176,26 +190,48 @@ export function parallelPanel(session) {
     );
   }
 
-  function keep() {
-    const whole = ([low, high] = [0, 1]) => low <= 0 && high >= 1;
-    kept.keep(
-      Object.fromEntries(
-        axes.map(({ name }) => [
-          `brush_${name}`,
-          whole(brushes[name]) ? null : brushes[name].map((share) => short(share, 4)).join(","),
-        ]),
-      ),
-    );
+  /** One end of a brush. @param {Axis} axis @param {0 | 1} end */
+  slider({ name, title }, end) {
+    const oninput = () => {
+      const value = Number(slider.value) / STEPS;
+      const [low, high] = this.brushes[name];
+      this.brushes[name] = end ? [Math.min(low, value), value] : [value, Math.max(high, value)];
+      this.update();
+    };
+    const label = `${title}, ${end ? "at most" : "at least"}`;
+    const looks = { min: 0, max: STEPS, step: 1, "aria-label": label, oninput, onchange: () => this.keep() };
+    const slider = el("input", { type: "range", ...looks });
+    return slider;
+  }
+
+  keep() {
+    const kept = this.axes.map(({ name }) => {
+      const [low, high] = this.brushes[name];
+      const whole = low <= 0 && high >= 1;
+      return [`brush_${name}`, whole ? null : `${short(low, 4)},${short(high, 4)}`];
+    });
+    this.session.kept.keep(Object.fromEntries(kept));
+  }
+
+  /** Whether the brushes leave a design. @param {Ranked} design */
+  within(design) {
+    return this.axes.every((axis) => {
+      const share = shareOf(axis, axis.of(design));
+      const [low, high] = this.brushes[axis.name];
+      return share >= low - 1e-9 && share <= high + 1e-9;
+    });
   }
 
   /** Draw what the brushes leave. */
-  function update() {
-    if (found.length === 0) return void fill(said, "No design is left.");
-    const inside = found.filter(within);
-    const best = leading({
+  update() {
+    const { found, axes, parts } = this;
+    if (found.length === 0) return void fill(this.said, "No design is left.");
+    const { selection } = this.session;
+    const inside = found.filter((design) => this.within(design));
+    const { best } = leading({
       designs: inside,
       best_with_impacts: inside.find((design) => design.impact_share > 0),
-    }).best;
+    });
     const here = found.find((design) =>
       selection.varied.every((name) => name === FREQUENCY || design[name] === selection.value(name)),
     );
@@ -207,86 +243,43 @@ export function parallelPanel(session) {
     parts.inside.setAttribute("d", path(inside));
     parts.best.setAttribute("d", best ? path([best]) : "");
     parts.point.setAttribute("d", here ? path([here]) : "");
-    for (const axis of axes) {
-      const [low, high] = brushes[axis.name];
-      const rect = parts[`brush ${axis.name}`];
-      rect.setAttribute("y", String(BOTTOM - high * (BOTTOM - TOP)));
-      rect.setAttribute("height", String((high - low) * (BOTTOM - TOP)));
-      rect.setAttribute("visibility", low > 0 || high < 1 ? "visible" : "hidden");
-      const [least, most, output] = inputs[axis.name];
-      [least.value, most.value] = [String(Math.round(low * STEPS)), String(Math.round(high * STEPS))];
-      const text = (/** @type {number} */ share) => axis.text(axis.low + share * (axis.high - axis.low));
-      output.textContent = `${text(low)} to ${text(high)}`;
-      least.setAttribute("aria-valuetext", text(low));
-      most.setAttribute("aria-valuetext", text(high));
-    }
+    for (const axis of axes) this.drawBrush(axis);
+    this.say(inside.length, best);
+  }
+
+  /** @param {Axis} axis */
+  drawBrush(axis) {
+    const [low, high] = this.brushes[axis.name];
+    const rect = this.parts[`brush ${axis.name}`];
+    rect.setAttribute("y", String(BOTTOM - high * (BOTTOM - TOP)));
+    rect.setAttribute("height", String((high - low) * (BOTTOM - TOP)));
+    rect.setAttribute("visibility", low > 0 || high < 1 ? "visible" : "hidden");
+    const [from, to, output] = this.inputs[axis.name];
+    const [least, most] = [low, high].map((share) => axis.text(axis.low + share * (axis.high - axis.low)));
+    from.value = String(Math.round(low * STEPS));
+    to.value = String(Math.round(high * STEPS));
+    from.setAttribute("aria-valuetext", least);
+    to.setAttribute("aria-valuetext", most);
+    output.textContent = `${least} to ${most}`;
+  }
+
+  /** @param {number} inside how many the brushes leave @param {Ranked | null} best of them */
+  say(inside, best) {
+    const { selection, shown } = this.session;
+    const { found, total } = this;
     const of =
       total > found.length
         ? ` The study has ${total}: designs without impacts that share one response are drawn as one ` +
           `line, and at most ${MOST} lines are drawn.`
         : "";
+    const words = best && `Go to the best of them, ${shown.value(VALUE, best.value)}`;
     fill(
-      said,
-      `${inside.length} of ${found.length} designs are within the limits.${of} `,
+      this.said,
+      `${inside} of ${found.length} designs are within the limits.${of} `,
       best &&
-        el(
-          "button",
-          {
-            type: "button",
-            class: "small",
-            onclick: () =>
-              selection.chooseValues(
-                Object.fromEntries(
-                  selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, best[name]]),
-                ),
-              ),
-          },
-          `Go to the best of them, ${shown.value(VALUE, best.value)}`,
-        ),
+        el("button", { type: "button", class: "small", onclick: () => selection.chooseDesign(best) }, words),
     );
   }
-
-  /** @param {string} label @param {"speed" | "stuck"} name @param {Record<string, unknown>} more */
-  function limit(label, name, more) {
-    const input = el("input", {
-      type: "number",
-      step: "any",
-      min: 0,
-      placeholder: "any",
-      value: Number.isFinite(limits[name]) ? limits[name] : "",
-      ...more,
-      oninput: () => {
-        limits[name] = input.value === "" ? NaN : Number(input.value);
-        kept.keep({ [name]: input.value });
-        soon();
-      },
-    });
-    return el("label", { class: "field" }, el("span", {}, label), input);
-  }
-
-  selection.addEventListener("chosen", () => found.length > 0 && update());
-  const has = (/** @type {string} */ name) => session.variables.includes(name);
-  const element = el(
-    "section",
-    { class: "box wide" },
-    el("h2", {}, "All designs"),
-    el(
-      "p",
-      { class: "quiet" },
-      "Each line is a design. Drag along an axis to keep only the designs that cross it there; click " +
-        "the axis to remove the limit.",
-    ),
-    el(
-      "div",
-      { class: "row controls" },
-      has("impact_speed_max") &&
-        limit(`Impact speed at most${shown.has("impact_speed_max") ? " [m/s]" : " [Z ω_n]"}`, "speed", {}),
-      has("stick_fraction") && limit("Share of time sticking at most", "stuck", { max: 1 }),
-    ),
-    said,
-    place,
-  );
-  return { element, look };
 }
 
 /**
@@ -312,16 +305,11 @@ function axesOf({ selection, shown }, designs) {
     return { name, title, low, high: high > low ? high : low + 1, of, text };
   };
   const named = selection.varied.filter((name) => name !== FREQUENCY);
-  const plain = (/** @type {string} */ name) =>
-    (shown.has(name)
-      ? shown.title(name).replace(/^.* (?=\S+ \[)/, "")
-      : shown.title(name).replace(/^.* /, "")
-    ).replace("_", "");
   return [
     ...named.map((name) =>
       axis(
         name,
-        plain(name),
+        shown.short(name),
         (design) => design[name],
         (value) => short(value * shown.factor(name), 3),
       ),
@@ -334,7 +322,7 @@ function axesOf({ selection, shown }, designs) {
     ),
     axis(
       "value",
-      shown.has(VALUE) ? `X${shown.unit(VALUE).replace(/^ (.*)$/, " [$1]")}` : "X/Z",
+      shown.has(VALUE) ? `X [${shown.unit(VALUE).trim()}]` : "X/Z",
       (design) => design.value,
       (value) => short(value * shown.factor(VALUE), 3),
     ),

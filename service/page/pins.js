@@ -1,94 +1,105 @@
 /** Points that were pinned: their frequency responses in one figure, beside that of the point. */
-/** @import { Session } from "./types.js" */
+/** @import { Curve, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill } from "./dom.js";
 import { CURVES, DASHES, figure } from "./figure.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
+import { times } from "./shown.js";
 
 const PATIENCE_MILLISECONDS = 200;
 /** As many as there are kinds of line beside the point's own. */
 const MOST = 4;
 
-/** @param {Session} session @returns {{element: HTMLElement, look: () => void}} */
-export function pinsPanel(session) {
-  const { selection, record, kept, shown } = session;
-  const along = selection.varied.filter((name) => name !== FREQUENCY);
-  const chart = figure({
-    label: "Frequency responses of the point and of pinned points",
-    name: `pinned-${record.id}`,
-    height: 300,
-    python: () => pythonLine(record.id, "frequency_response", selection.at([FREQUENCY])),
-  });
-  const list = el("ul", { class: "plain" });
-  const trouble = el("div");
-  let pins = readPins();
-  let asked = 0;
+export class PinsPanel {
+  list = el("ul", { class: "plain" });
+  trouble = el("div");
+  asked = 0;
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    const { selection, record } = session;
+    this.along = selection.varied.filter((name) => name !== FREQUENCY);
+    this.chart = figure({
+      label: "Frequency responses of the point and of pinned points",
+      name: `pinned-${record.id}`,
+      height: 300,
+      python: () => pythonLine(record.id, "frequency_response", selection.at([FREQUENCY])),
+    });
+    this.pins = this.readPins();
+    this.look = debounced(PATIENCE_MILLISECONDS, () => this.draw());
+    selection.addEventListener("chosen", this.look);
+    this.element = el(
+      "section",
+      { class: "box" },
+      el("h2", {}, "Pinned points"),
+      el(
+        "div",
+        { class: "row controls" },
+        el("button", { type: "button", onclick: () => this.pin() }, "Pin this point"),
+        el("span", { class: "quiet" }, `At most ${MOST}; the oldest is removed.`),
+      ),
+      this.list,
+      this.trouble,
+      this.chart.element,
+    );
+  }
 
   /** Places along the dimensions, of pins that lie in the study. @returns {number[][]} */
-  function readPins() {
-    const read = (kept.values.pins ?? "")
-      .split(",")
-      .filter(Boolean)
-      .map((text) => text.split(".").map(Number));
-    return read
-      .filter(
-        (pin) =>
-          pin.length === along.length &&
-          pin.every(
-            (place, i) => Number.isInteger(place) && place >= 0 && place < selection.axes[along[i]].length,
-          ),
-      )
+  readPins() {
+    const { kept, selection } = this.session;
+    const texts = (kept.values.pins ?? "").split(",").filter(Boolean);
+    const lies = (/** @type {number} */ place, /** @type {number} */ i) =>
+      Number.isInteger(place) && place >= 0 && place < selection.axes[this.along[i]].length;
+    return texts
+      .map((text) => text.split(".").map(Number))
+      .filter((pin) => pin.length === this.along.length && pin.every(lies))
       .slice(0, MOST);
   }
 
-  /** @param {number[][]} now */
-  function keep(now) {
-    pins = now;
-    kept.keep({ pins: pins.map((pin) => pin.join(".")).join(",") });
-    look();
+  pin() {
+    const now = this.here();
+    if (!this.pins.some((one) => one.join() === now.join())) this.keep([...this.pins, now].slice(-MOST));
   }
 
-  /** @param {number[]} pin */
-  const named = (pin) =>
-    along
-      .map((name, i) => `${shown.called(name)} ${shown.value(name, selection.axes[name][pin[i]])}`)
-      .join(", ");
-  const here = () => along.map((name) => selection.place[name]);
+  here() {
+    return this.along.map((name) => this.session.selection.place[name]);
+  }
 
-  const look = debounced(PATIENCE_MILLISECONDS, async () => {
-    const mine = ++asked;
+  /** @param {number[][]} now */
+  keep(now) {
+    this.pins = now;
+    this.session.kept.keep({ pins: now.map((pin) => pin.join(".")).join(",") });
+    this.look();
+  }
+
+  /** A pin in the list, with what goes there and what removes it. @param {number[]} pin @param {number} i */
+  item(pin, i) {
+    const { selection, shown } = this.session;
+    const words = this.along.map(
+      (name, j) => `${shown.called(name)} ${shown.value(name, selection.axes[name][pin[j]])}`,
+    );
+    const go = () => selection.choose(Object.fromEntries(this.along.map((name, j) => [name, pin[j]])));
+    const remove = () => this.keep(this.pins.filter((_, j) => j !== i));
+    const button = (
+      /** @type {string} */ text,
+      /** @type {string} */ says,
+      /** @type {() => void} */ onclick,
+    ) =>
+      el("button", { type: "button", class: "small", "aria-label": `${says} pin ${i + 1}`, onclick }, text);
+    const buttons = [button("Go", "Go to", go), " ", button("Remove", "Remove", remove)];
+    return el("li", {}, `${i + 1}: ${words.join(", ")} `, buttons);
+  }
+
+  async draw() {
+    const mine = ++this.asked;
+    const { pins, along, list, trouble } = this;
+    const { selection, record } = this.session;
     fill(
       list,
-      pins.map((pin, i) =>
-        el(
-          "li",
-          {},
-          `${i + 1}: ${named(pin)} `,
-          el(
-            "button",
-            {
-              type: "button",
-              class: "small",
-              "aria-label": `Go to pin ${i + 1}`,
-              onclick: () => selection.choose(Object.fromEntries(along.map((name, j) => [name, pin[j]]))),
-            },
-            "Go",
-          ),
-          " ",
-          el(
-            "button",
-            {
-              type: "button",
-              class: "small",
-              "aria-label": `Remove pin ${i + 1}`,
-              onclick: () => keep(pins.filter((_, j) => j !== i)),
-            },
-            "Remove",
-          ),
-        ),
-      ),
+      pins.map((pin, i) => this.item(pin, i)),
     );
     if ((selection.axes[FREQUENCY] ?? []).length < 2)
       return fill(
@@ -97,55 +108,37 @@ export function pinsPanel(session) {
       );
     try {
       const path = studyPath(record.id, "frequency-response");
-      const points = [here(), ...pins];
-      const curves = await Promise.all(
-        points.map((pin) =>
-          ask(path, Object.fromEntries(along.map((name, i) => [name, selection.axes[name][pin[i]]]))),
-        ),
-      );
-      if (mine !== asked || !trouble.isConnected) return;
+      const at = (/** @type {number[]} */ pin) =>
+        Object.fromEntries(along.map((name, i) => [name, selection.axes[name][pin[i]]]));
+      const curves = await Promise.all([this.here(), ...pins].map((pin) => ask(path, at(pin))));
+      if (mine !== this.asked || !trouble.isConnected) return;
       fill(trouble);
-      await chart.draw(
-        () =>
-          curves.map((curve, i) => ({
-            type: "scatter",
-            mode: "lines",
-            x: curve.frequency_ratio.map((r) => r * shown.factor(FREQUENCY)),
-            y: curve.values.map((value) => (value === null ? null : value * shown.factor("amplitude_ratio"))),
-            name: i === 0 ? "this point" : `pin ${i}`,
-            line: { color: CURVES()[i], dash: DASHES[i], width: i === 0 ? 2.5 : 1.8 },
-          })),
-        () => ({
-          xaxis: { title: { text: shown.axis(FREQUENCY) } },
-          yaxis: {
-            title: { text: shown.variable("amplitude_ratio", curves[0].long_name) },
-            rangemode: "tozero",
-          },
-        }),
-      );
+      await this.drawCurves(curves);
     } catch (error) {
-      if (mine === asked) fill(trouble, refusalBox(error));
+      if (mine === this.asked) fill(trouble, refusalBox(error));
     }
-  });
+  }
 
-  const pin = () => {
-    const now = here();
-    if (!pins.some((one) => one.join() === now.join())) keep([...pins, now].slice(-MOST));
-  };
-  selection.addEventListener("chosen", look);
-  const element = el(
-    "section",
-    { class: "box" },
-    el("h2", {}, "Pinned points"),
-    el(
-      "div",
-      { class: "row controls" },
-      el("button", { type: "button", onclick: pin }, "Pin this point"),
-      el("span", { class: "quiet" }, `At most ${MOST}; the oldest is removed.`),
-    ),
-    list,
-    trouble,
-    chart.element,
-  );
-  return { element, look };
+  /** @param {Curve[]} curves that of the point first */
+  async drawCurves(curves) {
+    const { shown } = this.session;
+    await this.chart.draw(
+      () =>
+        curves.map(({ frequency_ratio, values }, i) => ({
+          type: "scatter",
+          mode: "lines",
+          x: times(frequency_ratio, shown.factor(FREQUENCY)),
+          y: times(values, shown.factor("amplitude_ratio")),
+          name: i === 0 ? "this point" : `pin ${i}`,
+          line: { color: CURVES()[i], dash: DASHES[i], width: i === 0 ? 2.5 : 1.8 },
+        })),
+      () => ({
+        xaxis: { title: { text: shown.axis(FREQUENCY) } },
+        yaxis: {
+          title: { text: shown.variable("amplitude_ratio", curves[0].long_name) },
+          rangemode: "tozero",
+        },
+      }),
+    );
+  }
 }

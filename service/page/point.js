@@ -1,75 +1,92 @@
 /** One design point: its curve over the frequency, its motion, and what is known about it. */
-/** @import { Curve, Ranked, Selection, Session } from "./types.js" */
+/** @import { Curve, Ranked, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, prose, say } from "./dom.js";
-import { colour, CURVES, figure } from "./figure.js";
+import { colour, CURVES, figure, thisPoint } from "./figure.js";
 import { help } from "./help.js";
-import { motionPanel } from "./motion.js";
+import { MotionPanel } from "./motion.js";
 import { duration, short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
+import { times } from "./shown.js";
 import { CLASS_LOOKS, designDimensions } from "./vocabulary.js";
 
 const PATIENCE_MILLISECONDS = 350;
 const NOT_COMPUTED = -1;
 
-/**
- * @param {Session} session
- * @param {() => Ranked | null} best the best design that is known, or null
- */
-export function pointPanel(session, best) {
-  const { selection, record } = session;
-  const go = () => {
-    const design = best();
-    if (design) selection.chooseValues(designOf(design, selection));
-  };
-  const heading = el("h2", { id: "point" }, "Choose a point");
-  const start = el("button", { type: "button", onclick: go }, "Look at the best design");
-  const about = el(
-    "div",
-    {},
-    el("p", { class: "quiet" }, "Click the map, move the sliders, or take a design from the table."),
-    start,
-  );
-  const curve = figure({
-    label: "Frequency response of the point",
-    name: `response-${record.id}`,
-    height: 260,
-    python: () => pythonLine(record.id, "frequency_response", selection.at([FREQUENCY])),
-  });
-  const curves = el("div");
-  const moving = motionPanel(session);
+export class PointPanel {
+  heading = el("h2", { id: "point" }, "Choose a point");
+  curves = el("div");
   /** @type {AbortController | undefined} */
-  let asking;
+  asking;
 
-  async function look() {
-    if (!selection.chosen) return;
-    asking?.abort();
-    asking = new AbortController();
-    const options = { signal: asking.signal };
-    const at = selection.at([FREQUENCY]);
+  /** @param {Session} session @param {() => Ranked | null} best the best design that is known, or null */
+  constructor(session, best) {
+    this.session = session;
+    const { selection, record } = session;
+    const go = () => {
+      const design = best();
+      if (design) selection.chooseDesign(design);
+    };
+    this.about = el(
+      "div",
+      {},
+      el("p", { class: "quiet" }, "Click the map, move the sliders, or take a design from the table."),
+      el("button", { type: "button", onclick: go }, "Look at the best design"),
+    );
+    this.curve = figure({
+      label: "Frequency response of the point",
+      name: `response-${record.id}`,
+      height: 260,
+      python: () => pythonLine(record.id, "frequency_response", selection.at([FREQUENCY])),
+    });
+    this.motion = new MotionPanel(session);
+    this.element = el(
+      "section",
+      { class: "box point", "aria-labelledby": "point" },
+      help("response-classes/", "classes of response"),
+      this.heading,
+      this.about,
+      this.curves,
+      this.motion.element,
+    );
+    selection.addEventListener(
+      "chosen",
+      debounced(PATIENCE_MILLISECONDS, () => this.look()),
+    );
+    if (selection.chosen) this.look();
+  }
+
+  async look() {
+    const { session, heading, about } = this;
+    if (!session.selection.chosen) return;
+    this.asking?.abort();
+    this.asking = new AbortController();
+    const { signal } = this.asking;
     fill(heading, title(session));
     try {
-      const path = studyPath(record.id, "frequency-response");
-      const along = (/** @type {string} */ metric) =>
-        session.variables.includes(metric) ? ask(path, { ...at, metric }, options) : null;
-      const [response, times, periods] = await Promise.all([
-        ask(path, at, options),
-        along("run_time"),
-        along("period"),
-      ]);
-      const place = frequencyPlace(response);
-      fill(about, stored(session, response, times, place));
-      await drawCurve(response, place);
+      const [response, runs, periods] = await this.ask(signal);
+      const place = this.frequencyPlace(response);
+      fill(about, stored(session, response, runs, place));
+      await this.drawCurve(response, place);
       // cycles after which the stored response repeats; 0 where it does not, or nobody knows
       const period = Math.max(0, periods?.values[place] ?? 0);
-      await moving.look(response.frequency_ratio[place], period, options.signal);
+      await this.motion.look(response.frequency_ratio[place], period, signal);
       say(`${heading.textContent}: ${about.querySelector("dd")?.textContent ?? ""}`);
     } catch (error) {
-      if (options.signal.aborted) return;
-      fill(about, refusalBox(error));
+      if (!signal.aborted) fill(about, refusalBox(error));
     }
+  }
+
+  /** The response over the frequency, its run times and its periods. @param {AbortSignal} signal */
+  ask(signal) {
+    const { selection, record, variables } = this.session;
+    const path = studyPath(record.id, "frequency-response");
+    const at = selection.at([FREQUENCY]);
+    const along = (/** @type {string} */ metric) =>
+      variables.includes(metric) ? ask(path, { ...at, metric }, { signal }) : null;
+    return Promise.all([ask(path, at, { signal }), along("run_time"), along("period")]);
   }
 
   /**
@@ -77,56 +94,30 @@ export function pointPanel(session, best) {
    *
    * @param {Curve} response
    */
-  function frequencyPlace(response) {
+  frequencyPlace(response) {
+    const { selection } = this.session;
     if (!selection.worst || empty(response)) return selection.place[FREQUENCY];
     const values = response.values.map((value) => value ?? -1);
-    return values.indexOf(values.reduce((a, b) => Math.max(a, b)));
+    return values.indexOf(Math.max(...values));
   }
 
   /** @param {Curve} response @param {number} place */
-  async function drawCurve(response, place) {
+  async drawCurve(response, place) {
+    const { shown } = this.session;
+    const { curve, curves } = this;
     if (response.frequency_ratio.length < 2) return fill(curves);
     if (!curve.element.isConnected) fill(curves, el("h3", {}, "Frequency response"), curve.element);
     await curve.draw(
-      () => curveTraces(response, place, session),
+      () => curveTraces(response, place, this.session),
       () => ({
-        xaxis: {
-          title: {
-            text: session.shown.has(FREQUENCY) ? session.shown.title(FREQUENCY) : "frequency ratio r",
-          },
-        },
+        xaxis: { title: { text: shown.frequency() } },
         yaxis: {
-          title: { text: session.shown.variable("amplitude_ratio", response.long_name) },
+          title: { text: shown.variable("amplitude_ratio", response.long_name) },
           rangemode: "tozero",
         },
       }),
     );
   }
-
-  const soon = debounced(PATIENCE_MILLISECONDS, look);
-  selection.addEventListener("chosen", soon);
-  if (selection.chosen) look();
-  return el(
-    "section",
-    { class: "box point", "aria-labelledby": "point" },
-    help("response-classes/", "classes of response"),
-    heading,
-    about,
-    curves,
-    moving.element,
-  );
-}
-
-/**
- * What a design says about the dimensions that vary.
- *
- * @param {Ranked} design
- * @param {Selection} selection
- */
-function designOf(design, selection) {
-  return Object.fromEntries(
-    selection.varied.filter((name) => name !== FREQUENCY).map((name) => [name, design[name]]),
-  );
 }
 
 /** The point in symbols. @param {Session} session */
@@ -147,10 +138,10 @@ function empty(response) {
  *
  * @param {Session} session
  * @param {Curve} response
- * @param {Curve | null} times
+ * @param {Curve | null} runs
  * @param {number} place
  */
-function stored(session, response, times, place) {
+function stored(session, response, runs, place) {
   const { words, selection, shown } = session;
   const error = response.amplitude_error?.[place];
   const kind = response.response_class && words.response_class[String(response.response_class[place])];
@@ -163,7 +154,7 @@ function stored(session, response, times, place) {
       shown.value("amplitude_ratio", response.values[place], 6),
     ],
     ["Error", shown.error("amplitude_ratio", response.values[place], error)],
-    ["Run time", duration(times?.values[place])],
+    ["Run time", duration(runs?.values[place])],
     ["Response", kind?.sentence ?? "–"],
     ["Status", words.status[String(response.status[place])]],
   ]);
@@ -192,10 +183,8 @@ function curveTraces(response, place, { words, shown }) {
   const [first] = CURVES();
   const kinds = response.response_class ?? [];
   const present = [...new Set(kinds)].filter((kind) => /** @type {number} */ (kind) >= 0);
-  const r = response.frequency_ratio.map((value) => value * shown.factor(FREQUENCY));
-  const amplitude = (/** @type {number | null} */ value) =>
-    value === null ? null : value * shown.factor("amplitude_ratio");
-  const values = response.values.map(amplitude);
+  const r = times(response.frequency_ratio, shown.factor(FREQUENCY));
+  const values = times(response.values, shown.factor("amplitude_ratio"));
   return [
     {
       type: "scatter",
@@ -207,7 +196,7 @@ function curveTraces(response, place, { words, shown }) {
       connectgaps: false,
       error_y: {
         type: "data",
-        array: response.amplitude_error?.map(amplitude),
+        array: times(response.amplitude_error ?? [], shown.factor("amplitude_ratio")),
         color: first,
         thickness: 1,
         width: 2,
@@ -232,14 +221,6 @@ function curveTraces(response, place, { words, shown }) {
         hovertemplate: `%{x:.5~g}${shown.unit(FREQUENCY)}, %{y:.5~g}${shown.unit("amplitude_ratio")}`,
       };
     }),
-    {
-      type: "scatter",
-      mode: "markers",
-      x: [r[place]],
-      y: [values[place]],
-      marker: { symbol: "circle-open", size: 16, color: "#ff3030", line: { width: 2.5 } },
-      showlegend: false,
-      hoverinfo: "skip",
-    },
+    { ...thisPoint(16), x: [r[place]], y: [values[place]], showlegend: false },
   ];
 }

@@ -85,12 +85,12 @@ export function uploadField(onKept) {
     accept: ".at2,.AT2,.csv,.txt,text/plain,text/csv",
     onchange: () => upload(),
   });
+  const names = WORDS.acceleration_units.map((unit) => [unit, unit.replace("2", "²")]);
+  const options = [["", "as the file says"], ...names];
   const units = el(
     "select",
     {},
-    [["", "as the file says"], ...WORDS.acceleration_units.map((unit) => [unit, unit.replace("2", "²")])].map(
-      ([value, text]) => el("option", { value }, text),
-    ),
+    options.map(([value, text]) => el("option", { value }, text)),
   );
 
   async function upload() {
@@ -104,12 +104,8 @@ export function uploadField(onKept) {
       await onKept(kept);
       say(`${kept.name} is chosen.`);
     } catch (error) {
-      if (error instanceof Refusal && error.faults.length)
-        fill(
-          trouble,
-          error.faults.map((fault) => el("p", {}, faultText(fault))),
-        );
-      else fill(trouble, refusalBox(error));
+      const faults = error instanceof Refusal ? error.faults : [];
+      fill(trouble, faults.length ? faults.map((fault) => el("p", {}, faultText(fault))) : refusalBox(error));
     }
     file.value = "";
   }

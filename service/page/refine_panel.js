@@ -7,73 +7,88 @@
 import { ask, refusalBox, send, studyPath } from "./api.js";
 import { el, fill, prose, say } from "./dom.js";
 import { VALUE } from "./headline.js";
-import { counted, short } from "./numbers.js";
+import { short } from "./numbers.js";
 import { progressBar } from "./progress.js";
 import { FREQUENCY } from "./selection.js";
 import { WORDS } from "./words.js";
 
 const LOOK_MILLISECONDS = 500;
 
-/**
- * @param {Session} session
- * @param {() => Record<string, unknown>} judged how designs are judged now, as the ranking above is asked for
- */
-export function refinePanel({ record, selection, shown }, judged) {
-  const told = el("div", { role: "status" });
-  const button = el("button", { type: "button", onclick: search }, "Search around the best design");
-  const stop = el(
-    "button",
-    { type: "button", disabled: true, onclick: () => ((stop.disabled = true), (stopped = true)) },
-    "Stop",
-  );
-  let stopped = false;
-  const panel = el(
-    "details",
-    { class: "more" },
-    el("summary", {}, "Refine: is a better design nearby?"),
-    el(
-      "p",
-      { class: "quiet" },
-      "Computes further designs between those of the grid, in studies of their own, until none can be " +
-        "better by 1 % or 20,000 points are spent. What is computed is kept: a search that was stopped " +
-        "goes on from there.",
-    ),
-    el("div", { class: "row" }, button, stop),
-    told,
-  );
-  const over = () => stopped || !panel.isConnected;
+export class RefinePanel {
+  told = el("div", { role: "status" });
+  stopped = false;
+  /** The follow-up studies that are computed. @type {{id: string}[]} */
+  rounds = [];
 
-  async function search() {
-    button.disabled = true;
-    stop.disabled = stopped = false;
-    /** @type {{id: string}[]} */
-    const rounds = [];
+  /**
+   * @param {Session} session
+   * @param {() => Record<string, unknown>} judged how designs are judged now, as the ranking above is asked for
+   */
+  constructor(session, judged) {
+    this.session = session;
+    this.judged = judged;
+    const stop = () => (this.stop.disabled = this.stopped = true);
+    const button = (/** @type {string} */ words, /** @type {() => void} */ onclick) =>
+      el("button", { type: "button", onclick }, words);
+    this.button = button("Search around the best design", () => this.search());
+    this.stop = button("Stop", stop);
+    this.stop.disabled = true;
+    this.element = el(
+      "details",
+      { class: "more" },
+      el("summary", {}, "Refine: is a better design nearby?"),
+      el(
+        "p",
+        { class: "quiet" },
+        "Computes further designs between those of the grid, in studies of their own, until none can be " +
+          "better by 1 % or 20,000 points are spent. What is computed is kept: a search that was stopped " +
+          "goes on from there.",
+      ),
+      el("div", { class: "row" }, this.button, this.stop),
+      this.told,
+    );
+  }
+
+  get over() {
+    return this.stopped || !this.element.isConnected;
+  }
+
+  async search() {
+    this.button.disabled = true;
+    this.stop.disabled = this.stopped = false;
+    this.rounds = [];
     try {
-      for (;;) {
-        const asked = { ...judged(), with: rounds.map(({ id }) => id).join(",") };
-        const answer = await send(studyPath(record.id, "refine"), {}, asked);
-        fill(told, outcome(answer, rounds));
-        const further = (answer.follow_ups ?? []).filter(
-          (study) => !rounds.some(({ id }) => id === study.id),
-        );
-        if (further.length === 0) return say("The search around the best design has ended.");
+      let further = await this.ask();
+      while (further.length) {
         for (const study of further) {
-          await ended(study);
-          if (over()) return;
-          rounds.push(study);
+          await this.ended(study);
+          if (this.over) return;
+          this.rounds.push(study);
         }
+        further = await this.ask();
       }
+      say("The search around the best design has ended.");
     } catch (error) {
-      told.append(refusalBox(error));
+      this.told.append(refusalBox(error));
     } finally {
-      button.disabled = false;
-      stop.disabled = true;
+      this.button.disabled = false;
+      this.stop.disabled = true;
     }
   }
 
+  /** Say what is known, and give the studies that are still to be computed. */
+  async ask() {
+    const { rounds } = this;
+    const known = rounds.map(({ id }) => id);
+    const path = studyPath(this.session.record.id, "refine");
+    const answer = await send(path, {}, { ...this.judged(), with: known.join(",") });
+    fill(this.told, this.outcome(answer));
+    return (answer.follow_ups ?? []).filter(({ id }) => !known.includes(id));
+  }
+
   /** Wait for a study, and say how far it is. @param {{id: string}} study */
-  async function ended(study) {
-    const words = told.appendChild(el("p", {}));
+  async ended(study) {
+    const words = this.told.appendChild(el("p", {}));
     for (;;) {
       const now = await ask(studyPath(study.id));
       fill(words, progressBar(now));
@@ -82,46 +97,35 @@ export function refinePanel({ record, selection, shown }, judged) {
           throw new Error(`the follow-up study ${study.id} is ${now.state}. ${now.message ?? ""}`);
         return;
       }
-      if (over()) return;
+      if (this.over) return;
       await new Promise((go) => setTimeout(go, LOOK_MILLISECONDS));
     }
   }
 
-  /** @param {Refinement} answer @param {{id: string}[]} rounds */
-  function outcome({ found, known, steps, note }, rounds) {
+  /** @param {Refinement} answer */
+  outcome({ found, known, steps, note }) {
+    const { selection, shown } = this.session;
     const named = selection.varied.filter((name) => name !== FREQUENCY);
+    const step = (/** @type {string} */ name) =>
+      steps[name] ? ` ± ${short(steps[name] * shown.factor(name), 2)}` : "";
     const at = named.flatMap((name, i) => [
       i > 0 && ", ",
-      el(
-        "span",
-        { class: "one" },
-        shown.symbol(name),
-        ` = ${shown.value(name, found[name])}`,
-        steps[name] ? ` ± ${short(steps[name] * shown.factor(name), 2)}` : "",
-      ),
+      el("span", { class: "one" }, shown.symbol(name), ` = ${shown.value(name, found[name])}`, step(name)),
     ]);
-    const last = rounds[rounds.length - 1];
+    const best = el("strong", {}, shown.withError(VALUE, found.value, found.error) + shown.unit(VALUE));
+    const { length } = this.rounds;
+    const { id } = this.rounds[length - 1] ?? {};
     return [
-      el(
-        "p",
-        {},
-        known ? "Known: " : "So far: ",
-        el("strong", {}, shown.withError(VALUE, found.value, found.error) + shown.unit(VALUE)),
-        " at ",
-        at,
-        ".",
-      ),
+      el("p", {}, known ? "Known: " : "So far: ", best, " at ", at, "."),
       !shown.inUnits && el("p", { class: "quiet" }, prose(note)),
-      last &&
+      id &&
         el(
           "p",
           { class: "quiet" },
-          `${counted(rounds.length, "follow-up study").replace("studys", "studies")} computed; the last is `,
-          el("a", { href: `#/studies/${last.id}` }, last.id),
+          `${length} follow-up ${length === 1 ? "study" : "studies"} computed; the last is `,
+          el("a", { href: `#/studies/${id}` }, id),
           ".",
         ),
     ];
   }
-
-  return panel;
 }

@@ -73,6 +73,12 @@ export class Selection extends EventTarget {
     this.choose(Object.fromEntries(known.map(([name, value]) => [name, placeOf(this.axes[name], value)])));
   }
 
+  /** Choose the place of a design; the frequency stays. @param {Record<string, number>} design */
+  chooseDesign(design) {
+    const named = this.varied.filter((name) => name !== FREQUENCY);
+    this.chooseValues(Object.fromEntries(named.map((name) => [name, design[name]])));
+  }
+
   /**
    * Rest at a design as long as nobody has chosen a point: a study opens where its optimum lies.
    *

@@ -3,6 +3,7 @@
 
 import { el } from "./dom.js";
 import { short } from "./numbers.js";
+import { FREQUENCY } from "./selection.js";
 import { STANDS_FOR, unitFactor } from "./quantities.js";
 import { axisTitle, NAMES, lowered, symbol, titled } from "./vocabulary.js";
 import { WORDS } from "./words.js";
@@ -79,9 +80,20 @@ export class Shown {
     return this.has(name) ? QUANTITIES[name][1] : titled(name).split(" [")[0];
   }
 
+  /** Its symbol in plain text, with its unit. @param {string} name */
+  short(name) {
+    const [symbol, , unit] = this.has(name) ? QUANTITIES[name] : [WORDS.symbols[name]];
+    return symbol.replace("_", "") + (unit ? ` [${unit}]` : "");
+  }
+
   /** The same as the plotting library sets it. @param {string} name */
   axis(name) {
     return this.has(name) ? this.title(name) : axisTitle(name);
+  }
+
+  /** What stands along an axis of frequencies. */
+  frequency() {
+    return this.has(FREQUENCY) ? this.title(FREQUENCY) : "frequency ratio r";
   }
 
   /** The symbol of a dimension as it is printed. @param {string} name @returns {HTMLElement} */

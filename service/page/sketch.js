@@ -4,7 +4,7 @@
  */
 /** @import { History } from "./types.js" */
 
-import { el, fill } from "./dom.js";
+import { el } from "./dom.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 760;
@@ -67,13 +67,18 @@ export function cylinder(length) {
  * @param {{clearance: number | null, friction: number}} design clearance over Z, and the friction ratio
  * @param {(u: number) => string} say puts a displacement over Z into words
  */
-export function sketch(history, { clearance, friction }, say) {
-  const largest = Math.max(1, ...history.columns.u.map(Math.abs));
-  const scale = Math.min(TRAVEL / largest, clearance === null ? Infinity : HALF_CAVITY / clearance);
-  const half = clearance === null ? 40 : clearance * scale + RADIUS;
-  const box = half + 22;
+export function sketch(history, design, say) {
+  return new Sketch(history, design, say).element;
+}
 
-  const base = svg(
+class Sketch {
+  now = 0;
+  running = false;
+  spring = svg("path", { class: "line" });
+  dashpot = svg("path", { class: "line" });
+  pad = svg("rect", { x: -26, y: 118, width: 52, height: FLOOR - 120, class: "pad" });
+  particle = svg("circle", { cy: 75, r: RADIUS, class: "particle" });
+  base = svg(
     "g",
     {},
     svg("path", { d: `M0,20 V${FLOOR} H${WIDTH - WALL - 20}`, class: "line thick" }),
@@ -82,85 +87,134 @@ export function sketch(history, { clearance, friction }, say) {
       class: "line",
     }),
   );
-  const spring = svg("path", { class: "line" });
-  const dashpot = svg("path", { class: "line" });
-  const pad = svg("rect", { x: -26, y: 118, width: 52, height: FLOOR - 120, class: "pad" });
-  const left = svg("line", { x1: -half, x2: -half, y1: 58, y2: 92, class: "line thick" });
-  const right = svg("line", { x1: half, x2: half, y1: 58, y2: 92, class: "line thick" });
-  const mass = svg(
-    "g",
-    {},
-    svg("rect", { x: -box, y: 36, width: 2 * box, height: 82, rx: 4, class: "mass" }),
-  );
-  if (clearance !== null)
-    mass.append(svg("rect", { x: -half, y: 58, width: 2 * half, height: 34, class: "cavity" }), left, right);
-  if (friction > 0) mass.append(pad);
-  const particle = svg("circle", { cy: 75, r: RADIUS, class: "particle" });
-  const picture = svg("svg", {
-    viewBox: `0 0 ${WIDTH} ${HEIGHT}`,
-    class: "sketch",
-    role: "img",
-    "aria-label": "Sketch of the damper as it moves",
-  });
-  picture.append(base, spring, dashpot, mass, ...(clearance === null ? [] : [particle]));
+  words = el("output", {});
+  slow = el("input", { type: "checkbox" });
+  play = el("button", { type: "button", onclick: () => (this.running ? this.stop() : this.start()) }, "Play");
 
-  const words = el("output", {});
-  const slider = el("input", {
-    type: "range",
-    min: 0,
-    max: Math.max(1, history.length),
-    step: "any",
-    value: 0,
-    "aria-label": "Moment of the motion, in cycles",
-    oninput: () => show(Number(slider.value)),
-  });
-  const play = el("button", { type: "button", onclick: () => (running ? stop() : start()) }, "Play");
-  const slow = el("input", { type: "checkbox" });
-  const struck = history.impacts.map((i) => history.cycles[i]);
-  let now = 0;
-  let running = false;
-
-  /** @param {number} cycle */
-  function show(cycle) {
-    now = cycle;
-    const z = history.base(cycle) * scale;
-    const u = history.at("u", cycle) * scale;
-    const x = MIDDLE + u - box - WALL - z;
-    base.setAttribute("transform", `translate(${WALL + z},0)`);
-    mass.setAttribute("transform", `translate(${MIDDLE + u},0)`);
-    spring.setAttribute("transform", `translate(${WALL + z},62)`);
-    spring.setAttribute("d", coil(x));
-    dashpot.setAttribute("transform", `translate(${WALL + z},96)`);
-    dashpot.setAttribute("d", cylinder(x));
-    slider.value = String(cycle);
-    slider.setAttribute("aria-valuetext", `${cycle.toFixed(2)} of ${history.length} cycles`);
-    const hit = struck.some((one) => cycle >= one && cycle - one < FLASH);
-    const slips = Math.abs(history.at("v_rate", cycle)) > STUCK * history.r;
-    let place = "";
-    if (clearance !== null) {
-      const p = history.at("p", cycle);
-      const inside = p - history.at("u", cycle);
-      particle.setAttribute("cx", String(MIDDLE + p * scale));
-      particle.classList.toggle("hit", hit);
-      left.classList.toggle("hit", hit && inside < 0);
-      right.classList.toggle("hit", hit && inside > 0);
-      const rides = clearance - Math.abs(inside) < RIDES * clearance && !hit;
-      place = hit ? ", impact" : rides ? ", the particle rides on a wall" : ", the particle flies";
-    }
-    pad.classList.toggle("sticks", !slips);
-    const contact = friction > 0 ? (slips ? ", slip" : ", stick") : "";
-    words.textContent = `Cycle ${cycle.toFixed(2)}: x = ${say(history.at("u", cycle))}${contact}${place}`;
+  /**
+   * @param {History} history
+   * @param {{clearance: number | null, friction: number}} design
+   * @param {(u: number) => string} say
+   */
+  constructor(history, { clearance, friction }, say) {
+    this.history = history;
+    this.clearance = clearance;
+    this.friction = friction;
+    this.say = say;
+    const largest = Math.max(1, ...history.columns.u.map(Math.abs));
+    this.scale = Math.min(TRAVEL / largest, clearance === null ? Infinity : HALF_CAVITY / clearance);
+    this.half = clearance === null ? 40 : clearance * this.scale + RADIUS;
+    this.box = this.half + 22;
+    this.struck = history.impacts.map((i) => history.cycles[i]);
+    const wall = (/** @type {number} */ x) =>
+      svg("line", { x1: x, x2: x, y1: 58, y2: 92, class: "line thick" });
+    this.walls = [wall(-this.half), wall(this.half)];
+    this.mass = this.drawMass();
+    const looks = { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "sketch", role: "img" };
+    const parts = [this.base, this.spring, this.dashpot, this.mass];
+    const label = { "aria-label": "Sketch of the damper as it moves" };
+    this.picture = svg(
+      "svg",
+      { ...looks, ...label },
+      ...parts,
+      ...(clearance === null ? [] : [this.particle]),
+    );
+    this.slider = el("input", {
+      type: "range",
+      min: 0,
+      max: Math.max(1, history.length),
+      step: "any",
+      value: 0,
+      "aria-label": "Moment of the motion, in cycles",
+      oninput: () => this.show(Number(this.slider.value)),
+    });
+    this.element = this.drawElement();
+    this.show(0);
   }
 
-  function start() {
+  drawMass() {
+    const { half, box, clearance, friction, walls, pad } = this;
+    const cavity = svg("rect", { x: -half, y: 58, width: 2 * half, height: 34, class: "cavity" });
+    return svg(
+      "g",
+      {},
+      svg("rect", { x: -box, y: 36, width: 2 * box, height: 82, rx: 4, class: "mass" }),
+      ...(clearance === null ? [] : [cavity, ...walls]),
+      ...(friction > 0 ? [pad] : []),
+    );
+  }
+
+  drawElement() {
+    const step = (/** @type {string} */ sign, /** @type {string} */ label, /** @type {number} */ by) => {
+      const onclick = () => this.step(by);
+      return el("button", { type: "button", class: "small", "aria-label": label, onclick }, sign);
+    };
+    return el(
+      "div",
+      { class: "sketch-box" },
+      this.picture,
+      el(
+        "div",
+        { class: "row controls" },
+        this.play,
+        step("◀", "One step back", -STEP),
+        step("▶", "One step on", STEP),
+        el("label", { class: "check" }, this.slow, "Slow"),
+      ),
+      this.slider,
+      el("p", { class: "quiet" }, this.words),
+    );
+  }
+
+  /** @param {number} cycle */
+  show(cycle) {
+    this.now = cycle;
+    const { history, scale, slider } = this;
+    const z = history.base(cycle) * scale;
+    const u = history.at("u", cycle) * scale;
+    const length = MIDDLE + u - this.box - WALL - z;
+    this.base.setAttribute("transform", `translate(${WALL + z},0)`);
+    this.mass.setAttribute("transform", `translate(${MIDDLE + u},0)`);
+    this.spring.setAttribute("transform", `translate(${WALL + z},62)`);
+    this.spring.setAttribute("d", coil(length));
+    this.dashpot.setAttribute("transform", `translate(${WALL + z},96)`);
+    this.dashpot.setAttribute("d", cylinder(length));
+    slider.value = String(cycle);
+    slider.setAttribute("aria-valuetext", `${cycle.toFixed(2)} of ${history.length} cycles`);
+    const slips = Math.abs(history.at("v_rate", cycle)) > STUCK * history.r;
+    this.pad.classList.toggle("sticks", !slips);
+    const contact = this.friction > 0 ? (slips ? ", slip" : ", stick") : "";
+    const place = this.clearance === null ? "" : this.showParticle(cycle, this.clearance);
+    const x = this.say(history.at("u", cycle));
+    this.words.textContent = `Cycle ${cycle.toFixed(2)}: x = ${x}${contact}${place}`;
+  }
+
+  /** Show the particle in its cavity, and say what it does. @param {number} cycle @param {number} clearance */
+  showParticle(cycle, clearance) {
+    const { history, particle } = this;
+    const [left, right] = this.walls;
+    const p = history.at("p", cycle);
+    const inside = p - history.at("u", cycle);
+    const hit = this.struck.some((one) => cycle >= one && cycle - one < FLASH);
+    particle.setAttribute("cx", String(MIDDLE + p * this.scale));
+    particle.classList.toggle("hit", hit);
+    left.classList.toggle("hit", hit && inside < 0);
+    right.classList.toggle("hit", hit && inside > 0);
+    if (hit) return ", impact";
+    const rides = clearance - Math.abs(inside) < RIDES * clearance;
+    return rides ? ", the particle rides on a wall" : ", the particle flies";
+  }
+
+  start() {
+    const { history } = this;
     if (!history.length) return;
-    running = true;
-    play.textContent = "Pause";
+    this.running = true;
+    this.play.textContent = "Pause";
     let last = performance.now();
     const frame = (/** @type {number} */ time) => {
-      if (!running || !picture.isConnected) return stop();
-      const speed = slow.checked ? SECONDS_PER_CYCLE * SLOW : SECONDS_PER_CYCLE;
-      show((now + (time - last) / 1000 / speed) % history.length);
+      if (!this.running || !this.picture.isConnected) return this.stop();
+      const speed = this.slow.checked ? SECONDS_PER_CYCLE * SLOW : SECONDS_PER_CYCLE;
+      this.show((this.now + (time - last) / 1000 / speed) % history.length);
       last = time;
       requestAnimationFrame(frame);
     };
@@ -170,40 +224,14 @@ export function sketch(history, { clearance, friction }, say) {
     });
   }
 
-  function stop() {
-    running = false;
-    play.textContent = "Play";
+  stop() {
+    this.running = false;
+    this.play.textContent = "Play";
   }
 
   /** @param {number} by cycles */
-  function step(by) {
-    stop();
-    show((now + by + history.length) % history.length);
+  step(by) {
+    this.stop();
+    this.show((this.now + by + this.history.length) % this.history.length);
   }
-
-  const element = el("div", { class: "sketch-box" });
-  fill(
-    element,
-    picture,
-    el(
-      "div",
-      { class: "row controls" },
-      play,
-      el(
-        "button",
-        { type: "button", class: "small", "aria-label": "One step back", onclick: () => step(-STEP) },
-        "◀",
-      ),
-      el(
-        "button",
-        { type: "button", class: "small", "aria-label": "One step on", onclick: () => step(STEP) },
-        "▶",
-      ),
-      el("label", { class: "check" }, slow, "Slow"),
-    ),
-    slider,
-    el("p", { class: "quiet" }, words),
-  );
-  show(0);
-  return element;
 }

@@ -16,9 +16,9 @@ import { mapTab } from "./map_tab.js";
 import { count, duration, moment } from "./numbers.js";
 import { actions, badge, isActive, outdatedNote, progressBar } from "./progress.js";
 import { remarksForm } from "./remarks.js";
-import { AMPLITUDE, FREQUENCY, RECORD, Selection } from "./selection.js";
+import { FREQUENCY, RECORD, Selection } from "./selection.js";
 import { Shown, unitSwitch } from "./shown.js";
-import { vocabulary } from "./vocabulary.js";
+import { kindOf, vocabulary } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 /**
@@ -47,69 +47,94 @@ const DAMPER_TABS = [
 
 /** @type {View} */
 export async function studyView(root, { parts, query }) {
-  const record = await ask(studyPath(parts[0]));
+  const [id, tab = "map"] = parts;
+  const session = await sessionOf(id, tab, query);
+  const view = new StudyView(session);
+  const place = el("div", { class: "tab" });
+  fill(root, view.head, tabList(tab, place, session), place);
+  session.selection.addEventListener("chosen", () => keepPoint(session));
+  return () => view.stop?.();
+}
+
+/**
+ * A study and what is looked at, which the address says, or its best design.
+ *
+ * @param {string} id
+ * @param {string} tab
+ * @param {URLSearchParams} query
+ * @returns {Promise<Session>}
+ */
+async function sessionOf(id, tab, query) {
+  const record = await ask(studyPath(id));
   const [words, grid] = await Promise.all([vocabulary(), ask(studyPath(record.id, "axes"))]);
-  /** @type {Session} */
-  const session = {
-    record,
-    selection: new Selection(grid.axes),
-    variables: grid.variables,
-    words,
-    changes: new EventTarget(),
-    shown: new Shown(record.definition),
-    renamed: () => undefined,
-    kept: new Kept(`#/studies/${record.id}/${parts[1] ?? "map"}`, query),
-  };
-  if (session.selection.worst) session.selection.worst = session.kept.on("worst", true);
+  const selection = new Selection(grid.axes);
+  const kept = new Kept(`#/studies/${record.id}/${tab}`, query);
+  if (selection.worst) selection.worst = kept.on("worst", true);
   /** @type {Record<string, number | string>} */
   const asked = {};
   for (const [name, text] of query) {
     const value = name === RECORD ? text : Number(text);
     if (name in grid.axes && (name === RECORD || Number.isFinite(value))) asked[name] = value;
   }
-  if (Object.keys(asked).length) session.selection.chooseValues(asked);
-  else await restAtBest(session);
-
-  const title = el("h1", {}, record.name || record.id);
-  const steering = el("span", { class: "row" });
-  const state = el("div", {});
-  // what holds the keyboard stays as it is while the study goes on
-  const head = el(
-    "div",
-    { class: "head" },
-    el(
-      "div",
-      { class: "row spread" },
-      title,
-      el(
-        "div",
-        { class: "row" },
-        unitSwitch(session.shown, () => window.dispatchEvent(new Event("hashchange"))),
-        el(
-          "a",
-          { class: "button small", href: `#/new?${new URLSearchParams({ from: record.id })}` },
-          "Edit a copy",
-        ),
-        steering,
-      ),
-    ),
-    state,
-  );
-  session.renamed = (name) => {
-    session.record.name = name;
-    title.textContent = name || record.id;
-    document.title = `${title.textContent} · damperlab`;
+  if (Object.keys(asked).length) selection.chooseValues(asked);
+  else await restAtBest(record, selection);
+  return {
+    record,
+    selection,
+    variables: grid.variables,
+    words,
+    changes: new EventTarget(),
+    shown: new Shown(record.definition),
+    renamed: () => undefined,
+    kept,
   };
-  let steered = "";
-  const place = el("div", { class: "tab" });
-  /** @type {(() => void) | undefined} */
-  let stop;
+}
 
-  function drawHead() {
-    const now = session.record;
-    if (steered !== `${now.state} ${now.outdated}`) steer(now);
+/** The head of a study, which follows it to its end. */
+class StudyView {
+  title = el("h1");
+  steering = el("span", { class: "row" });
+  state = el("div");
+  /** The state that the buttons are for. */
+  steered = "";
+  /** @type {(() => void) | undefined} */
+  stop;
+
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    const { record, shown } = session;
+    this.title.textContent = record.name || record.id;
+    session.renamed = (name) => this.rename(name);
+    const copy = `#/new?${new URLSearchParams({ from: record.id })}`;
+    const buttons = [
+      unitSwitch(shown, () => window.dispatchEvent(new Event("hashchange"))),
+      el("a", { class: "button small", href: copy }, "Edit a copy"),
+      this.steering,
+    ];
+    // what holds the keyboard stays as it is while the study goes on
+    this.head = el(
+      "div",
+      { class: "head" },
+      el("div", { class: "row spread" }, this.title, el("div", { class: "row" }, buttons)),
+      this.state,
+    );
+    this.drawHead();
+    if (isActive(record.state)) this.listen();
+  }
+
+  /** @param {string} name */
+  rename(name) {
+    this.session.record.name = name;
+    this.title.textContent = name || this.session.record.id;
+    document.title = `${this.title.textContent} · damperlab`;
+  }
+
+  drawHead() {
+    const now = this.session.record;
+    if (this.steered !== `${now.state} ${now.outdated}`) this.steer(now);
     fill(
-      state,
+      this.state,
       el("div", { class: "row" }, badge(now.state), progressBar(now)),
       outdatedNote(now),
       now.message && el("p", { class: isActive(now.state) ? "box" : "box fault" }, prose(now.message)),
@@ -122,14 +147,15 @@ export async function studyView(root, { parts, query }) {
    *
    * @param {StudyRecord} now
    */
-  function steer(now) {
+  steer(now) {
+    const { steering, title } = this;
     const held = steering.contains(document.activeElement);
-    steered = `${now.state} ${now.outdated}`;
+    this.steered = `${now.state} ${now.outdated}`;
     fill(
       steering,
       actions("studies", now, (changed) => {
         if (changed === null) location.hash = "#/";
-        else update(changed);
+        else this.update(changed);
       }),
     );
     if (!held) return;
@@ -138,33 +164,29 @@ export async function studyView(root, { parts, query }) {
   }
 
   /** @param {StudyRecord} changed */
-  function update(changed) {
+  update(changed) {
+    const { session } = this;
     const before = session.record;
     const grown = changed.blocks_done !== before.blocks_done || changed.state !== before.state;
-    session.record = { ...session.record, ...changed };
-    drawHead();
+    session.record = { ...before, ...changed };
+    this.drawHead();
     if (grown) session.changes.dispatchEvent(new Event("grown"));
-    if (isActive(session.record.state)) listen();
+    if (isActive(session.record.state)) this.listen();
   }
 
-  function listen() {
-    stop ??= follow(session.record.id, (changed, event) => {
-      if (event !== "progress") stop = undefined;
+  listen() {
+    const { id } = this.session.record;
+    this.stop ??= follow(id, (changed, event) => {
+      if (event !== "progress") this.stop = undefined;
       if (event === "deleted") location.hash = "#/";
-      else update(changed);
-      if (event === "end") say(`${session.record.name || session.record.id} is ${changed.state}.`);
+      else this.update(changed);
+      if (event === "end") say(`${this.session.record.name || id} is ${changed.state}.`);
     });
   }
-
-  drawHead();
-  if (isActive(record.state)) listen();
-  fill(root, head, tabList(record.id, parts[1] ?? "map", place, session), place);
-  session.selection.addEventListener("chosen", () => keepPoint(session));
-  return () => stop?.();
 }
 
-/** @param {Session} session */
-async function restAtBest({ record, selection }) {
+/** @param {StudyRecord} record @param {Selection} selection */
+async function restAtBest(record, selection) {
   try {
     const { best } = leading(await ask(studyPath(record.id, "optimal-designs"), { top: 1 }));
     if (best) selection.rest(best);
@@ -185,13 +207,13 @@ function keepPoint({ selection, kept }) {
 /**
  * Links to the tabs, and the one that is shown.
  *
- * @param {string} id
  * @param {string} current
  * @param {HTMLElement} place
  * @param {Session} session
  */
-function tabList(id, current, place, session) {
-  const tabs = RECORD in session.selection.axes || AMPLITUDE in session.selection.axes ? DAMPER_TABS : TABS;
+function tabList(current, place, session) {
+  const { id, dimensions } = session.record;
+  const tabs = kindOf(dimensions) === "harmonic" ? TABS : DAMPER_TABS;
   const [shown, , show] = tabs.find(([name]) => name === current) ?? tabs[0];
   queueMicrotask(() => show(session, place));
   return el(
@@ -215,8 +237,9 @@ function tabList(id, current, place, session) {
 }
 
 /** @type {Tab} */
-function dataTab(session, place) {
-  const { record } = session;
+function dataTab({ record, renamed }, place) {
+  const definition = JSON.stringify(record.definition, null, 2);
+  const looks = { tabindex: 0, role: "region", "aria-label": "Definition as JSON" };
   fill(
     place,
     el(
@@ -226,64 +249,51 @@ function dataTab(session, place) {
         "section",
         { class: "box" },
         help("reference/client/", "results in Python"),
-        el("h2", {}, "Download the data"),
-        el(
-          "ul",
-          {},
-          Object.entries(WORDS.export_formats).map(([format, text]) =>
-            el(
-              "li",
-              {},
-              el(
-                "a",
-                { href: address(studyPath(record.id, "export"), { format }).href, download: true },
-                text,
-              ),
-            ),
-          ),
-        ),
-        el(
-          "p",
-          { class: "quiet" },
-          "Points not computed yet have status −1. Other programs can read the cube in place, as Zarr: ",
-          el("code", {}, address(studyPath(record.id, "zarr/")).href),
-        ),
-        el("h2", {}, "Report"),
-        el(
-          "p",
-          {},
-          el(
-            "a",
-            {
-              class: "button",
-              href: address(studyPath(record.id, "report")).href,
-              target: "_blank",
-              rel: "noopener",
-            },
-            "Open the report",
-          ),
-          " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep " +
-            "or to print.",
-        ),
+        downloads(record.id),
+        report(record.id),
         el("h2", {}, "The study"),
         facts(record),
         el("h2", {}, "What it answers"),
         catalogue(record),
         el("h2", {}, "Name, tags and note"),
-        remarksForm(record, session.renamed),
+        remarksForm(record, renamed),
       ),
-      el(
-        "section",
-        { class: "box" },
-        el("h2", {}, "Definition"),
-        el(
-          "pre",
-          { tabindex: 0, role: "region", "aria-label": "Definition as JSON" },
-          JSON.stringify(record.definition, null, 2),
-        ),
-      ),
+      el("section", { class: "box" }, el("h2", {}, "Definition"), el("pre", looks, definition)),
     ),
   );
+}
+
+/** @param {string} id */
+function downloads(id) {
+  const links = Object.entries(WORDS.export_formats).map(([format, text]) => {
+    const { href } = address(studyPath(id, "export"), { format });
+    return el("li", {}, el("a", { href, download: true }, text));
+  });
+  return [
+    el("h2", {}, "Download the data"),
+    el("ul", {}, links),
+    el(
+      "p",
+      { class: "quiet" },
+      "Points not computed yet have status −1. Other programs can read the cube in place, as Zarr: ",
+      el("code", {}, address(studyPath(id, "zarr/")).href),
+    ),
+  ];
+}
+
+/** @param {string} id */
+function report(id) {
+  const { href } = address(studyPath(id, "report"));
+  return [
+    el("h2", {}, "Report"),
+    el(
+      "p",
+      {},
+      el("a", { class: "button", href, target: "_blank", rel: "noopener" }, "Open the report"),
+      " Maps, designs, a tuned mass damper beside them, accuracy and versions on one page, to keep " +
+        "or to print.",
+    ),
+  ];
 }
 
 /** @param {StudyRecord} record */

@@ -2,7 +2,7 @@
  * The motion of one case of a survey: drift, base and structure, the particle in its cavity, spectrum,
  * energies.
  */
-/** @import { EarthquakeCase, EarthquakeHistory, Session } from "./types.js" */
+/** @import { Earthquake, EarthquakeCase, EarthquakeHistory, Session } from "./types.js" */
 
 import { refusalBox } from "./api.js";
 import { debounced, el, fill, picker } from "./dom.js";
@@ -14,6 +14,7 @@ import { RECORD } from "./selection.js";
 import { WORDS } from "./words.js";
 
 export const SAMPLES = 6000;
+const COMPUTING = "Computing the motion …";
 const AXES = [
   "natural_frequency_hz",
   "damping_ratio",
@@ -30,74 +31,68 @@ const ENERGIES = /** @type {[string, string][]} */ ([
   ["loss_impact_j", "Lost in impacts"],
 ]);
 
-/** @param {Session} session */
-export function surveyMotion({ selection, record }) {
-  const id = record.id;
-  const same = () => pythonLine(null, "earthquake_comparison", question());
-  const drift = figure({
-    label: "Drift of the structure under the record",
-    name: `drift-${id}`,
-    height: 280,
-    python: same,
-  });
-  const both = figure({
-    label: "Base and structure under the record",
-    name: `base-${id}`,
-    height: 240,
-    python: same,
-  });
-  const cavity = figure({
-    label: "Particle in its cavity under the record",
-    name: `cavity-${id}`,
-    height: 240,
-    python: same,
-  });
-  const spectrum = figure({
-    label: "Spectrum of the drift",
-    name: `spectrum-${id}`,
-    height: 260,
-    python: same,
-  });
-  const goesOn = el("p", { class: "quiet", role: "status" });
-  const shown = el("div");
-  const which = el("div", { class: "row controls" });
-  const element = el(
-    "section",
-    { class: "box motion", "aria-label": "Motion of one case" },
-    el("h2", {}, "Motion of one case"),
-    which,
-    goesOn,
-    shown,
-  );
-  let number = 0;
+export class SurveyMotion {
+  number = 0;
+  goesOn = el("p", { class: "quiet", role: "status" });
+  shown = el("div");
+  which = el("div", { class: "row controls" });
 
-  function drawPickers() {
-    const scales = selection.axes.scale;
+  /** @param {Session} session */
+  constructor(session) {
+    this.session = session;
+    this.drift = this.figure("Drift of the structure under the record", "drift", 280);
+    this.both = this.figure("Base and structure under the record", "base", 240);
+    this.cavity = this.figure("Particle in its cavity under the record", "cavity", 240);
+    this.spectrum = this.figure("Spectrum of the drift", "spectrum", 260);
+    this.element = el(
+      "section",
+      { class: "box motion", "aria-label": "Motion of one case" },
+      el("h2", {}, "Motion of one case"),
+      this.which,
+      this.goesOn,
+      this.shown,
+    );
+    this.look = debounced(250, () => this.ask());
+    session.selection.addEventListener("chosen", () => this.element.isConnected && this.look());
+  }
+
+  /** @param {string} label @param {string} stem @param {number} height */
+  figure(label, stem, height) {
+    const python = () => pythonLine(null, "earthquake_comparison", this.question());
+    return figure({ label, name: `${stem}-${this.session.record.id}`, height, python });
+  }
+
+  drawPickers() {
+    const { selection } = this.session;
+    const { records } = selection;
+    const { scale: scales } = selection.axes;
+    const choose = (/** @type {string} */ name) => (/** @type {string} */ value) =>
+      selection.chooseValues({ [name]: value });
+    /** @param {string[]} values @param {string[]} texts @returns {[string, string][]} */
+    const options = (values, texts) => values.map((value, i) => [value, texts[i]]);
     fill(
-      which,
-      picker(
-        "Motion under",
-        selection.records.map((one) => [one, one]),
-        String(selection.value(RECORD)),
-        (one) => selection.chooseValues({ [RECORD]: one }),
-      ),
+      this.which,
+      picker("Motion under", options(records, records), String(selection.value(RECORD)), choose(RECORD)),
       scales.length > 1 &&
         picker(
           "times",
-          scales.map((one) => [String(one), short(one)]),
+          options(
+            scales.map(String),
+            scales.map((one) => short(one)),
+          ),
           String(selection.value("scale")),
-          (one) => selection.chooseValues({ scale: one }),
+          choose("scale"),
         ),
     );
   }
 
   /** The case as a request. */
-  function question() {
+  question() {
+    const { selection, record } = this.session;
     const { mass_kg, tail_s, contact } = record.definition;
     const cavity = Object.values(WORDS.before).filter((name) => name in record.definition);
-    const point = Object.fromEntries(AXES.map((name) => [name, selection.value(name)]));
     return {
-      ...point,
+      ...Object.fromEntries(AXES.map((name) => [name, selection.value(name)])),
       mass_kg,
       tail_s,
       ...(contact ? { contact } : {}),
@@ -108,73 +103,81 @@ export function surveyMotion({ selection, record }) {
     };
   }
 
-  const look = debounced(250, async () => {
-    const mine = ++number;
-    drawPickers();
-    fill(goesOn, "Computing the motion …");
+  async ask() {
+    const mine = ++this.number;
+    this.drawPickers();
+    fill(this.goesOn, COMPUTING);
     try {
-      const answer = await sendPatiently(
-        "earthquake-comparisons",
-        question(),
-        (words) => mine === number && fill(goesOn, words || "Computing the motion …"),
-        undefined,
-        { samples: SAMPLES },
-      );
-      if (mine !== number || !element.isConnected) return;
-      const { hybrid, none } = answer.histories;
-      const particle = selection.value("particle_mass_kg") > 0;
-      fill(
-        goesOn,
-        hybrid.thinned
-          ? `The motion is thinned to ${hybrid.time_s.length} samples; its peaks are among them.`
-          : "",
-      );
-      fill(
-        shown,
-        drift.element,
-        both.element,
-        particle && cavity.element,
-        spectrum.element,
-        energies(answer.cases.hybrid),
-      );
-      const time = { title: { text: "time [s]" } };
-      await drift.draw(
-        () => [
-          line(none, mm(none.relative_displacement_m), "no damper", colour("quiet"), "dot"),
-          line(hybrid, mm(hybrid.relative_displacement_m), "this damper", CURVES()[1]),
-        ],
-        () => ({ xaxis: time, yaxis: { title: { text: "x − z [mm]" } } }),
-      );
-      const base = hybrid.absolute_displacement_m.map((x, i) => x - hybrid.relative_displacement_m[i]);
-      await both.draw(
-        () => [
-          line(hybrid, mm(base), "base z", colour("quiet"), "dot"),
-          line(hybrid, mm(hybrid.absolute_displacement_m), "structure x", CURVES()[0]),
-        ],
-        () => ({ xaxis: time, yaxis: { title: { text: "x, z [mm]" } } }),
-      );
-      if (particle)
-        await cavity.draw(
-          () => cavityTraces(hybrid, selection.value("clearance_m")),
-          () => ({ xaxis: time, yaxis: { title: { text: "y − x [mm]" } } }),
-        );
-      await spectrum.draw(
-        () => [
-          spectrumOf(none, "no damper", colour("quiet"), "dot"),
-          spectrumOf(hybrid, "this damper", CURVES()[1]),
-        ],
-        () => ({
-          xaxis: { title: { text: "frequency [Hz]" } },
-          yaxis: { title: { text: "amplitude of x − z [mm]" }, rangemode: "tozero" },
-        }),
-      );
+      const tell = (/** @type {string} */ words) =>
+        mine === this.number && fill(this.goesOn, words || COMPUTING);
+      const path = "earthquake-comparisons";
+      const answer = await sendPatiently(path, this.question(), tell, undefined, { samples: SAMPLES });
+      if (mine === this.number && this.element.isConnected) await this.draw(answer);
     } catch (error) {
-      if (mine === number) (fill(goesOn), fill(shown, refusalBox(error)));
+      if (mine === this.number) (fill(this.goesOn), fill(this.shown, refusalBox(error)));
     }
-  });
+  }
 
-  selection.addEventListener("chosen", () => element.isConnected && look());
-  return { element, look };
+  /** @param {Earthquake} answer */
+  async draw({ histories: { hybrid, none }, cases }) {
+    const { drift, both, cavity, spectrum } = this;
+    const { selection } = this.session;
+    const particle = selection.value("particle_mass_kg") > 0;
+    const thinned = `The motion is thinned to ${hybrid.time_s.length} samples; its peaks are among them.`;
+    fill(this.goesOn, hybrid.thinned ? thinned : "");
+    const figures = [drift, both, ...(particle ? [cavity] : []), spectrum];
+    fill(
+      this.shown,
+      figures.map(({ element }) => element),
+      energies(cases.hybrid),
+    );
+    await drift.draw(
+      () => [
+        line(none, mm(none.relative_displacement_m), "no damper", colour("quiet"), "dot"),
+        line(hybrid, mm(hybrid.relative_displacement_m), "this damper", CURVES()[1]),
+      ],
+      () => overTime("x − z [mm]"),
+    );
+    await both.draw(
+      () => baseTraces(hybrid),
+      () => overTime("x, z [mm]"),
+    );
+    if (particle)
+      await cavity.draw(
+        () => cavityTraces(hybrid, selection.value("clearance_m")),
+        () => overTime("y − x [mm]"),
+      );
+    await spectrum.draw(
+      () => [
+        spectrumOf(none, "no damper", colour("quiet"), "dot"),
+        spectrumOf(hybrid, "this damper", CURVES()[1]),
+      ],
+      overFrequency,
+    );
+  }
+}
+
+/** @param {string} title of what is shown over the time */
+export function overTime(title) {
+  return { xaxis: { title: { text: "time [s]" } }, yaxis: { title: { text: title } } };
+}
+
+/** How a spectrum of the drift is laid out. */
+export function overFrequency() {
+  return {
+    xaxis: { title: { text: "frequency [Hz]" } },
+    yaxis: { title: { text: "amplitude of x − z [mm]" }, rangemode: "tozero" },
+  };
+}
+
+/** @param {EarthquakeHistory} history */
+function baseTraces(history) {
+  const { absolute_displacement_m: absolute, relative_displacement_m: relative } = history;
+  const base = absolute.map((x, i) => x - relative[i]);
+  return [
+    line(history, mm(base), "base z", colour("quiet"), "dot"),
+    line(history, mm(absolute), "structure x", CURVES()[0]),
+  ];
 }
 
 /** @param {number[]} metres */

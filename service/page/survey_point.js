@@ -1,5 +1,5 @@
 /** One damper of a survey: its result over the scale of every record, and how likely it exceeds a limit. */
-/** @import { Fragility, Session, Trace, Variable } from "./types.js" */
+/** @import { Fragility, Row, Session, Trace, Variable } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, grid, prose } from "./dom.js";
@@ -8,7 +8,7 @@ import { unitOf } from "./measures.js";
 import { short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
 import { RECORD } from "./selection.js";
-import { inBrackets } from "./shown.js";
+import { inBrackets, times } from "./shown.js";
 
 const SCALE = "scale";
 /** Most records whose curves are drawn; more would hide each other. */
@@ -20,169 +20,198 @@ const NO_SIZE =
   "Choose another result under “Shown”.";
 const SYMBOLS = ["circle", "square", "diamond", "x", "triangle-up"];
 
-/**
- * @param {Session} session
- * @param {{metric: string, met: string}} view
- * @param {Variable[]} variables of the suite
- */
-export function surveyPoint({ selection, record, shown, changes, kept }, view, variables) {
-  const id = record.id;
-  const scales = selection.axes[SCALE];
-  const { records } = selection;
+export class SurveyPoint {
   /** @type {Record<string, unknown>} what was asked for last */
-  let asked = {};
-  /** @type {(number | null)[][]} results under each record, over the scales */
-  let found = [];
-  let number = 0;
-  const rising = figure({
-    label: "Result over the scale of each record",
-    name: `incremental-${id}`,
-    height: 380,
-    python: () => pythonLine(id, "resonance_map", question(records[0])),
-    clicked: ({ x, data: { name } }) =>
-      records.includes(name) && selection.chooseValues({ [RECORD]: name, [SCALE]: x }),
-  });
-  const curve = figure({
-    label: "Probability of exceeding the limit",
-    name: `fragility-${id}`,
-    height: 280,
-    python: () => pythonLine(id, "fragility", asked),
-  });
-  const title = el("h2", {}, "The damper");
-  const cases = el("div");
-  const note = el("p", { class: "quiet", role: "status" });
-  const trouble = el("div");
-  const box = el("input", {
-    type: "number",
-    step: "any",
-    min: 0,
-    oninput: () => (keepLimit(), exceeded(number)),
-  });
-  const wanted = kept.number("limit", Number.MIN_VALUE, Infinity, 0);
-  if (wanted) Object.assign(box, { value: String(wanted) }).dataset.metric = view.metric;
-  const label = el("span", {}, "Limit");
-  const figures = el(
-    "div",
-    { hidden: true },
-    rising.element,
-    cases,
-    el("h3", {}, "Fragility"),
-    el("label", { class: "field" }, label, box),
-    curve.element,
-    note,
-  );
-  const why = el("p", { class: "quiet" });
-  const element = el(
-    "section",
-    { class: "box survey", "aria-label": "The damper" },
-    title,
-    figures,
-    why,
-    trouble,
-  );
+  asked = {};
+  /** @type {Row[]} results under each record, over the scales */
+  found = [];
+  number = 0;
+  title = el("h2", {}, "The damper");
+  cases = el("div");
+  note = el("p", { class: "quiet", role: "status" });
+  why = el("p", { class: "quiet" });
+  trouble = el("div");
+  label = el("span", {}, "Limit");
 
-  const metric = () => /** @type {Variable} */ (variables.find((one) => one.name === view.metric));
-  const factor = () => shown.factor(view.metric);
-  const nameOf = (/** @type {string} */ name) => shown.called(name).toLowerCase();
-  const damper = () => selection.at([RECORD, SCALE]);
-  const named = () => unitOf(metric());
+  /**
+   * @param {Session} session
+   * @param {{metric: string, met: string}} view
+   * @param {Variable[]} variables of the suite
+   */
+  constructor(session, view, variables) {
+    this.session = session;
+    this.view = view;
+    this.variables = variables;
+    const { selection, kept, changes } = session;
+    this.scales = selection.axes[SCALE];
+    this.rising = this.risingFigure();
+    this.curve = figure({
+      label: "Probability of exceeding the limit",
+      name: `fragility-${session.record.id}`,
+      height: 280,
+      python: () => pythonLine(session.record.id, "fragility", this.asked),
+    });
+    const wanted = kept.number("limit", Number.MIN_VALUE, Infinity, 0) || "";
+    const oninput = () => (this.keepLimit(), this.exceeded(this.number));
+    this.box = el("input", { type: "number", step: "any", min: 0, value: wanted, oninput });
+    /** Whose limit it is that is typed. */
+    this.limited = wanted ? view.metric : "";
+    this.exceeded = debounced(200, (/** @type {number} */ mine) => this.askFragility(mine));
+    this.figures = this.drawFigures();
+    const parts = [this.title, this.figures, this.why, this.trouble];
+    this.element = el("section", { class: "box survey", "aria-label": "The damper" }, parts);
+    selection.addEventListener("chosen", () => this.look());
+    changes.addEventListener("grown", () => this.element.isConnected && this.look());
+  }
+
+  risingFigure() {
+    const { record, selection } = this.session;
+    const { records } = selection;
+    return figure({
+      label: "Result over the scale of each record",
+      name: `incremental-${record.id}`,
+      height: 380,
+      python: () => pythonLine(record.id, "resonance_map", this.question(records[0])),
+      clicked: ({ x, data: { name } }) =>
+        records.includes(name) && selection.chooseValues({ [RECORD]: name, [SCALE]: x }),
+    });
+  }
+
+  drawFigures() {
+    return el(
+      "div",
+      { hidden: true },
+      this.rising.element,
+      this.cases,
+      el("h3", {}, "Fragility"),
+      el("label", { class: "field" }, this.label, this.box),
+      this.curve.element,
+      this.note,
+    );
+  }
+
+  get metric() {
+    return /** @type {Variable} */ (this.variables.find((one) => one.name === this.view.metric));
+  }
+
+  get factor() {
+    return this.session.shown.factor(this.view.metric);
+  }
+
+  get damper() {
+    return this.session.selection.at([RECORD, SCALE]);
+  }
+
+  /** Those whose curves are drawn. */
+  get some() {
+    return this.session.selection.records.slice(0, MOST_RECORDS);
+  }
 
   /** Ask for the damper's results and draw them. */
-  async function look() {
-    const mine = ++number;
-    fill(
-      title,
-      "Damper with ",
-      Object.entries(damper()).flatMap(([name, value], i) => [
-        i > 0 && ", ",
-        el("span", { class: "one" }, `${nameOf(name)} ${shown.value(name, value)}`),
-      ]),
-    );
-    figures.hidden = scales.length < 2 || metric().coded;
-    fill(why, figures.hidden && (scales.length < 2 ? ONE_SCALE : NO_SIZE));
+  async look() {
+    const mine = ++this.number;
+    const { scales, figures, trouble, metric } = this;
+    this.name();
+    figures.hidden = scales.length < 2 || metric.coded;
+    fill(this.why, figures.hidden && (scales.length < 2 ? ONE_SCALE : NO_SIZE));
     if (figures.hidden) return fill(trouble);
     try {
-      const some = records.slice(0, MOST_RECORDS);
-      const rows = await Promise.all(some.map((one) => overScales(one)));
-      if (mine !== number) return;
+      const rows = await Promise.all(this.some.map((one) => this.overScales(one)));
+      if (mine !== this.number) return;
       fill(trouble);
-      if (box.dataset.metric !== view.metric) suggest(rows);
-      fill(label, `Limit${inBrackets(metric().units)}`);
-      found = rows;
-      await drawRising();
-      fill(cases, table(some, rows));
-      exceeded(mine);
+      if (this.limited !== this.view.metric) this.suggest(rows);
+      fill(this.label, `Limit${inBrackets(metric.units)}`);
+      this.found = rows;
+      await this.drawRising();
+      fill(this.cases, this.table(rows));
+      this.exceeded(mine);
     } catch (error) {
-      if (mine === number) fill(trouble, refusalBox(error));
+      if (mine === this.number) fill(trouble, refusalBox(error));
     }
   }
 
-  const drawRising = () =>
-    rising.draw(
-      () => [...risingTraces(records.slice(0, MOST_RECORDS), found), ...limitTrace(Number(box.value))],
+  /** Say which damper it is. */
+  name() {
+    const { shown } = this.session;
+    const at = Object.entries(this.damper).flatMap(([name, value], i) => [
+      i > 0 && ", ",
+      el("span", { class: "one" }, `${shown.called(name).toLowerCase()} ${shown.value(name, value)}`),
+    ]);
+    fill(this.title, "Damper with ", at);
+  }
+
+  drawRising() {
+    const { rising, some, found, scales, box, metric } = this;
+    return rising.draw(
+      () => [...risingTraces(scales, some, found), ...limitTrace(scales, Number(box.value))],
       () => ({
         xaxis: { title: { text: "factor on the record" } },
-        yaxis: { title: { text: named() }, rangemode: "tozero" },
+        yaxis: { title: { text: unitOf(metric) }, rangemode: "tozero" },
         legend: { orientation: "h", y: -0.3, yanchor: "top" },
       }),
     );
+  }
 
   /**
    * The results of the damper under one record, over the scales.
    *
-   * @param {string} one
+   * @param {string} record
    * @returns {{y: string} & Record<string, unknown>}
    */
-  function question(one) {
-    const y =
-      Object.keys(selection.axes).find(
-        (name) => name !== SCALE && name !== RECORD && selection.axes[name].length === 1,
-      ) ?? "clearance_m";
-    return { x: SCALE, y, metric: view.metric, record: one, ...selection.at([RECORD, SCALE, y]) };
+  question(record) {
+    const { selection } = this.session;
+    const others = Object.keys(selection.axes).filter((name) => name !== SCALE && name !== RECORD);
+    const y = others.find((name) => selection.axes[name].length === 1) ?? "clearance_m";
+    return { x: SCALE, y, metric: this.view.metric, record, ...selection.at([RECORD, SCALE, y]) };
   }
 
   /** The same, in units that are shown. @param {string} one */
-  async function overScales(one) {
-    const { y, ...asked } = question(one);
-    const answer = await ask(studyPath(id, "resonance-map"), { y, ...asked });
-    const row = answer.values[selection.axes[y].length === 1 ? 0 : selection.place[y]];
-    return row.map((value) => (value === null ? null : value * factor()));
+  async overScales(one) {
+    const { selection, record } = this.session;
+    const question = this.question(one);
+    const { y } = question;
+    const { values } = await ask(studyPath(record.id, "resonance-map"), question);
+    return times(values[selection.axes[y].length === 1 ? 0 : selection.place[y]], this.factor);
   }
 
   /** Keep the limit in the address, in the unit that it is typed in. */
-  function keepLimit() {
-    box.dataset.metric = view.metric;
-    kept.keep({ limit: Number(box.value) > 0 ? Number(box.value) : null });
+  keepLimit() {
+    const limit = Number(this.box.value);
+    this.limited = this.view.metric;
+    this.session.kept.keep({ limit: limit > 0 ? limit : null });
   }
 
   /**
    * The middle of what is there, as an example: no limit counts that nobody named.
    *
-   * @param {(number | null)[][]} rows
+   * @param {Row[]} rows
    */
-  function suggest(rows) {
+  suggest(rows) {
     const known = rows
       .flat()
       .filter((value) => value !== null)
-      .sort((a, b) => Number(a) - Number(b));
-    box.value = "";
-    box.placeholder = known.length === 0 ? "" : `e.g. ${short(known[Math.floor(known.length / 2)], 2)}`;
-    box.dataset.metric = view.metric;
+      .sort((a, b) => a - b);
+    this.box.value = "";
+    this.box.placeholder = known.length ? `e.g. ${short(known[Math.floor(known.length / 2)], 2)}` : "";
+    this.limited = this.view.metric;
   }
 
   /**
    * Asked by the look whose number it is given: by now another result may be shown, of which this is no
    * limit.
+   *
+   * @param {number} mine
    */
-  const exceeded = debounced(200, async (/** @type {number} */ mine) => {
-    if (mine !== number) return;
+  async askFragility(mine) {
+    if (mine !== this.number) return;
+    const { box, curve, note, trouble, view } = this;
     const limit = Number(box.value);
     curve.element.hidden = !(limit > 0);
     if (!(limit > 0)) return fill(note, "Name a limit above 0.");
-    asked = { threshold: limit / factor(), metric: view.metric, ...damper() };
+    this.asked = { threshold: limit / this.factor, metric: view.metric, ...this.damper };
     try {
-      const answer = await ask(studyPath(id, "fragility"), asked);
-      if (mine !== number || Number(box.value) !== limit) return;
+      const answer = await ask(studyPath(this.session.record.id, "fragility"), this.asked);
+      if (mine !== this.number || Number(box.value) !== limit) return;
       fill(trouble);
       fill(note, prose(answer.note));
       await curve.draw(
@@ -192,79 +221,22 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
           yaxis: { title: { text: "probability of exceeding" }, range: [-0.04, 1.04] },
         }),
       );
-      await drawRising();
+      await this.drawRising();
     } catch (error) {
-      if (mine === number) fill(trouble, refusalBox(error));
+      if (mine === this.number) fill(trouble, refusalBox(error));
     }
-  });
-
-  /** @param {string[]} names @param {(number | null)[][]} rows @returns {Trace[]} */
-  function risingTraces(names, rows) {
-    return rows.map((row, i) => ({
-      type: "scatter",
-      mode: "lines+markers",
-      name: names[i],
-      x: scales,
-      y: row,
-      line: { color: CURVES()[i % 5], dash: DASHES[Math.floor(i / 5) % 5], width: 1.5 },
-      marker: { symbol: SYMBOLS[i % 5], size: 6 },
-      hovertemplate: `${names[i]}<br>× %{x}: %{y:.5~g}<extra></extra>`,
-    }));
   }
 
-  /** @param {number} limit */
-  function limitTrace(limit) {
-    if (!(limit > 0)) return [];
-    return [
-      {
-        type: "scatter",
-        mode: "lines",
-        name: "limit",
-        x: [scales[0], scales[scales.length - 1]],
-        y: [limit, limit],
-        line: { color: colour("ink"), dash: "dash", width: 1.5 },
-        hoverinfo: "skip",
-      },
-    ];
-  }
-
-  /** @param {Fragility} answer @returns {Trace[]} */
-  function curveTraces(answer) {
-    const traces = [
-      {
-        type: "scatter",
-        mode: "markers",
-        name: `share of ${answer.records} records`,
-        x: answer.scale,
-        y: answer.exceeded,
-        marker: { color: CURVES()[0], size: 9 },
-      },
-    ];
-    if (answer.median_scale === undefined) return traces;
-    return [
-      ...traces,
-      {
-        type: "scatter",
-        mode: "lines",
-        name: "fitted curve",
-        x: answer.scale,
-        y: answer.probability,
-        line: { color: CURVES()[1] },
-      },
-    ];
-  }
-
-  /** @param {string[]} names @param {(number | null)[][]} rows */
-  function table(names, rows) {
+  /** @param {Row[]} rows */
+  table(rows) {
+    const { records } = this.session.selection;
+    const heads = [`Record; ${unitOf(this.metric)} at ×`, ...this.scales.map((scale) => short(scale))];
+    const cells = rows.map((row, i) => [records[i], ...row.map((value) => short(value, 4))]);
     return el(
       "details",
       {},
       el("summary", {}, "All cases as a table"),
-      grid(
-        "Cases of the damper",
-        [`Record; ${named()} at ×`, ...scales.map((scale) => short(scale))],
-        rows.map((row, i) => [names[i], ...row.map((value) => (value === null ? "–" : short(value, 4)))]),
-      ),
+      grid("Cases of the damper", heads, cells),
       records.length > MOST_RECORDS &&
         el(
           "p",
@@ -273,8 +245,55 @@ export function surveyPoint({ selection, record, shown, changes, kept }, view, v
         ),
     );
   }
+}
 
-  selection.addEventListener("chosen", look);
-  changes.addEventListener("grown", () => element.isConnected && look());
-  return { element, look };
+/** @param {number[]} scales @param {string[]} names @param {Row[]} rows @returns {Trace[]} */
+function risingTraces(scales, names, rows) {
+  return rows.map((row, i) => ({
+    type: "scatter",
+    mode: "lines+markers",
+    name: names[i],
+    x: scales,
+    y: row,
+    line: { color: CURVES()[i % 5], dash: DASHES[Math.floor(i / 5) % 5], width: 1.5 },
+    marker: { symbol: SYMBOLS[i % 5], size: 6 },
+    hovertemplate: `${names[i]}<br>× %{x}: %{y:.5~g}<extra></extra>`,
+  }));
+}
+
+/** @param {number[]} scales @param {number} limit @returns {Trace[]} */
+function limitTrace(scales, limit) {
+  if (!(limit > 0)) return [];
+  return [
+    {
+      type: "scatter",
+      mode: "lines",
+      name: "limit",
+      x: [scales[0], scales[scales.length - 1]],
+      y: [limit, limit],
+      line: { color: colour("ink"), dash: "dash", width: 1.5 },
+      hoverinfo: "skip",
+    },
+  ];
+}
+
+/** @param {Fragility} answer @returns {Trace[]} */
+function curveTraces({ records, scale, exceeded, probability, median_scale }) {
+  const shares = {
+    type: "scatter",
+    mode: "markers",
+    name: `share of ${records} records`,
+    x: scale,
+    y: exceeded,
+    marker: { color: CURVES()[0], size: 9 },
+  };
+  const fitted = {
+    type: "scatter",
+    mode: "lines",
+    name: "fitted curve",
+    x: scale,
+    y: probability,
+    line: { color: CURVES()[1] },
+  };
+  return median_scale === undefined ? [shares] : [shares, fitted];
 }

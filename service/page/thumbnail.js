@@ -4,8 +4,7 @@
 import { ask, Refusal, studyPath } from "./api.js";
 import { el } from "./dom.js";
 import { extentOf, isWide } from "./extent.js";
-import { AMPLITUDE, RECORD } from "./selection.js";
-import { WORDS } from "./words.js";
+import { orderOf } from "./vocabulary.js";
 
 /** Values along either axis of a picture. */
 const MOST = 32;
@@ -87,12 +86,9 @@ function planeOf(record) {
   const there =
     record.points_done > 0 && (record.state === "running" || record.points_done === record.points_total);
   if (!there || record.points_total > LARGEST) return null;
-  const order = record.dimensions.includes(RECORD)
-    ? WORDS.suite_axes
-    : record.dimensions.includes(AMPLITUDE)
-      ? WORDS.amplitude_axes
-      : WORDS.axes;
-  const [x, y] = order.filter((name) => record.shape[record.dimensions.indexOf(name)] > 1);
+  const [x, y] = orderOf(record.dimensions).filter(
+    (name) => record.shape[record.dimensions.indexOf(name)] > 1,
+  );
   return y ? { x, y } : null;
 }
 

@@ -4,7 +4,7 @@ export type * from "./answers.js";
 export type { Fault } from "./api.js";
 export type { Quantity } from "./axis_field.js";
 export type { Answered, Scale } from "./design_figures.js";
-export type { Marked } from "./designs.js";
+export type { Found, Marked } from "./designs.js";
 export type { Held } from "./document_form.js";
 export type { Figure, Layout, Trace } from "./figure.js";
 export type { Drawn, Titles } from "./figure_table.js";

@@ -3,6 +3,7 @@
 
 import { ask } from "./api.js";
 import { el } from "./dom.js";
+import { AMPLITUDE, RECORD } from "./selection.js";
 import { WORDS } from "./words.js";
 
 /** @type {Promise<Catalogue> | undefined} */
@@ -58,6 +59,19 @@ export function symbol(dimension) {
 export function lowered(text) {
   const [letter, index] = text.split("_");
   return el("i", {}, letter, index && el("sub", {}, index));
+}
+
+/** Which kind of study has some dimensions. @param {string[]} dimensions */
+export function kindOf(dimensions) {
+  if (dimensions.includes(RECORD)) return "suite";
+  return dimensions.includes(AMPLITUDE) ? "amplitudes" : "harmonic";
+}
+
+/** The dimensions of a kind of study in the order in which a map shows them. @param {string[]} dimensions */
+export function orderOf(dimensions) {
+  return { suite: WORDS.suite_axes, amplitudes: WORDS.amplitude_axes, harmonic: WORDS.axes }[
+    kindOf(dimensions)
+  ];
 }
 
 /** The tunings of a mass damper, for a picker. */

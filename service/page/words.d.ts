@@ -51,6 +51,12 @@ export const WORDS: {
   stands_for: Record<string, string>;
   /** What stands in units for a ratio: symbol, name, unit, and that unit in units of SI. */
   in_units: Record<string, [string, string, string, number]>;
+  /** What designs may be judged by, where amplitudes are in units. */
+  objectives_in_units: Record<string, string>;
+  /** Where the number of each respect in which designs may be compared comes from. */
+  respects: Record<string, string>;
+  /** Results of which less is better: amplitudes and accelerations. */
+  judged: string[];
   /** What each result that is a ratio is over. */
   over: Record<string, string>;
   /** Errors below this share of their value are rounding, and what a table says of them. */

@@ -18,6 +18,7 @@ from damperlab.studies.ground.sweep_reading import ENDS, PACES
 from damperlab.studies.ground.variables import DAMPER
 from damperlab.studies.ground.variables import DIMENSIONS as SUITE_DIMENSIONS
 from damperlab.studies.ground.variables import SYMBOLS as SUITE_SYMBOLS
+from damperlab.studies.ground.variables import VARIABLES as SUITE_VARIABLES
 from damperlab.studies.kinds import AMPLITUDES as AMPLITUDES_KIND
 from damperlab.studies.kinds import HARMONIC, SUITE
 from damperlab.studies.physical import DERIVATIONS, EXCITATION_FREQUENCY
@@ -51,7 +52,9 @@ from damperlab.studies.vocabulary import (
     ENDED,
     EXCITATIONS,
     EXPORT_FORMATS,
+    OBJECTIVES_IN_UNITS,
     OF_PARTICLE,
+    RESPECTS,
     START_KINDS,
     STATES,
 )
@@ -111,6 +114,9 @@ def _words() -> dict[str, Any]:
         },
         "stands_for": {ratio: made.source for ratio, made in DERIVATIONS.items()},
         "in_units": _in_units(),
+        "objectives_in_units": OBJECTIVES_IN_UNITS,
+        "respects": {name: source for name, (source, _) in RESPECTS.items()},
+        "judged": _judged(),
         "over": OVER,
         "rounding": {"share": ROUNDING, "word": ROUNDING_WORD},
         "names_in_si": _names_in_si_of_ratios(),
@@ -256,6 +262,13 @@ def _names_in_si_of_ratios() -> dict[str, str]:
     """Give the name by which a ratio is asked for in SI units."""
     coordinates = {ratio: name for name, ratio in COORDINATE_SOURCES.items()}
     return coordinates | _IN_SI
+
+
+def _judged() -> list[str]:
+    """Name the results of which less is better: no error, no energy, no count."""
+    lengths = [name for names in AMPLITUDES.items() for name in names if not name.startswith("amplitude_error")]
+    of_suites = [name for name in SUITE_VARIABLES if name.startswith(("peak_", "rms_"))]
+    return [*lengths, *of_suites]
 
 
 def _capital(words: str) -> str:

@@ -1,0 +1,77 @@
+/** Which dimensions a map lies over, kept in the address, and the point on it. */
+/** @import { MapAnswer, Session, Shown } from "./types.js" */
+
+import { picker } from "./dom.js";
+
+export class MapAxes {
+  /**
+   * @param {Session} session
+   * @param {string[]} usual the first two are shown where nothing is chosen
+   * @param {string[]} choices
+   */
+  constructor(session, [x, y], choices) {
+    this.session = session;
+    this.usual = { x, y };
+    this.x = session.kept.one("x", choices, x);
+    this.y = session.kept.one("y", choices, y);
+    if (this.x === this.y) Object.assign(this, this.usual);
+  }
+
+  /** Both, as parameters of a question. */
+  get both() {
+    return { x: this.x, y: this.y };
+  }
+
+  /** Both as the address keeps them. */
+  get kept() {
+    const usual = this.x === this.usual.x && this.y === this.usual.y;
+    return usual ? { x: null, y: null } : this.both;
+  }
+
+  /** The point of the study, where it is drawn. */
+  get point() {
+    const { selection, shown } = this.session;
+    const at = (/** @type {string} */ name) => selection.value(name) * shown.factor(name);
+    return { x: at(this.x), y: at(this.y) };
+  }
+
+  /**
+   * Choose the point of the study where somebody clicked.
+   *
+   * @param {{x: number, y: number}} point
+   * @param {number | undefined} rows of the map; where it has one, nothing lies along y
+   */
+  choose(point, rows) {
+    const { selection, shown } = this.session;
+    const x = { [this.x]: point.x / shown.factor(this.x) };
+    selection.chooseValues(rows === 1 ? x : { ...x, [this.y]: point.y / shown.factor(this.y) });
+  }
+
+  /**
+   * Pickers of both; one that takes the other's dimension gives it its own.
+   *
+   * @param {string[]} choices
+   * @param {() => void} changed
+   */
+  pickers(choices, changed) {
+    const { shown } = this.session;
+    const names = /** @type {[string, string][]} */ (choices.map((name) => [name, shown.title(name)]));
+    /** @param {"x" | "y"} mine @param {"x" | "y"} other */
+    const exchange = (mine, other) => (/** @type {string} */ name) => {
+      if (this[other] === name) this[other] = this[mine];
+      this[mine] = name;
+      changed();
+    };
+    return [
+      picker("Across", names, this.x, exchange("x", "y")),
+      picker("Up", names, this.y, exchange("y", "x")),
+    ];
+  }
+}
+
+/** How much of a map is there, and what is said of it. @param {MapAnswer} map @param {Shown} shown */
+export function said(map, shown) {
+  const share = map.complete < 1 ? `${Math.floor(100 * map.complete)} % of this map is computed. ` : "";
+  const failed = map.points_failed ? `${map.points_failed} points failed. ` : "";
+  return share + failed + shown.words(map).note;
+}
