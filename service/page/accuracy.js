@@ -3,7 +3,7 @@
 
 import { ask } from "./api.js";
 import { el, fill, grid } from "./dom.js";
-import { CURVES, DASHES, figure } from "./figure.js";
+import { CURVES, DASHES, Figure } from "./figure.js";
 import { help } from "./help.js";
 import { count, moment, short } from "./numbers.js";
 
@@ -76,7 +76,7 @@ function noReport() {
 
 /** @param {Diagram} diagram */
 function chartOf(diagram) {
-  return figure({
+  return new Figure({
     label: `Error against run time: ${diagram.title}`,
     name: `work-precision-${diagram.scene}`,
     height: 340,

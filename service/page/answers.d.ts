@@ -16,7 +16,8 @@ export type Answer<Path extends string> = Path extends `studies/${string}/${infe
           : unknown;
 
 type OfStudy = {
-  axes: { axes: Axes; variables: string[] };
+  /** `in_units`: what a ratio is multiplied with to be in SI units. */
+  axes: { axes: Axes; variables: string[]; in_units: Record<string, number> };
   fragility: Fragility;
   "frequency-response": Curve;
   "optimal-designs": Ranking;

@@ -4,7 +4,7 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { differenceTraces, sharedTraces, sideTraces } from "./beside_figure.js";
 import { el, fill, picker, prose } from "./dom.js";
-import { figure } from "./figure.js";
+import { Figure } from "./figure.js";
 import { help } from "./help.js";
 import { MapAxes } from "./map_axes.js";
 import { drawMap } from "./map_figure.js";
@@ -68,7 +68,7 @@ class BesideTab {
   /** @param {string} label @param {number} i */
   chart(label, i) {
     const { record } = this.session;
-    return figure({
+    return new Figure({
       label: `Map of ${label}`,
       name: `${["this", "other", "difference"][i]}-${record.id}`,
       height: 340,

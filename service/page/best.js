@@ -25,12 +25,12 @@ export function bestOf(record) {
 /** @param {string} id */
 async function asked(id) {
   try {
-    const [ranked, { definition }] = await Promise.all([
+    const [ranked, { in_units }] = await Promise.all([
       ask(studyPath(id, "optimal-designs"), { top: 1 }),
-      ask(studyPath(id)),
+      ask(studyPath(id, "axes")),
     ]);
     const { best } = leading(ranked);
-    return best && spelledBest(ranked.units, best.value, new Shown(definition));
+    return best && spelledBest(ranked.units, best.value, new Shown(in_units));
   } catch (error) {
     // it keeps no amplitude, or is gone
     if (error instanceof Refusal) return null;

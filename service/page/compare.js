@@ -12,12 +12,14 @@ import { ask, designPath, studyPath } from "./api.js";
 import { spelledBest } from "./best.js";
 import { spelledDamper, spelledWorst } from "./design.js";
 import { el, fill, grid } from "./dom.js";
-import { CURVES, DASHES, figure } from "./figure.js";
+import { CURVES, DASHES, Figure } from "./figure.js";
 import { leading } from "./headline.js";
 import { FREQUENCY } from "./selection.js";
 import { MOST_COMPARED, nameOf } from "./shelf.js";
 import { Shown } from "./shown.js";
+import { WORDS } from "./words.js";
 
+const { accelerations } = WORDS.specification.tables;
 const AMPLITUDE_RATIO = "amplitude_ratio";
 
 /** @type {View} */
@@ -25,7 +27,7 @@ export async function compareView(root, { query }) {
   const ids = (/** @type {string} */ kind) => (query.get(kind) ?? "").split(",").filter(Boolean);
   const asked = [...ids("studies").map(ofStudy), ...ids("designs").map(ofDesign)].slice(0, MOST_COMPARED);
   const found = await Promise.all(asked);
-  const chart = figure({
+  const chart = new Figure({
     label: "Responses of the best dampers over the band",
     name: "compared",
     height: 420,
@@ -71,12 +73,13 @@ export async function compareView(root, { query }) {
 
 /** @param {string} id @returns {Promise<Compared>} */
 async function ofStudy(id) {
-  const [record, ranked] = await Promise.all([
+  const [record, { in_units }, ranked] = await Promise.all([
     ask(studyPath(id)),
+    ask(studyPath(id, "axes")),
     ask(studyPath(id, "optimal-designs"), { top: 1 }),
   ]);
   const { best } = leading(ranked);
-  const shown = new Shown(record.definition);
+  const shown = new Shown(in_units);
   const several = record.dimensions.filter((_, i) => record.shape[i] > 1);
   const at = several.flatMap((name) =>
     name === FREQUENCY || best?.[name] === undefined ? [] : [/** @type {const} */ ([name, best[name]])],
@@ -109,7 +112,10 @@ async function ofDesign(id) {
     href: `#/designs/${id}`,
     best: known ? spelledWorst(known) : "–",
     damper: known ? spelledDamper(known.design) : "–",
-    curve: answer?.worst.measure.endsWith("displacement") && answer.response.value ? overBand(answer) : null,
+    curve:
+      answer && !accelerations.includes(answer.worst.measure) && answer.response.value
+        ? overBand(answer)
+        : null,
   };
 }
 

@@ -3,7 +3,7 @@
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, picker, prose } from "./dom.js";
-import { CURVES, DASHES, figure } from "./figure.js";
+import { CURVES, DASHES, Figure } from "./figure.js";
 import { judgedOver } from "./headline.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
@@ -37,7 +37,7 @@ class ComparisonTab {
       damping_detuning: kept.number("damping_detuning", -FARTHEST, FARTHEST, 0),
       /** @type {number | null} */ tmd_mass_ratio: kept.number("tmd_mass_ratio", 0, Infinity, 0) || null,
     };
-    this.chart = figure({
+    this.chart = new Figure({
       label: "Frequency responses: the study's damper, a tuned mass damper, no damper",
       name: `tmd-${record.id}`,
       height: 420,

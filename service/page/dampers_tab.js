@@ -6,7 +6,7 @@
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { el, fill, grid, picker, prose } from "./dom.js";
-import { figure } from "./figure.js";
+import { Figure } from "./figure.js";
 import { help } from "./help.js";
 import { MapAxes, said } from "./map_axes.js";
 import { drawMap, mapTraces } from "./map_figure.js";
@@ -77,7 +77,7 @@ class DampersTab {
       met: kept.one("case", selection.axes[met].map(String), ""),
     };
     this.keptMetric = this.view.metric;
-    this.chart = figure({
+    this.chart = new Figure({
       label: `Map of ${record.name || record.id}`,
       name: `map-${record.id}`,
       height: 460,

@@ -265,7 +265,7 @@ function underEach(answer, cases) {
 function facts(built, worst, probability = null, without = null) {
   const rows = damper
     .filter(({ name }) => quantity(built, name) !== "")
-    .map(({ name, label }) => [label.split(",")[0], quantity(built, name)]);
+    .map(({ name, called }) => [called, quantity(built, name)]);
   rows.push([isMean(worst) ? measure({ worst }) : `worst ${measure({ worst })}`, response(worst)]);
   if (without !== null) rows.push(["without a damper", response({ ...judged({ worst }), value: without })]);
   if (probability !== null) rows.push(["probability of keeping the limits", short(probability, 3)]);
@@ -302,12 +302,14 @@ function quantity(built, name) {
  * @param {Worst} worst
  */
 function reference(worst) {
-  return worst.measure.endsWith("acceleration") ? "the base amplitude times ω_n²" : "the base amplitude";
+  return tables.accelerations.includes(worst.measure)
+    ? "the base amplitude times ω_n²"
+    : "the base amplitude";
 }
 
 /** A damper in one line. @param {Built} built */
 export function spelledDamper(built) {
-  const parts = damper.map(({ name, label }) => [label.split(",")[0], quantity(built, name)]);
+  const parts = damper.map(({ name, called }) => [called, quantity(built, name)]);
   return parts
     .filter(([, value]) => value !== "")
     .map(([label, value]) => `${label} ${value}`)

@@ -4,7 +4,7 @@
  */
 /** @import { AtAmplitude, DesignAnswer, Frequency, OfMass, OtherName, OverBand } from "./types.js" */
 
-import { colour, CURVES, DASHES, figure } from "./figure.js";
+import { colour, CURVES, DASHES, Figure } from "./figure.js";
 import { given, isItself, isMean } from "./design_answer.js";
 import { capital } from "./dom.js";
 import { drawn, short } from "./numbers.js";
@@ -45,7 +45,7 @@ const frequencyTitle = (of) => (of.frequency_hz ? "frequency [Hz]" : "frequency 
  */
 export function overBand(design, { metres, unit, atFrequency }) {
   const { answer } = design;
-  const chart = figure({
+  const chart = new Figure({
     label:
       "Response over the band under the largest amplitude, of the recommended damper as drawn and of others",
     name: `design-${design.id}`,
@@ -92,7 +92,7 @@ export function overAmplitudes(id, rows) {
   const label =
     "Response over the amplitude of the excitation, of the recommended damper under amplitudes from " +
     "half the least to twice the largest";
-  const chart = figure({ label, name: `amplitudes-${id}`, height: 460 });
+  const chart = new Figure({ label, name: `amplitudes-${id}`, height: 460 });
   const moved = rows.filter((row) => row.worst_ratio > 0);
   const largest = {
     x: moved.map((row) => row.worst_frequency_hz ?? row.worst_frequency_ratio),
@@ -155,7 +155,7 @@ function between(share) {
  * @param {Scale} scale
  */
 export function againstMass(id, rows, { metres, unit, measure }) {
-  const chart = figure({
+  const chart = new Figure({
     label: "The best response found of every mass, as drawn, and that of a tuned mass damper of it",
     name: `masses-${id}`,
     height: 420,

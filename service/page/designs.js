@@ -130,7 +130,7 @@ export class DesignsPanel {
     // what is a column already is not shown twice
     const respect = against && columns.includes(WORDS.respects[against]) ? undefined : against;
     const heads = [
-      shown.has(VALUE) ? `Value [${shown.unit(VALUE).trim()}]` : "Value",
+      `Value${shown.inBrackets(VALUE)}`,
       ...columns.map((name) => this.head(name)),
       ...(respect ? [respectIn(shown, respect, words.respects[respect])] : []),
       "Response",
@@ -160,8 +160,7 @@ export class DesignsPanel {
   /** @param {string} name of a column */
   head(name) {
     const { shown } = this.session;
-    const unit = shown.has(name) && ` [${shown.unit(name).trim()}]`;
-    return el("span", { title: shown.title(name) }, shown.symbol(name), unit);
+    return el("span", { title: shown.title(name) }, shown.symbol(name), shown.inBrackets(name));
   }
 
   /** @param {Ranked} design @param {string} says */

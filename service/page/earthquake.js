@@ -7,7 +7,7 @@
 import { Refusal, refusalBox } from "./api.js";
 import { debounced, el, fill, grid, picker, prose, say } from "./dom.js";
 import { field, showFaults } from "./faults.js";
-import { colour, CURVES, figure } from "./figure.js";
+import { colour, CURVES, Figure } from "./figure.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
@@ -90,7 +90,12 @@ class Compared {
       scale: 1,
     });
     const drawn = (/** @type {string} */ label, /** @type {string} */ name, /** @type {number} */ height) =>
-      figure({ label, name, height, python: () => pythonLine(null, "earthquake_comparison", this.asked) });
+      new Figure({
+        label,
+        name,
+        height,
+        python: () => pythonLine(null, "earthquake_comparison", this.asked),
+      });
     this.chart = drawn("Peak and rms displacement of the structure by damper", `earthquake-${stem}`, 340);
     this.drift = drawn("Displacement against the base over time", `earthquake-drift-${stem}`, 280);
     this.spectrum = drawn(

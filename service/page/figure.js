@@ -13,7 +13,6 @@
  *   clicked?: (point: Point) => void, zoomed?: (change: Record<string, unknown>) => void}} Options `label` is
  *   what a screen reader says, `name` the stem of downloads; with `keyboard`, which says what the keys do,
  *   the figure can be focused; `python` gives the code that gives the same
- * @typedef {ReturnType<typeof figure>} Figure
  */
 /** @import { Drawn, Titles } from "./types.js" */
 
@@ -30,12 +29,15 @@ let loading;
  */
 const RULES_OF_MAPS = "9f215cf04c5486422605d13261cb87401f4e7763b6296af81e98efbc0130da53";
 
-/** The figures on the page, to be drawn again in other colours. @type {Set<() => void>} */
+/** The figures on the page, to be drawn again in other colours. @type {Set<Figure>} */
 const shown = new Set();
 
-window
-  .matchMedia("(prefers-color-scheme: dark)")
-  .addEventListener("change", () => shown.forEach((draw) => draw()));
+window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  for (const drawn of shown) {
+    if (drawn.element.isConnected) void drawn.again();
+    else shown.delete(drawn);
+  }
+});
 
 /** @returns {Promise<Library>} the plotting library */
 function plotly() {
@@ -122,64 +124,56 @@ function styled(layout) {
   return merged;
 }
 
-/**
- * A figure, empty until it is drawn.
- *
- * @param {Options} options
- */
-export function figure({ label, name, height = 320, keyboard, python, clicked, zoomed }) {
-  const looks = keyboard
-    ? { tabindex: 0, role: "application", "aria-label": `${label}. ${keyboard}` }
-    : { role: "img", "aria-label": label };
-  const plot = /** @type {Plot} */ (el("div", { class: "plot", "data-height": height, ...looks }));
-  const code = el("pre", { tabindex: 0, role: "region", "aria-label": `Python for: ${label}` });
-  const same = python && el("details", {}, el("summary", {}, "The same in Python"), code);
-  const buttons = ["png", "svg", "csv"].map((format) => download(format));
-  const element = el(
-    "figure",
-    { class: "figure" },
-    plot,
-    el("div", { class: "row end downloads" }, buttons),
-    same,
-  );
-  /** @type {() => Promise<void>} */
-  let again = async () => {};
-  const redraw = () => (element.isConnected ? void again() : void shown.delete(redraw));
-  let wired = false;
+/** A figure, empty until it is drawn. */
+export class Figure {
+  /** Draws it anew. */
+  again = async () => {};
+  wired = false;
+
+  /** @param {Options} options */
+  constructor(options) {
+    this.options = options;
+    const { label, height = 320, keyboard, python } = options;
+    const looks = keyboard
+      ? { tabindex: 0, role: "application", "aria-label": `${label}. ${keyboard}` }
+      : { role: "img", "aria-label": label };
+    this.plot = /** @type {Plot} */ (el("div", { class: "plot", "data-height": height, ...looks }));
+    this.code = el("pre", { tabindex: 0, role: "region", "aria-label": `Python for: ${label}` });
+    this.element = el(
+      "figure",
+      { class: "figure" },
+      this.plot,
+      el(
+        "div",
+        { class: "row end downloads" },
+        ["png", "svg", "csv"].map((format) => this.download(format)),
+      ),
+      python && el("details", {}, el("summary", {}, "The same in Python"), this.code),
+    );
+  }
 
   /** @param {string} format */
-  function download(format) {
-    const says = `Download as ${format.toUpperCase()}: ${label}`;
-    const looks = { type: "button", class: "small quiet", "aria-label": says, onclick: () => save(format) };
+  download(format) {
+    const says = `Download as ${format.toUpperCase()}: ${this.options.label}`;
+    const onclick = () => (format === "csv" ? this.saveTable() : this.save(format));
+    const looks = { type: "button", class: "small quiet", "aria-label": says, onclick };
     return el("button", looks, format.toUpperCase());
   }
 
-  /** Who listens to a plot can do so once it is drawn. */
-  function wire() {
-    if (wired || !element.isConnected) return;
-    wired = true;
-    if (clicked)
-      plot.on("plotly_click", (/** @type {{points: Point[]}} */ { points: [point] }) => clicked(point));
-    if (zoomed) plot.on("plotly_relayout", zoomed);
-  }
-
   /** @param {string} format */
-  async function save(format) {
-    if (format === "csv") return saveTable();
+  async save(format) {
     const library = await plotly();
-    const { width, height: high } = plot.getBoundingClientRect();
-    await library.downloadImage(plot, {
-      format,
-      filename: name,
-      width,
-      height: high,
-      scale: format === "png" ? 2 : 1,
-    });
+    const { name } = this.options;
+    const { width, height } = this.plot.getBoundingClientRect();
+    const scale = format === "png" ? 2 : 1;
+    await library.downloadImage(this.plot, { format, filename: name, width, height, scale });
     say(`${name}.${format} was saved.`);
   }
 
-  function saveTable() {
-    const url = URL.createObjectURL(new Blob([tableOf(plot.data, plot.layout)], { type: "text/csv" }));
+  saveTable() {
+    const { name } = this.options;
+    const table = tableOf(this.plot.data, this.plot.layout);
+    const url = URL.createObjectURL(new Blob([table], { type: "text/csv" }));
     el("a", { href: url, download: `${name}.csv` }).click();
     URL.revokeObjectURL(url);
     say(`${name}.csv was saved.`);
@@ -191,18 +185,27 @@ export function figure({ label, name, height = 320, keyboard, python, clicked, z
    * @param {() => Trace[]} traces
    * @param {() => Layout} layout
    */
-  async function draw(traces, layout) {
-    again = async () => {
+  async draw(traces, layout) {
+    const { height = 320, python } = this.options;
+    this.again = async () => {
       const library = await plotly();
       const settings = { responsive: true, displayModeBar: false, doubleClick: "reset" };
-      if (python) fill(code, python());
-      if (!element.isConnected) return;
-      await library.react(plot, traces(), styled({ height, ...layout() }), settings);
-      wire();
+      if (python) fill(this.code, python());
+      if (!this.element.isConnected) return;
+      await library.react(this.plot, traces(), styled({ height, ...layout() }), settings);
+      this.wire();
     };
-    shown.add(redraw);
-    await again();
+    shown.add(this);
+    await this.again();
   }
 
-  return { element, plot, draw };
+  /** Who listens to a plot can do so once it is drawn. */
+  wire() {
+    if (this.wired) return;
+    this.wired = true;
+    const { clicked, zoomed } = this.options;
+    if (clicked)
+      this.plot.on("plotly_click", (/** @type {{points: Point[]}} */ { points: [point] }) => clicked(point));
+    if (zoomed) this.plot.on("plotly_relayout", zoomed);
+  }
 }

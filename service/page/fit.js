@@ -4,7 +4,7 @@
 import { documentForm } from "./document_form.js";
 import { checkbox, el, fill, grid, picker, prose } from "./dom.js";
 import { field } from "./faults.js";
-import { CURVES, figure } from "./figure.js";
+import { CURVES, Figure } from "./figure.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
 import { compiling } from "./patience.js";
@@ -170,7 +170,7 @@ function answered(place, found) {
     `Interval of ${short(100 * found.confidence)} %`,
     "Do the data say it?",
   ];
-  const chart = figure({ label: "What was measured, and the fitted model", name: "fit", height: 380 });
+  const chart = new Figure({ label: "What was measured, and the fitted model", name: "fit", height: 380 });
   fill(
     place,
     el(

@@ -4,7 +4,7 @@
 import { ask, refusalBox, studyPath } from "./api.js";
 import { DesignsPanel, NOTHING_FOUND } from "./designs.js";
 import { checkbox, el, fill, picker, prose } from "./dom.js";
-import { figure } from "./figure.js";
+import { Figure } from "./figure.js";
 import { headline } from "./headline.js";
 import { MapAxes, said } from "./map_axes.js";
 import { drawMap, mapTraces } from "./map_figure.js";
@@ -43,7 +43,7 @@ class MapTab {
     const { selection, record, kept, variables } = session;
     this.axes = new MapAxes(session, usualAxes(selection.varied), selection.varied);
     this.view = keptLook(kept, variables);
-    this.chart = figure({
+    this.chart = new Figure({
       label: `Resonance map of ${record.name || record.id}`,
       name: `map-${record.id}`,
       height: 460,

@@ -6,7 +6,7 @@
 
 import { refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
-import { colour, CURVES, DASHES, figure } from "./figure.js";
+import { colour, CURVES, DASHES, Figure } from "./figure.js";
 import { History } from "./history.js";
 import { short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
@@ -68,7 +68,7 @@ export class MotionPanel {
   /** @param {string} label @param {string} stem @param {number} height */
   figure(label, stem, height) {
     const python = () => pythonLine(null, "simulate", this.asked);
-    return figure({ label, name: `${stem}-${this.session.record.id}`, height, python });
+    return new Figure({ label, name: `${stem}-${this.session.record.id}`, height, python });
   }
 
   /**

@@ -322,7 +322,7 @@ function axesOf({ selection, shown }, designs) {
     ),
     axis(
       "value",
-      shown.has(VALUE) ? `X [${shown.unit(VALUE).trim()}]` : "X/Z",
+      shown.has(VALUE) ? `X${shown.inBrackets(VALUE)}` : "X/Z",
       (design) => design.value,
       (value) => short(value * shown.factor(VALUE), 3),
     ),

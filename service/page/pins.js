@@ -3,7 +3,7 @@
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill } from "./dom.js";
-import { CURVES, DASHES, figure } from "./figure.js";
+import { CURVES, DASHES, Figure } from "./figure.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { times } from "./shown.js";
@@ -22,7 +22,7 @@ export class PinsPanel {
     this.session = session;
     const { selection, record } = session;
     this.along = selection.varied.filter((name) => name !== FREQUENCY);
-    this.chart = figure({
+    this.chart = new Figure({
       label: "Frequency responses of the point and of pinned points",
       name: `pinned-${record.id}`,
       height: 300,

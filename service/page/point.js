@@ -3,7 +3,7 @@
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, prose, say } from "./dom.js";
-import { colour, CURVES, figure, thisPoint } from "./figure.js";
+import { colour, CURVES, Figure, thisPoint } from "./figure.js";
 import { help } from "./help.js";
 import { MotionPanel } from "./motion.js";
 import { duration, short } from "./numbers.js";
@@ -35,7 +35,7 @@ export class PointPanel {
       el("p", { class: "quiet" }, "Click the map, move the sliders, or take a design from the table."),
       el("button", { type: "button", onclick: go }, "Look at the best design"),
     );
-    this.curve = figure({
+    this.curve = new Figure({
       label: "Frequency response of the point",
       name: `response-${record.id}`,
       height: 260,

@@ -2,11 +2,8 @@
 
 import { ask, refusalBox } from "./api.js";
 import { el, fill } from "./dom.js";
-import { CURVES, figure } from "./figure.js";
+import { CURVES, Figure } from "./figure.js";
 import { short } from "./numbers.js";
-
-/** Of gravity [m/s²]. */
-const G = 9.80665;
 
 /**
  * Figures of the record that is chosen, drawn once they are opened.
@@ -14,8 +11,12 @@ const G = 9.80665;
  * @returns {{element: HTMLElement, show: (id: string) => void}}
  */
 export function recordFigures() {
-  const time = figure({ label: "Acceleration of the base over time", name: "record", height: 220 });
-  const spectrum = figure({ label: "Response spectrum of the record", name: "record-spectrum", height: 260 });
+  const time = new Figure({ label: "Acceleration of the base over time", name: "record", height: 220 });
+  const spectrum = new Figure({
+    label: "Response spectrum of the record",
+    name: "record-spectrum",
+    height: 260,
+  });
   const words = el("p", { class: "quiet" });
   const place = el("div", {});
   const element = el(
@@ -41,7 +42,8 @@ export function recordFigures() {
       );
       fill(place, words, time.element, spectrum.element);
       const line = { type: "scatter", mode: "lines", line: { color: CURVES()[0], width: 1.2 } };
-      const gs = (/** @type {number[]} */ values) => values.map((value) => value / G);
+      const perG = record.peak_acceleration_g / record.peak_acceleration_m_s2;
+      const gs = (/** @type {number[]} */ values) => values.map((value) => value * perG);
       await time.draw(
         () => [{ ...line, x: record.time_s, y: gs(record.acceleration_m_s2), name: "acceleration" }],
         () => ({

@@ -1,11 +1,10 @@
 /** Whether quantities of a study are shown as ratios or in units; remembered, and the same on every view. */
-/** @import { Definition, MapAnswer, MapDifference, Row, Worded, Words } from "./types.js" */
+/** @import { MapAnswer, MapDifference, Row, Worded, Words } from "./types.js" */
 
 import { el } from "./dom.js";
 import { short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
-import { STANDS_FOR, unitFactor } from "./quantities.js";
-import { axisTitle, NAMES, lowered, symbol, titled } from "./vocabulary.js";
+import { axisTitle, called, lowered, symbol, titled } from "./vocabulary.js";
 import { WORDS } from "./words.js";
 
 const REMEMBERED = "damperlab.ratios";
@@ -21,26 +20,10 @@ export const MILLIMETRES = 1000;
 const SHOWN_DIGIT = 5e-6;
 
 export class Shown {
-  /** @param {Pick<Definition, "physical">} definition of the study */
-  constructor({ physical }) {
-    const length = physical ? unitFactor("clearance_ratio", physical) : null;
-    const hertz = physical ? unitFactor("frequency_ratio", physical) : null;
-    const force = physical ? unitFactor("friction_ratio", physical) : null;
-    const rate = hertz && 2 * Math.PI * hertz;
-    const acceleration = length && rate && length * rate * rate;
-    const results = {
-      impact_speed_max: length && rate && length * rate,
-      dissipation_per_cycle: length && force && length * force,
-      acceleration_ratio: acceleration,
-      acceleration_ratio_rms: acceleration,
-    };
-    /** @type {Record<string, number>} */
-    this.factors = {};
-    for (const [name, [, , , scale]] of Object.entries(QUANTITIES)) {
-      const result = name in results ? results[/** @type {keyof typeof results} */ (name)] : length;
-      const factor = name in STANDS_FOR ? physical && unitFactor(name, physical) : result;
-      if (factor) this.factors[name] = factor * scale;
-    }
+  /** @param {Record<string, number>} inUnits what ratios of the study are multiplied with to be in SI */
+  constructor(inUnits) {
+    const known = Object.entries(QUANTITIES).filter(([name]) => name in inUnits);
+    this.factors = Object.fromEntries(known.map(([name, [, , , scale]]) => [name, inUnits[name] * scale]));
     this.possible = Object.keys(this.factors).length > 0;
     this.inUnits = this.possible && localStorage.getItem(REMEMBERED) !== "yes";
   }
@@ -64,26 +47,29 @@ export class Shown {
 
   /** The unit, with the space before it; empty for a ratio. @param {string} name */
   unit(name) {
-    if (LENGTH_IN_SI.test(name)) return " mm";
-    if (this.has(name)) return ` ${QUANTITIES[name][2]}`;
-    const [, unit] = /\[(.*)\]$/.exec(NAMES[name] ?? "") ?? [];
+    const unit = LENGTH_IN_SI.test(name) ? "mm" : this.has(name) ? QUANTITIES[name][2] : WORDS.units[name];
     return unit ? ` ${unit}` : "";
+  }
+
+  /** The same in brackets. @param {string} name */
+  inBrackets(name) {
+    return this.unit(name).replace(" ", " [") + (this.unit(name) ? "]" : "");
   }
 
   /** Name and symbol of a dimension, with its unit. @param {string} name */
   title(name) {
-    return this.has(name) ? `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]` : titled(name);
+    return this.has(name) ? QUANTITIES[name][1] + this.inBrackets(name) : titled(name);
   }
 
   /** The same without its unit. @param {string} name */
   called(name) {
-    return this.has(name) ? QUANTITIES[name][1] : titled(name).split(" [")[0];
+    return this.has(name) ? QUANTITIES[name][1] : called(name);
   }
 
   /** Its symbol in plain text, with its unit. @param {string} name */
   short(name) {
-    const [symbol, , unit] = this.has(name) ? QUANTITIES[name] : [WORDS.symbols[name]];
-    return symbol.replace("_", "") + (unit ? ` [${unit}]` : "");
+    const symbol = this.has(name) ? QUANTITIES[name][0] : WORDS.symbols[name];
+    return symbol.replace("_", "") + this.inBrackets(name);
   }
 
   /** The same as the plotting library sets it. @param {string} name */
@@ -148,7 +134,7 @@ export class Shown {
    * @param {string} otherwise
    */
   variable(name, otherwise) {
-    if (this.has(name)) return `${QUANTITIES[name][1]} [${QUANTITIES[name][2]}]`;
+    if (this.has(name)) return this.title(name);
     return name in WORDS.over && !otherwise.includes("/")
       ? `${otherwise} over ${WORDS.over[name]}`
       : otherwise;

@@ -1,9 +1,9 @@
 /** Slices: a result along every axis through the selected point. */
-/** @import { Figure, MapAnswer, Session } from "./types.js" */
+/** @import { MapAnswer, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill } from "./dom.js";
-import { colour, figure, thisPoint } from "./figure.js";
+import { colour, Figure, thisPoint } from "./figure.js";
 import { help } from "./help.js";
 import { chosenMeasure } from "./measures.js";
 import { pythonLine } from "./python_line.js";
@@ -48,7 +48,7 @@ export class SlicesPanel {
   /** @param {string} name */
   chart(name) {
     const { selection, record, shown } = this.session;
-    return figure({
+    return new Figure({
       label: `${shown.title(name)}: slice through the point`,
       name: `slice-${name}-${record.id}`,
       height: 260,

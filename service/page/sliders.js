@@ -37,7 +37,9 @@ export function sliders(selection, shown, curves = false) {
       el(
         "span",
         { "aria-hidden": "true" },
-        shown.has(dimension) ? shown.title(dimension) : [NAMES[dimension], " ", symbol(dimension)],
+        shown.has(dimension)
+          ? shown.title(dimension)
+          : [NAMES[dimension], " ", symbol(dimension), shown.inBrackets(dimension)],
       ),
       slider,
       output,

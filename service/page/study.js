@@ -84,7 +84,7 @@ async function sessionOf(id, tab, query) {
     variables: grid.variables,
     words,
     changes: new EventTarget(),
-    shown: new Shown(record.definition),
+    shown: new Shown(grid.in_units),
     renamed: () => undefined,
     kept,
   };

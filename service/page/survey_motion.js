@@ -6,7 +6,7 @@
 
 import { refusalBox } from "./api.js";
 import { debounced, el, fill, picker } from "./dom.js";
-import { colour, CURVES, figure } from "./figure.js";
+import { colour, CURVES, Figure } from "./figure.js";
 import { drawn, short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
 import { pythonLine } from "./python_line.js";
@@ -59,7 +59,7 @@ export class SurveyMotion {
   /** @param {string} label @param {string} stem @param {number} height */
   figure(label, stem, height) {
     const python = () => pythonLine(null, "earthquake_comparison", this.question());
-    return figure({ label, name: `${stem}-${this.session.record.id}`, height, python });
+    return new Figure({ label, name: `${stem}-${this.session.record.id}`, height, python });
   }
 
   drawPickers() {

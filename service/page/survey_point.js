@@ -3,7 +3,7 @@
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { debounced, el, fill, grid, prose } from "./dom.js";
-import { colour, CURVES, DASHES, figure } from "./figure.js";
+import { colour, CURVES, DASHES, Figure } from "./figure.js";
 import { unitOf } from "./measures.js";
 import { short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
@@ -45,7 +45,7 @@ export class SurveyPoint {
     const { selection, kept, changes } = session;
     this.scales = selection.axes[SCALE];
     this.rising = this.risingFigure();
-    this.curve = figure({
+    this.curve = new Figure({
       label: "Probability of exceeding the limit",
       name: `fragility-${session.record.id}`,
       height: 280,
@@ -67,7 +67,7 @@ export class SurveyPoint {
   risingFigure() {
     const { record, selection } = this.session;
     const { records } = selection;
-    return figure({
+    return new Figure({
       label: "Result over the scale of each record",
       name: `incremental-${record.id}`,
       height: 380,

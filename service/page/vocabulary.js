@@ -41,8 +41,14 @@ export function designDimensions(definition) {
 export const NAMES = WORDS.names;
 
 /** Name and symbol of a dimension. @param {string} dimension */
-export function titled(dimension) {
+export function called(dimension) {
   return SYMBOLS[dimension] ? `${NAMES[dimension]} ${SYMBOLS[dimension]}` : NAMES[dimension];
+}
+
+/** The same with its unit, where it has one. @param {string} dimension */
+export function titled(dimension) {
+  const unit = WORDS.units[dimension];
+  return called(dimension) + (unit ? ` [${unit}]` : "");
 }
 
 /** The same as the plotting library sets it, with the index lowered. @param {string} dimension */

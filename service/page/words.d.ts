@@ -23,6 +23,8 @@ export const WORDS: {
   before: Record<string, string>;
   /** Names for people of every dimension, those of ground-motion suites too. */
   names: Record<string, string>;
+  /** Units that dimensions in SI are shown in: lengths in mm. */
+  units: Record<string, string>;
   /** Dimensions that mean nothing without a particle. */
   of_particle: string[];
   /**
@@ -90,8 +92,8 @@ export const WORDS: {
       most: number;
       tail: SpecifiedField;
     };
-    /** Quantities of the damper, each with the ratio that may stand for it. */
-    damper: (SpecifiedField & { ratio: string })[];
+    /** Quantities of the damper, each with its name in a table and the ratio that may stand for it. */
+    damper: (SpecifiedField & { ratio: string; called: string })[];
     ratios: Record<string, SpecifiedField>;
     contact_time: SpecifiedField;
     /** `over_bands`: whether they hold over bands alone, and not under ground-motion records. */
@@ -101,6 +103,8 @@ export const WORDS: {
       measures: Record<string, string>;
       measures_under_records: Record<string, string>;
       at_a_frequency: Record<string, string>;
+      /** Names of measures that are accelerations; the others are displacements. */
+      accelerations: string[];
     };
   };
   /** Everything that may be known of a prototype, or be sought. */

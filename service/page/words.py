@@ -95,6 +95,8 @@ def _words() -> dict[str, Any]:
         "dimensions": DIMENSIONS,
         "before": MADE_BY,
         "names": {name: _capital(words) for name, words in DIMENSION_NAMES.items()} | _names_in_si(),
+        "units": {AMPLITUDE: "mm"}
+        | {name: _shown_unit(unit) for name, (unit, _) in SUITE_DIMENSIONS.items()},
         "of_particle": OF_PARTICLE,
         "axes": (*HARMONIC.axes, *MADE_BY),
         "tag_pattern": TAG.pattern,
@@ -147,6 +149,8 @@ def _fitted(name: str, meaning: str) -> dict[str, Any]:
 def _specification() -> dict[str, Any]:
     """Give every field of a specification, as its form shows it."""
     chosen = [_specified(name, SPECIFIED[name].meaning) | {"ratio": RATIO_OF[name]} for name in CHOSEN]
+    for each in chosen:
+        each["called"] = each["label"].partition(",")[0]
     return {
         "structure": [
             _specified(name, OF_SCENE[name].meaning)
@@ -201,6 +205,9 @@ def _specification() -> dict[str, Any]:
             "measures": {name: each.judged for name, each in MEASURES.items()},
             "at_a_frequency": {name: each.words for name, each in MEASURES.items() if each.mean},
             "measures_under_records": {name: each.words for name, each in RECORD_MEASURES.items()},
+            "accelerations": [
+                name for name, each in (MEASURES | RECORD_MEASURES).items() if each.unit == "m/s²"
+            ],
         },
     }
 
@@ -236,14 +243,18 @@ def _prototype() -> dict[str, float]:
 
 
 def _names_in_si() -> dict[str, str]:
-    """Name what a harmonic study has not as a dimension, with the unit that it is shown in: lengths in mm."""
+    """Name what a harmonic study has not as a dimension."""
     amplitude = AMPLITUDE_DIMENSIONS[AMPLITUDE][1].removesuffix(" Z")
-    return {AMPLITUDE: f"{_capital(amplitude)} [mm]"} | {
+    return {AMPLITUDE: _capital(amplitude)} | {
         name: _capital(words.removesuffix(f" {SUITE_SYMBOLS.get(name, '')}"))
-        + ("" if unit == "1" else f" [{'mm' if unit == 'm' else unit}]")
-        for name, (unit, words) in SUITE_DIMENSIONS.items()
+        for name, (_, words) in SUITE_DIMENSIONS.items()
         if name not in SYMBOLS
     }
+
+
+def _shown_unit(unit: str) -> str:
+    """Give the unit that is shown: lengths are in mm."""
+    return {"m": "mm", "1": ""}.get(unit, unit)
 
 
 def _in_units() -> dict[str, tuple[str, str, str, float]]:
@@ -266,7 +277,9 @@ def _names_in_si_of_ratios() -> dict[str, str]:
 
 def _judged() -> list[str]:
     """Name the results of which less is better: no error, no energy, no count."""
-    lengths = [name for names in AMPLITUDES.items() for name in names if not name.startswith("amplitude_error")]
+    lengths = [
+        name for names in AMPLITUDES.items() for name in names if not name.startswith("amplitude_error")
+    ]
     of_suites = [name for name in SUITE_VARIABLES if name.startswith(("peak_", "rms_"))]
     return [*lengths, *of_suites]
 

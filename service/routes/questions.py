@@ -25,6 +25,7 @@ from damperlab.studies.shapes import Says
 from damperlab.studies.store.export.table import dimensions_of
 from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
+from damperlab.studies.units import quantities_of
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
 
@@ -35,6 +36,10 @@ class StudyAxes(TypedDict):
     study: str
     axes: Annotated[dict[str, list[float | str]], Says(propertyNames={"enum": list(EVERY_DIMENSION)})]
     variables: list[str]
+    in_units: Annotated[
+        dict[str, float],
+        Says(description="What a ratio is multiplied with to be in SI units, where the study has a structure."),
+    ]
 
 
 @router.get(
@@ -44,13 +49,14 @@ class StudyAxes(TypedDict):
     summary="The values of every dimension",
 )
 def axes(service: TheService, study: TheStudy) -> Document:
-    """List the grid's values by dimension, and the names of the variables that the study stores."""
+    """List the grid's values by dimension, the variables that the study stores, and what turns ratios into SI units."""
     cube = service.store.cube(study.id)
     return Document(
         StudyAxes(
             study=study.id,
             axes={name: cube[name].values.tolist() for name in dimensions_of(cube)},
             variables=[str(name) for name in cube.data_vars],
+            in_units={each.source: each.factor for each in quantities_of(study.definition)},
         )
     )
 
