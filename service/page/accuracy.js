@@ -2,7 +2,7 @@
 /** @import { Diagram, Extreme, View } from "./types.js" */
 
 import { ask } from "./api.js";
-import { el, fill, grid } from "./dom.js";
+import { el, fill, grid, quiet } from "./dom.js";
 import { CURVES, DASHES, Figure } from "./figure.js";
 import { help } from "./help.js";
 import { count, moment, short } from "./numbers.js";
@@ -34,9 +34,7 @@ export async function accuracyView(root) {
         : el("strong", {}, "Not every extreme case passed: see the table."),
     ),
     el("h2", {}, "Error against run time"),
-    el(
-      "p",
-      { class: "quiet" },
+    quiet(
       "Farther left is faster, farther down is more exact. Error: that of the state after some cycles " +
         "from rest, against a reference computed with 40 digits. The event-driven solver has no step " +
         "size, so it is one point.",
@@ -66,9 +64,7 @@ function noReport() {
         "method, and how it copes with extreme cases. It takes a few minutes:",
     ),
     el("pre", { tabindex: 0, role: "region", "aria-label": "Command" }, "damperlab check accuracy --quick"),
-    el(
-      "p",
-      { class: "quiet" },
+    quiet(
       "Run it with the data folder of this service (--data-dir, as for serve), then open this page again.",
     ),
   );

@@ -11,7 +11,7 @@
 /** @import { Spec } from "./types.js" */
 
 import { el, fill } from "./dom.js";
-import { listBox } from "./list_field.js";
+import { listBox } from "./lists.js";
 
 const MODES = /** @type {[string, string][]} */ ([
   ["one", "one value"],

@@ -3,7 +3,7 @@
 
 import { ask, refusalBox, studyPath } from "./api.js";
 import { differenceTraces, sharedTraces, sideTraces } from "./beside_figure.js";
-import { el, fill, picker, prose } from "./dom.js";
+import { el, fill, picker, prose, quiet } from "./dom.js";
 import { Figure } from "./figure.js";
 import { help } from "./help.js";
 import { MapAxes } from "./map_axes.js";
@@ -92,9 +92,7 @@ class BesideTab {
         { class: "box beside-study" },
         help("page/#compare-with-another-study", "two studies side by side"),
         el("h2", {}, "Compare with another study"),
-        el(
-          "p",
-          { class: "quiet" },
+        quiet(
           "The same map of two studies with the same axes, on one scale of colours, and the first less " +
             "the second: where it is below 0, this study’s value is the smaller one.",
         ),

@@ -11,7 +11,7 @@
 import { ask, designPath, studyPath } from "./api.js";
 import { spelledBest } from "./best.js";
 import { spelledDamper, spelledWorst } from "./design.js";
-import { el, fill, grid } from "./dom.js";
+import { el, fill, grid, quiet } from "./dom.js";
 import { CURVES, DASHES, Figure } from "./figure.js";
 import { leading } from "./headline.js";
 import { FREQUENCY } from "./selection.js";
@@ -51,8 +51,7 @@ export async function compareView(root, { query }) {
       ),
     ),
     drawn.length > 0 && chart.element,
-    drawn.length < found.length &&
-      el("p", { class: "quiet" }, "Drawn are those with a displacement over a band."),
+    drawn.length < found.length && quiet("Drawn are those with a displacement over a band."),
   );
   if (drawn.length === 0) return;
   await chart.draw(

@@ -6,14 +6,13 @@
 /** @import { View, Worst } from "./types.js" */
 
 import { address, ask, designPath, refusalBox } from "./api.js";
-import { capital, el, fill, grid, prose, say } from "./dom.js";
-import { given, isItself, isMean } from "./design_answer.js";
-import { againstMass, overAmplitudes, overBand } from "./design_figures.js";
+import { againstMass, given, isItself, isMean, overAmplitudes, overBand } from "./design_figures.js";
+import { capital, details, el, facts, fill, grid, prose, quiet, say } from "./dom.js";
 import { help } from "./help.js";
-import { modelSketch } from "./model_sketch.js";
 import { count, counted, drawn, short } from "./numbers.js";
 import { actions, badge, isActive } from "./progress.js";
 import { nameForm } from "./remarks.js";
+import { modelSketch } from "./model_sketch.js";
 import { WORDS } from "./words.js";
 
 const LOOK_MILLISECONDS = 1500;
@@ -155,8 +154,8 @@ function underWay(design) {
         "section",
         { class: "box", "aria-label": "The best so far" },
         el("h2", {}, "The best so far"),
-        facts(design.known.design, design.known.worst),
-        !design.known.feasible && el("p", { class: "quiet" }, "It does not keep every limit."),
+        onDrawing(design.known.design, design.known.worst),
+        !design.known.feasible && quiet("It does not keep every limit."),
       ),
   ];
 }
@@ -207,17 +206,18 @@ function recommended(answer) {
     "section",
     { class: "box headline", "aria-label": given(answer) ? "The damper as given" : "Recommended damper" },
     el("h2", {}, headline(answer)),
-    facts(answer.design, answer.worst, answer.limits.length ? answer.probability : null, undamped(answer)),
+    onDrawing(
+      answer.design,
+      answer.worst,
+      answer.limits.length ? answer.probability : null,
+      undamped(answer),
+    ),
     sentences.map((sentence) => el("p", {}, prose(sentence))),
     next && el("p", {}, "Next: ", prose(next)),
-    el(
-      "details",
-      {},
-      el("summary", {}, "Details"),
-      pairs(
-        rows.map(([name, value, what]) => [capital(name), what ? `${value} (${what})` : value]),
-        "facts",
-      ),
+    details(
+      "Details",
+      rows.length > 0 &&
+        facts(rows.map(([name, value, what]) => [capital(name), what ? `${value} (${what})` : value])),
       el(
         "ul",
         {},
@@ -262,24 +262,17 @@ function underEach(answer, cases) {
  * @param {number | null} [probability]
  * @param {number | null} [without] the worst without a damper
  */
-function facts(built, worst, probability = null, without = null) {
+function onDrawing(built, worst, probability = null, without = null) {
   const rows = damper
     .filter(({ name }) => quantity(built, name) !== "")
     .map(({ name, called }) => [called, quantity(built, name)]);
   rows.push([isMean(worst) ? measure({ worst }) : `worst ${measure({ worst })}`, response(worst)]);
   if (without !== null) rows.push(["without a damper", response({ ...judged({ worst }), value: without })]);
   if (probability !== null) rows.push(["probability of keeping the limits", short(probability, 3)]);
-  return pairs(
+  return facts(
     rows.map(([label, value]) => [capital(label), value]),
-    "facts numbers",
+    "numbers",
   );
-}
-
-/** @param {string[][]} rows name and value of each @param {string} kind */
-function pairs(rows, kind) {
-  const row = (/** @type {string[]} */ [name, value]) =>
-    el("div", {}, el("dt", {}, name), el("dd", {}, value));
-  return rows.length > 0 && el("dl", { class: kind }, rows.map(row));
 }
 
 /**

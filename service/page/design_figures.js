@@ -2,12 +2,12 @@
  * The figures of a design's answer: responses over the band, over other amplitudes, and against the mass of
  * the particle.
  */
-/** @import { AtAmplitude, DesignAnswer, Frequency, OfMass, OtherName, OverBand } from "./types.js" */
+/** @import { AtAmplitude, DesignAnswer, Frequency, OfMass, OtherName, OverBand, Worst } from "./types.js" */
 
-import { colour, CURVES, DASHES, Figure } from "./figure.js";
-import { given, isItself, isMean } from "./design_answer.js";
 import { capital } from "./dom.js";
+import { colour, CURVES, DASHES, Figure } from "./figure.js";
 import { drawn, short } from "./numbers.js";
+import { WORDS } from "./words.js";
 
 /**
  * What the values of a figure are in.
@@ -192,4 +192,34 @@ export function againstMass(id, rows, { metres, unit, measure }) {
     }),
   );
   return chart.element;
+}
+
+/**
+ * Whether nothing was to be chosen: the answer is about the damper of the specification.
+ *
+ * @param {DesignAnswer} answer
+ */
+export function given(answer) {
+  return !Object.keys(answer.specification.choose ?? {}).length;
+}
+
+/**
+ * Whether another damper is the one that the answer is about: without a particle it is friction alone.
+ *
+ * @param {DesignAnswer} answer
+ * @param {string} name
+ */
+export function isItself({ design }, name) {
+  const mass = design.particle_mass_kg ?? design.mass_ratio;
+  const friction = design.friction_force_n ?? design.friction_ratio;
+  return (name === "friction_alone" && mass === 0) || (name === "particle_alone" && friction === 0);
+}
+
+/**
+ * Whether the rms over the band is judged, which is at no frequency.
+ *
+ * @param {Worst} worst
+ */
+export function isMean(worst) {
+  return worst.measure in WORDS.specification.tables.at_a_frequency;
 }

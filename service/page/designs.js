@@ -8,7 +8,7 @@
 /** @import { Ranked, Ranking, Session, Shown } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { checkbox, el, fill, grid, picker, prose } from "./dom.js";
+import { checkbox, details, el, fill, grid, picker, prose, smallButton } from "./dom.js";
 import { leading, VALUE } from "./headline.js";
 import { help } from "./help.js";
 import { short } from "./numbers.js";
@@ -148,12 +148,7 @@ export class DesignsPanel {
       el("h3", {}, title),
       grid(title, heads, rows, false),
       verdict.map((sentence) => el("p", {}, prose(sentence))),
-      el(
-        "details",
-        {},
-        el("summary", {}, "How they were judged"),
-        el("p", { class: "quiet note" }, prose(note)),
-      ),
+      details("How they were judged", el("p", { class: "quiet note" }, prose(note))),
     ];
   }
 
@@ -165,8 +160,7 @@ export class DesignsPanel {
 
   /** @param {Ranked} design @param {string} says */
   show(design, says) {
-    const onclick = () => this.session.selection.chooseDesign(design);
-    return el("button", { type: "button", class: "small", "aria-label": says, onclick }, "Show");
+    return smallButton("Show", () => this.session.selection.chooseDesign(design), says);
   }
 }
 

@@ -5,7 +5,7 @@
 /** @import { Child } from "./types.js" */
 
 import { Refusal, refusalBox, send } from "./api.js";
-import { debounced, el, fill, picker, prose, typedObject } from "./dom.js";
+import { debounced, el, fill, picker, prose, quiet, typedObject } from "./dom.js";
 import { showFaults } from "./faults.js";
 import { counted } from "./numbers.js";
 
@@ -94,7 +94,7 @@ class DocumentForm {
             "details",
             { open: wide },
             el("summary", {}, json),
-            el("p", { class: "quiet" }, "Edit it here or in the fields: each follows the other."),
+            quiet("Edit it here or in the fields: each follows the other."),
             this.text,
             this.wrong,
           ),

@@ -47,6 +47,32 @@ export function fill(element, ...children) {
   element.replaceChildren(...texts(children));
 }
 
+/** What is said in a low voice. @param {...Child} children */
+export function quiet(...children) {
+  return el("p", { class: "quiet" }, ...children);
+}
+
+/** What is shown once it is opened. @param {string} title @param {...Child} children */
+export function details(title, ...children) {
+  return el("details", {}, el("summary", {}, title), ...children);
+}
+
+/** @param {Child} text @param {() => void} onclick @param {Attributes} [looks] */
+export function button(text, onclick, looks = {}) {
+  return el("button", { type: "button", onclick, ...looks }, text);
+}
+
+/** A small one. @param {Child} text @param {() => void} onclick @param {string} [says] if not the text */
+export function smallButton(text, onclick, says) {
+  return button(text, onclick, { class: "small", "aria-label": says });
+}
+
+/** Facts by their names. @param {[string, Child][]} entries @param {string} [kind] "numbers": large */
+export function facts(entries, kind = "") {
+  const rows = entries.map(([name, value]) => el("div", {}, el("dt", {}, name), el("dd", {}, value)));
+  return el("dl", { class: `facts ${kind}`.trim() }, rows);
+}
+
 /**
  * A select with its label.
  *
@@ -136,8 +162,8 @@ export function confirmed(title, text, action) {
       el(
         "div",
         { class: "row end" },
-        el("button", { type: "button", autofocus: true, onclick: () => dialog.close("no") }, "Keep it"),
-        el("button", { type: "button", class: "danger", onclick: () => dialog.close("yes") }, action),
+        button("Keep it", () => dialog.close("no"), { autofocus: true }),
+        button(action, () => dialog.close("yes"), { class: "danger" }),
       ),
     );
     document.body.append(dialog);

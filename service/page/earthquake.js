@@ -5,7 +5,7 @@
 /** @import { Earthquake, EarthquakeCase, EarthquakeHistory, Session, Tab, Trace, View } from "./types.js" */
 
 import { Refusal, refusalBox } from "./api.js";
-import { debounced, el, fill, grid, picker, prose, say } from "./dom.js";
+import { button, debounced, el, fill, grid, picker, prose, quiet, say } from "./dom.js";
 import { field, showFaults } from "./faults.js";
 import { colour, CURVES, Figure } from "./figure.js";
 import { help } from "./help.js";
@@ -131,8 +131,8 @@ class Compared {
           asked.tmd_criterion,
           (criterion) => ((asked.tmd_criterion = criterion), this.look()),
         ),
-        el("p", { class: "quiet" }, this.note),
-        el("button", { type: "button", onclick: again }, this.back),
+        quiet(this.note),
+        button(this.back, again),
         this.rest,
       ),
     );

@@ -3,7 +3,7 @@
  */
 /** @import { GroundRecord, Held, SpecifiedField } from "./types.js" */
 
-import { el, picker } from "./dom.js";
+import { el, picker, quiet, smallButton } from "./dom.js";
 import { field } from "./faults.js";
 import { group, number, numbers, span } from "./specified.js";
 import { recordsField } from "./survey_fields.js";
@@ -40,6 +40,8 @@ const BEGINNING = {
   shock: { shock: { shape: "half_sine", peak_g: 5, duration_ms: 11 } },
   records: { records: ["el-centro-180"], scales: 1 },
 };
+/** @param {string} kind */
+const beginning = (kind) => structuredClone(BEGINNING[/** @type {Kind} */ (kind)]);
 /** Kinds of records that are generated. */
 const GENERATED = /** @type {Kind[]} */ (["sweep", "random_vibration", "shock"]);
 /** What a field of a sweep begins with that takes the place of another. */
@@ -87,7 +89,7 @@ export function excitationFields(held, records) {
   const all = allOf(held);
   const kind = kindOf(all.find((each) => kindOf(each) === "band") ?? all[0]);
   const change = (/** @type {string} */ next) => {
-    held.set(PLACE, structuredClone(BEGINNING[/** @type {Kind} */ (next)]));
+    held.set(PLACE, beginning(next));
     held.set("measure", undefined);
     for (const ratio of Object.keys(next === "band" ? {} : IN_UNITS))
       for (const place of ["", "choose.", "tolerances."]) held.set(place + ratio, undefined);
@@ -231,30 +233,14 @@ function everyOne(held, records) {
       el(
         "div",
         { class: "row" },
-        el(
-          "button",
-          { type: "button", class: "small", onclick: () => add(held, likeLast(held)) },
-          "Add another excitation",
-        ),
+        smallButton("Add another excitation", () => add(held, likeLast(held))),
         KINDS.filter(([name]) => GENERATED.includes(/** @type {Kind} */ (name))).map(([name, words]) =>
-          el(
-            "button",
-            {
-              type: "button",
-              class: "small",
-              onclick: () => add(held, structuredClone(BEGINNING[/** @type {Kind} */ (name)])),
-            },
-            `Add ${words}`,
-          ),
+          smallButton(`Add ${words}`, () => add(held, beginning(name))),
         ),
         !all.some((each) => kindOf(each) === "records") &&
-          el(
-            "button",
-            { type: "button", class: "small", onclick: () => add(held, structuredClone(BEGINNING.records)) },
-            "Add ground-motion records",
-          ),
+          smallButton("Add ground-motion records", () => add(held, beginning("records"))),
       ),
-    several && el("p", { class: "quiet" }, "They act one at a time; the worst of them is judged."),
+    several && quiet("They act one at a time; the worst of them is judged."),
   ];
 }
 
@@ -318,11 +304,7 @@ function remover(held, i) {
     dropMeasure(held);
     held.again();
   };
-  return el(
-    "button",
-    { type: "button", class: "small", "aria-label": `Remove excitation ${i + 1}`, onclick: remove },
-    "Remove",
-  );
+  return smallButton("Remove", remove, `Remove excitation ${i + 1}`);
 }
 
 /** @param {Held} held @param {number} i */

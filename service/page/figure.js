@@ -16,7 +16,7 @@
  */
 /** @import { Drawn, Titles } from "./types.js" */
 
-import { el, fill, say } from "./dom.js";
+import { button, details, el, fill, say } from "./dom.js";
 import { tableOf } from "./figure_table.js";
 import { short } from "./numbers.js";
 
@@ -148,7 +148,7 @@ export class Figure {
         { class: "row end downloads" },
         ["png", "svg", "csv"].map((format) => this.download(format)),
       ),
-      python && el("details", {}, el("summary", {}, "The same in Python"), this.code),
+      python && details("The same in Python", this.code),
     );
   }
 
@@ -156,8 +156,7 @@ export class Figure {
   download(format) {
     const says = `Download as ${format.toUpperCase()}: ${this.options.label}`;
     const onclick = () => (format === "csv" ? this.saveTable() : this.save(format));
-    const looks = { type: "button", class: "small quiet", "aria-label": says, onclick };
-    return el("button", looks, format.toUpperCase());
+    return button(format.toUpperCase(), onclick, { class: "small quiet", "aria-label": says });
   }
 
   /** @param {string} format */

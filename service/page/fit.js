@@ -2,7 +2,7 @@
 /** @import { Fitted, FittedField, Held, View } from "./types.js" */
 
 import { documentForm } from "./document_form.js";
-import { checkbox, el, fill, grid, picker, prose } from "./dom.js";
+import { checkbox, details, el, fill, grid, picker, prose } from "./dom.js";
 import { field } from "./faults.js";
 import { CURVES, Figure } from "./figure.js";
 import { help } from "./help.js";
@@ -196,10 +196,7 @@ function answered(place, found) {
 
 /** @param {string} title @param {object | null} document */
 function json(title, document) {
-  return (
-    document &&
-    el("details", {}, el("summary", {}, title), el("pre", { tabindex: 0 }, JSON.stringify(document, null, 2)))
-  );
+  return document && details(title, el("pre", { tabindex: 0 }, JSON.stringify(document, null, 2)));
 }
 
 /** Rows over frequency, or samples over time; lengths in millimetres. @param {Fitted} found */

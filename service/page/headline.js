@@ -4,7 +4,7 @@
  */
 /** @import { Frequencies, Ranked, Ranking, Session, Shown } from "./types.js" */
 
-import { capital, el, prose } from "./dom.js";
+import { capital, el, prose, quiet } from "./dom.js";
 import { count, short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
 import { WORDS } from "./words.js";
@@ -79,17 +79,13 @@ export function headline({ record, selection, shown }, ranked) {
       ".",
     ),
     few &&
-      el(
-        "p",
-        { class: "quiet" },
+      quiet(
         `Only ${count(record.points_done)} of ${count(record.points_total)} points are computed: a ` +
           "better design is likely among the others.",
       ),
-    doubts.map(({ sentence }) => el("p", { class: "quiet" }, prose(sentence))),
+    doubts.map(({ sentence }) => quiet(prose(sentence))),
     idle &&
-      el(
-        "p",
-        { class: "quiet" },
+      quiet(
         `A smaller value, ${shown.value(VALUE, idle.value)}, belongs to designs in which the particle ` +
           "never meets a wall: these do not act as particle dampers.",
       ),

@@ -1,5 +1,7 @@
 /** Lists as they are typed: values with commas, semicolons or spaces between them. */
 
+import { el, fill, smallButton } from "./dom.js";
+
 /** One comma between two digits and no further one: a decimal comma, or two values. */
 const EITHER = /(?<=^|\s)[+-]?\d+,\d+(?=\s|$)/;
 /** What stands between two values where no comma does; a value that has a name may have spaces in it. */
@@ -40,4 +42,35 @@ export function doubt(text, between = SPACES) {
     decimal: meant("."),
     list: meant(", "),
   };
+}
+
+/**
+ * @param {string} value
+ * @param {(parts: string[]) => void} onChange told the parts of what is typed
+ * @param {Record<string, unknown>} [attributes] of the box
+ * @param {RegExp} [between] as `parts` takes it
+ * @returns {HTMLElement[]} the box, and where it asks
+ */
+export function listBox(value, onChange, attributes = {}, between = undefined) {
+  const box = el("input", { type: "text", ...attributes, value, oninput: () => typed(box.value) });
+  const asks = el("span", { class: "asks", role: "status" });
+
+  /** @param {string} text */
+  function typed(text) {
+    onChange(parts(text, between));
+    const unclear = doubt(text, between);
+    const choice = (/** @type {string} */ list, /** @type {string} */ words) =>
+      smallButton(words, () => ((box.value = list), typed(list)));
+    fill(
+      asks,
+      unclear && [
+        `${unclear.question} `,
+        choice(unclear.decimal, "One number"),
+        " ",
+        choice(unclear.list, "Two values"),
+      ],
+    );
+  }
+
+  return [box, asks];
 }

@@ -4,9 +4,8 @@
  */
 /** @import { Catalogue, Figure, Layout, MapAnswer, Row, Trace } from "./types.js" */
 
-import { extentOf, isWide } from "./extent.js";
 import { colour, NARROW, thisPoint } from "./figure.js";
-import { isLogarithmic, short } from "./numbers.js";
+import { extentOf, isLogarithmic, isWide, short } from "./numbers.js";
 import { axisTitle, CLASS_LOOKS } from "./vocabulary.js";
 
 /** Symbols of one class on one map; more would hide the values. */
@@ -48,7 +47,7 @@ const ROUNDING = 1e-9;
  */
 export function mapTraces(map, overlays, marks, words, beside) {
   const coded = words.variables.find((v) => v.name === map.metric)?.coded ?? false;
-  const { coloured, bar } = coded ? codes(map, words) : scale(map, beside);
+  const { coloured, bar } = coded ? codes(map) : scale(map, beside);
   const z = coloured(map.values);
   const common = { x: map.x, y: map.y, z, zsmooth: false, colorscale: "Cividis" };
   /** @type {Trace[]} */
@@ -176,9 +175,8 @@ function barLook() {
  * Codes as steps of colour with their names.
  *
  * @param {MapAnswer} map
- * @param {Words} words
  */
-function codes(map, words) {
+function codes(map) {
   const meanings = map.meanings[map.metric];
   const known = Object.keys(meanings)
     .map(Number)

@@ -5,7 +5,7 @@
 /** @import { Session, Shown, Simulated, StudyRecord, Trace } from "./types.js" */
 
 import { refusalBox } from "./api.js";
-import { el, fill } from "./dom.js";
+import { el, fill, quiet } from "./dom.js";
 import { colour, CURVES, DASHES, Figure } from "./figure.js";
 import { History } from "./history.js";
 import { short } from "./numbers.js";
@@ -118,9 +118,7 @@ export class MotionPanel {
       phase.element,
       spectrum.element,
       forces.element,
-      el(
-        "p",
-        { class: "quiet" },
+      quiet(
         "Spring, damping and friction; an instantaneous impact has no finite force, so it has no " +
           "place in the figure.",
       ),
@@ -262,9 +260,7 @@ function shownNote(record, answer, history) {
     start === "rest"
       ? ""
       : " The study starts its points elsewhere, so this may be another response than the stored one.";
-  return el(
-    "p",
-    { class: "quiet" },
+  return quiet(
     `${cycles} of the steady response that a start from rest leads to${repeats}.${impacts}${other}`,
   );
 }

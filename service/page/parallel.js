@@ -2,7 +2,7 @@
 /** @import { Ranked, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { debounced, el, fill } from "./dom.js";
+import { debounced, details, el, fill, quiet, smallButton } from "./dom.js";
 import { leading, VALUE } from "./headline.js";
 import { short } from "./numbers.js";
 import { FREQUENCY } from "./selection.js";
@@ -48,9 +48,7 @@ export class ParallelPanel {
       "section",
       { class: "box wide" },
       el("h2", {}, "All designs"),
-      el(
-        "p",
-        { class: "quiet" },
+      quiet(
         "Each line is a design. Drag along an axis to keep only the designs that cross it there; click " +
           "the axis to remove the limit.",
       ),
@@ -182,10 +180,8 @@ export class ParallelPanel {
       const title = el("span", { "aria-hidden": "true" }, axis.title);
       return el("div", { class: "brushes" }, title, from, to, output);
     });
-    return el(
-      "details",
-      {},
-      el("summary", {}, "Limit the axes by sliders"),
+    return details(
+      "Limit the axes by sliders",
       el("fieldset", { class: "sliders" }, el("legend", {}, "Show only designs with"), rows),
     );
   }
@@ -276,8 +272,7 @@ export class ParallelPanel {
     fill(
       this.said,
       `${inside} of ${found.length} designs are within the limits.${of} `,
-      best &&
-        el("button", { type: "button", class: "small", onclick: () => selection.chooseDesign(best) }, words),
+      best && smallButton(words, () => selection.chooseDesign(best)),
     );
   }
 }

@@ -2,7 +2,7 @@
 /** @import { Curve, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { debounced, el, fill } from "./dom.js";
+import { button, debounced, el, fill, quiet, smallButton } from "./dom.js";
 import { CURVES, DASHES, Figure } from "./figure.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
@@ -38,7 +38,7 @@ export class PinsPanel {
       el(
         "div",
         { class: "row controls" },
-        el("button", { type: "button", onclick: () => this.pin() }, "Pin this point"),
+        button("Pin this point", () => this.pin()),
         el("span", { class: "quiet" }, `At most ${MOST}; the oldest is removed.`),
       ),
       this.list,
@@ -83,13 +83,11 @@ export class PinsPanel {
     );
     const go = () => selection.choose(Object.fromEntries(this.along.map((name, j) => [name, pin[j]])));
     const remove = () => this.keep(this.pins.filter((_, j) => j !== i));
-    const button = (
-      /** @type {string} */ text,
-      /** @type {string} */ says,
-      /** @type {() => void} */ onclick,
-    ) =>
-      el("button", { type: "button", class: "small", "aria-label": `${says} pin ${i + 1}`, onclick }, text);
-    const buttons = [button("Go", "Go to", go), " ", button("Remove", "Remove", remove)];
+    const buttons = [
+      smallButton("Go", go, `Go to pin ${i + 1}`),
+      " ",
+      smallButton("Remove", remove, `Remove pin ${i + 1}`),
+    ];
     return el("li", {}, `${i + 1}: ${words.join(", ")} `, buttons);
   }
 
@@ -102,10 +100,7 @@ export class PinsPanel {
       pins.map((pin, i) => this.item(pin, i)),
     );
     if ((selection.axes[FREQUENCY] ?? []).length < 2)
-      return fill(
-        trouble,
-        el("p", { class: "quiet" }, "The study has one frequency, so there is no curve to compare."),
-      );
+      return fill(trouble, quiet("The study has one frequency, so there is no curve to compare."));
     try {
       const path = studyPath(record.id, "frequency-response");
       const at = (/** @type {number[]} */ pin) =>

@@ -2,11 +2,11 @@
 /** @import { Curve, Ranked, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { debounced, el, fill, prose, say } from "./dom.js";
+import { button, debounced, el, fill, prose, quiet, say } from "./dom.js";
 import { colour, CURVES, Figure, thisPoint } from "./figure.js";
 import { help } from "./help.js";
 import { MotionPanel } from "./motion.js";
-import { duration, short } from "./numbers.js";
+import { duration } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { times } from "./shown.js";
@@ -32,8 +32,8 @@ export class PointPanel {
     this.about = el(
       "div",
       {},
-      el("p", { class: "quiet" }, "Click the map, move the sliders, or take a design from the table."),
-      el("button", { type: "button", onclick: go }, "Look at the best design"),
+      quiet("Click the map, move the sliders, or take a design from the table."),
+      button("Look at the best design", go),
     );
     this.curve = new Figure({
       label: "Frequency response of the point",
@@ -161,9 +161,7 @@ function stored(session, response, runs, place) {
   return [
     response.values.includes(null) &&
       response.status.includes(NOT_COMPUTED) &&
-      el(
-        "p",
-        { class: "quiet" },
+      quiet(
         empty(response)
           ? `The study has computed no frequency of this point yet; the motion below is the one at ${at}.`
           : "Not every frequency of this point is computed yet.",

@@ -2,7 +2,7 @@
 /** @import { Listed, StudyRecord } from "./types.js" */
 
 import { ask, refusalBox } from "./api.js";
-import { confirmed, el, fill, say } from "./dom.js";
+import { confirmed, el, fill, say, smallButton } from "./dom.js";
 import { counted, count, duration, short } from "./numbers.js";
 import { compiling } from "./patience.js";
 import { WORDS } from "./words.js";
@@ -91,7 +91,7 @@ export function actions(kind, record, onChange, gone = false) {
   const post = async (/** @type {string} */ verb) =>
     /** @type {T} */ (await ask(`${path}/${verb}`, {}, { method: "POST" }));
   /** @param {string} label @param {() => Promise<T | null | undefined>} act undefined: nothing changed */
-  const button = (label, act) => {
+  const steering = (label, act) => {
     const onclick = async () => {
       try {
         const changed = await act();
@@ -102,7 +102,7 @@ export function actions(kind, record, onChange, gone = false) {
         fill(place, refusalBox(error));
       }
     };
-    return el("button", { type: "button", class: "small", "aria-label": `${label} ${name}`, onclick }, label);
+    return smallButton(label, onclick, `${label} ${name}`);
   };
   const remove = async () => {
     const points = record.points_done ? ` and its ${counted(record.points_done, "computed point")}` : "";
@@ -126,11 +126,11 @@ export function actions(kind, record, onChange, gone = false) {
   const stopped = record.state === "cancelled" || record.state === "failed";
   fill(
     place,
-    gone && [button("Restore", () => post("undelete")), button("Delete for good", removeForGood)],
-    !gone && active && button("Cancel", () => post("cancel")),
-    !gone && stopped && button("Resume", () => post("resume")),
-    !gone && record.outdated && !active && button("Recompute", recompute),
-    !gone && !active && button("Delete", remove),
+    gone && [steering("Restore", () => post("undelete")), steering("Delete for good", removeForGood)],
+    !gone && active && steering("Cancel", () => post("cancel")),
+    !gone && stopped && steering("Resume", () => post("resume")),
+    !gone && record.outdated && !active && steering("Recompute", recompute),
+    !gone && !active && steering("Delete", remove),
   );
   return place;
 }

@@ -1,10 +1,10 @@
-/** Ground-motion records: those that are there, and one's own from a file. */
+/** Ground-motion records: those that are there, what each looks like, and one's own from a file. */
 /** @import { GroundRecord } from "./types.js" */
 
 import { ask, faultText, Refusal, refusalBox } from "./api.js";
-import { el, fill, say } from "./dom.js";
+import { details, el, fill, quiet, say } from "./dom.js";
+import { CURVES, Figure } from "./figure.js";
 import { short } from "./numbers.js";
-import { recordFigures } from "./record_figures.js";
 import { WORDS } from "./words.js";
 
 /**
@@ -111,15 +111,9 @@ export function uploadField(onKept) {
   }
 
   return [
-    el(
-      "details",
-      {},
-      el("summary", {}, "Upload your own record"),
-      el(
-        "p",
-        { class: "quiet" },
-        "A PEER file (.at2), or two columns: time in seconds and acceleration (.csv).",
-      ),
+    details(
+      "Upload your own record",
+      quiet("A PEER file (.at2), or two columns: time in seconds and acceleration (.csv)."),
       el(
         "div",
         { class: "row" },
@@ -129,4 +123,74 @@ export function uploadField(onKept) {
     ),
     trouble,
   ];
+}
+
+/**
+ * Figures of the record that is chosen, drawn once they are opened.
+ *
+ * @returns {{element: HTMLElement, show: (id: string) => void}}
+ */
+export function recordFigures() {
+  const time = new Figure({ label: "Acceleration of the base over time", name: "record", height: 220 });
+  const spectrum = new Figure({
+    label: "Response spectrum of the record",
+    name: "record-spectrum",
+    height: 260,
+  });
+  const words = el("p", { class: "quiet" });
+  const place = el("div", {});
+  const element = el(
+    "details",
+    { class: "more", ontoggle: () => draw() },
+    el("summary", {}, "What the record looks like"),
+    place,
+  );
+  let wanted = "";
+  let drawn = "";
+
+  async function draw() {
+    if (!element.open || !wanted || wanted === drawn) return;
+    const id = (drawn = wanted);
+    try {
+      const record = await ask(`records/${encodeURIComponent(id)}`);
+      if (id !== wanted) return;
+      fill(
+        words,
+        `${record.name}: ${short(record.duration_s, 4)} s in steps of ${short(record.step_s, 3)} s, at ` +
+          `most ${short(record.peak_acceleration_g, 3)} g. The spectrum is that of structures with a ` +
+          `damping ratio of ${record.damping_ratio} and no damper.`,
+      );
+      fill(place, words, time.element, spectrum.element);
+      const line = { type: "scatter", mode: "lines", line: { color: CURVES()[0], width: 1.2 } };
+      const perG = record.peak_acceleration_g / record.peak_acceleration_m_s2;
+      const gs = (/** @type {number[]} */ values) => values.map((value) => value * perG);
+      await time.draw(
+        () => [{ ...line, x: record.time_s, y: gs(record.acceleration_m_s2), name: "acceleration" }],
+        () => ({
+          xaxis: { title: { text: "time [s]" } },
+          yaxis: { title: { text: "acceleration [g]" } },
+          showlegend: false,
+        }),
+      );
+      await spectrum.draw(
+        () => [{ ...line, x: record.period_s, y: gs(record.pseudo_acceleration_m_s2), name: "spectrum" }],
+        () => ({
+          xaxis: { title: { text: "natural period [s]" }, type: "log", dtick: "D2" },
+          yaxis: { title: { text: "pseudo-acceleration [g]" }, rangemode: "tozero" },
+          showlegend: false,
+        }),
+      );
+    } catch (error) {
+      if (id === wanted) fill(place, refusalBox(error));
+      drawn = "";
+    }
+  }
+
+  return {
+    element,
+    show: (id) => {
+      wanted = id;
+      void draw();
+    },
+  };
 }

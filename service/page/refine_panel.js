@@ -5,7 +5,7 @@
 /** @import { Refinement, Session } from "./types.js" */
 
 import { ask, refusalBox, send, studyPath } from "./api.js";
-import { el, fill, prose, say } from "./dom.js";
+import { button, el, fill, prose, quiet, say } from "./dom.js";
 import { VALUE } from "./headline.js";
 import { short } from "./numbers.js";
 import { progressBar } from "./progress.js";
@@ -22,14 +22,12 @@ export class RefinePanel {
 
   /**
    * @param {Session} session
-   * @param {() => Record<string, unknown>} judged how designs are judged now, as the ranking above is asked for
+   * @param {() => Record<string, unknown>} judged as the ranking above is asked for
    */
   constructor(session, judged) {
     this.session = session;
     this.judged = judged;
     const stop = () => (this.stop.disabled = this.stopped = true);
-    const button = (/** @type {string} */ words, /** @type {() => void} */ onclick) =>
-      el("button", { type: "button", onclick }, words);
     this.button = button("Search around the best design", () => this.search());
     this.stop = button("Stop", stop);
     this.stop.disabled = true;
@@ -37,9 +35,7 @@ export class RefinePanel {
       "details",
       { class: "more" },
       el("summary", {}, "Refine: is a better design nearby?"),
-      el(
-        "p",
-        { class: "quiet" },
+      quiet(
         "Computes further designs between those of the grid, in studies of their own, until none can be " +
           "better by 1 % or 20,000 points are spent. What is computed is kept: a search that was stopped " +
           "goes on from there.",
@@ -117,11 +113,9 @@ export class RefinePanel {
     const { id } = this.rounds[length - 1] ?? {};
     return [
       el("p", {}, known ? "Known: " : "So far: ", best, " at ", at, "."),
-      !shown.inUnits && el("p", { class: "quiet" }, prose(note)),
+      !shown.inUnits && quiet(prose(note)),
       id &&
-        el(
-          "p",
-          { class: "quiet" },
+        quiet(
           `${length} follow-up ${length === 1 ? "study" : "studies"} computed; the last is `,
           el("a", { href: `#/studies/${id}` }, id),
           ".",

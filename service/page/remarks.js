@@ -2,7 +2,7 @@
 /** @import { Design, StudyRecord } from "./types.js" */
 
 import { ask, designPath, refusalBox, studyPath } from "./api.js";
-import { el, fill, say } from "./dom.js";
+import { button, el, fill, quiet, say } from "./dom.js";
 import { WORDS } from "./words.js";
 
 export const TAG = new RegExp(`^(?:${WORDS.tag_pattern})$`);
@@ -20,16 +20,7 @@ export function tagList(tags, choose) {
       "div",
       { class: "tags" },
       tags.map((tag) =>
-        el(
-          "button",
-          {
-            type: "button",
-            class: "tag",
-            "aria-label": `Studies with the tag ${tag}`,
-            onclick: () => choose(tag),
-          },
-          tag,
-        ),
+        button(tag, () => choose(tag), { class: "tag", "aria-label": `Studies with the tag ${tag}` }),
       ),
     )
   );
@@ -106,7 +97,7 @@ function savedForm(what, fields, save) {
     try {
       const wrong = await save();
       if (wrong) return fill(trouble, el("p", { class: "box fault", role: "alert" }, wrong));
-      fill(trouble, el("p", { class: "quiet" }, "Saved."));
+      fill(trouble, quiet("Saved."));
       say(`${what}: saved.`);
     } catch (error) {
       fill(trouble, refusalBox(error));

@@ -2,7 +2,7 @@
 /** @import { Definition, Spec } from "./types.js" */
 
 import { axisField } from "./axis_field.js";
-import { capital, el, picker } from "./dom.js";
+import { capital, el, picker, quiet } from "./dom.js";
 import { field } from "./faults.js";
 import { help } from "./help.js";
 import { WORDS } from "./words.js";
@@ -64,9 +64,7 @@ export function excitationField(study, redraw) {
     help("model/#a-force-on-the-structure", "a force on the structure"),
     el("span", { class: "faults" }),
     now === "force" &&
-      el(
-        "p",
-        { class: "quiet" },
+      quiet(
         "The base stands still. Z is the static displacement F₀/k: γ_F = F_f/F₀, and the amplitude " +
           "ratio is X k/F₀.",
       ),

@@ -7,7 +7,7 @@
 /** @import { Child, Filter, Kept, Listed } from "./types.js" */
 
 import { ask, refusalBox } from "./api.js";
-import { checkbox, confirmed, el, fill, picker, say } from "./dom.js";
+import { checkbox, confirmed, el, fill, picker, say, smallButton } from "./dom.js";
 import { counted, moment } from "./numbers.js";
 import { actions, isActive } from "./progress.js";
 
@@ -207,16 +207,14 @@ export class Shelf {
     if (this.gone) chosen.clear();
     if (chosen.size === 0) return fill(this.bar);
     const compare = `#/compare?${what.kind}=${[...chosen].join(",")}`;
-    const button = (/** @type {string} */ label, /** @type {() => void} */ onclick) =>
-      el("button", { type: "button", class: "small", onclick }, label);
     fill(
       this.bar,
       `${chosen.size} chosen`,
       chosen.size > 1 &&
         chosen.size <= MOST_COMPARED &&
         el("a", { class: "button small", href: compare }, "Compare"),
-      button("Delete", () => this.remove()),
-      button("Choose none", () => (chosen.clear(), this.redraw())),
+      smallButton("Delete", () => this.remove()),
+      smallButton("Choose none", () => (chosen.clear(), this.redraw())),
     );
   }
 

@@ -4,7 +4,7 @@
  */
 
 import { ask, refusalBox, send } from "./api.js";
-import { el, fill } from "./dom.js";
+import { button, el, fill } from "./dom.js";
 
 /**
  * A form that takes a key.
@@ -70,5 +70,5 @@ export async function showSession() {
     await ask("session", {}, { method: "DELETE" });
     location.reload();
   };
-  fill(place, `${session.owner} `, el("button", { type: "button", onclick: leave }, "Sign out"));
+  fill(place, `${session.owner} `, button("Sign out", leave));
 }

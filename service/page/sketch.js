@@ -4,7 +4,7 @@
  */
 /** @import { History } from "./types.js" */
 
-import { el } from "./dom.js";
+import { button, el, quiet, smallButton } from "./dom.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 760;
@@ -89,7 +89,7 @@ class Sketch {
   );
   words = el("output", {});
   slow = el("input", { type: "checkbox" });
-  play = el("button", { type: "button", onclick: () => (this.running ? this.stop() : this.start()) }, "Play");
+  play = button("Play", () => (this.running ? this.stop() : this.start()));
 
   /**
    * @param {History} history
@@ -145,10 +145,6 @@ class Sketch {
   }
 
   drawElement() {
-    const step = (/** @type {string} */ sign, /** @type {string} */ label, /** @type {number} */ by) => {
-      const onclick = () => this.step(by);
-      return el("button", { type: "button", class: "small", "aria-label": label, onclick }, sign);
-    };
     return el(
       "div",
       { class: "sketch-box" },
@@ -157,12 +153,12 @@ class Sketch {
         "div",
         { class: "row controls" },
         this.play,
-        step("◀", "One step back", -STEP),
-        step("▶", "One step on", STEP),
+        smallButton("◀", () => this.step(-STEP), "One step back"),
+        smallButton("▶", () => this.step(STEP), "One step on"),
         el("label", { class: "check" }, this.slow, "Slow"),
       ),
       this.slider,
-      el("p", { class: "quiet" }, this.words),
+      quiet(this.words),
     );
   }
 
@@ -189,7 +185,7 @@ class Sketch {
     this.words.textContent = `Cycle ${cycle.toFixed(2)}: x = ${x}${contact}${place}`;
   }
 
-  /** Show the particle in its cavity, and say what it does. @param {number} cycle @param {number} clearance */
+  /** Show the particle, and say what it does. @param {number} cycle @param {number} clearance */
   showParticle(cycle, clearance) {
     const { history, particle } = this;
     const [left, right] = this.walls;

@@ -2,7 +2,7 @@
 /** @import { MapAnswer, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { debounced, el, fill } from "./dom.js";
+import { debounced, el, fill, quiet } from "./dom.js";
 import { colour, Figure, thisPoint } from "./figure.js";
 import { help } from "./help.js";
 import { chosenMeasure } from "./measures.js";
@@ -29,9 +29,7 @@ export class SlicesPanel {
       { class: "box wide" },
       help("page/#explore", "these three views"),
       el("h2", {}, "Slices through the point"),
-      el(
-        "p",
-        { class: "quiet" },
+      quiet(
         "Each figure varies one parameter and holds the others at the point; click to move the point. ",
         selection.worst && "Unless the frequency is chosen, the largest value over all frequencies is shown.",
       ),

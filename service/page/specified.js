@@ -3,7 +3,7 @@
 
 import { capital, el } from "./dom.js";
 import { field } from "./faults.js";
-import { listBox } from "./list_field.js";
+import { listBox } from "./lists.js";
 
 /**
  * Fields with a title, and a place for faults.

@@ -7,7 +7,7 @@ import { catalogue } from "./catalogue.js";
 import { comparisonTab } from "./comparison.js";
 import { dampersTab } from "./dampers_tab.js";
 import { earthquakeTab } from "./earthquake.js";
-import { el, fill, prose, say } from "./dom.js";
+import { el, facts, fill, prose, quiet, say } from "./dom.js";
 import { explorerTab } from "./explorer.js";
 import { leading } from "./headline.js";
 import { help } from "./help.js";
@@ -252,7 +252,7 @@ function dataTab({ record, renamed }, place) {
         downloads(record.id),
         report(record.id),
         el("h2", {}, "The study"),
-        facts(record),
+        about(record),
         el("h2", {}, "What it answers"),
         catalogue(record),
         el("h2", {}, "Name, tags and note"),
@@ -272,9 +272,7 @@ function downloads(id) {
   return [
     el("h2", {}, "Download the data"),
     el("ul", {}, links),
-    el(
-      "p",
-      { class: "quiet" },
+    quiet(
       "Points not computed yet have status −1. Other programs can read the cube in place, as Zarr: ",
       el("code", {}, address(studyPath(id, "zarr/")).href),
     ),
@@ -297,7 +295,7 @@ function report(id) {
 }
 
 /** @param {StudyRecord} record */
-function facts(record) {
+function about(record) {
   const entries = /** @type {[string, string][]} */ ([
     ["Id", record.id],
     [
@@ -311,9 +309,5 @@ function facts(record) {
     ["Time in kernels", duration(record.kernel_seconds)],
     ["Version", record.provenance?.solver_version ?? "–"],
   ]);
-  return el(
-    "dl",
-    { class: "facts" },
-    entries.map(([term, value]) => el("div", {}, el("dt", {}, term), el("dd", {}, value))),
-  );
+  return facts(entries);
 }

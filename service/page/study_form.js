@@ -5,7 +5,7 @@ import { ask, studyPath } from "./api.js";
 import { axisField } from "./axis_field.js";
 import { field } from "./faults.js";
 import { documentForm } from "./document_form.js";
-import { checkbox, el, picker, say } from "./dom.js";
+import { checkbox, el, facts, picker, say } from "./dom.js";
 import { help } from "./help.js";
 import { count, duration, size } from "./numbers.js";
 import { PHYSICAL, RATIOS, STANDS_FOR, inRatios, inUnits } from "./quantities.js";
@@ -156,24 +156,15 @@ function compilingPart(cost) {
 
 /** @param {Estimate} cost */
 function estimated(cost) {
-  return el(
-    "dl",
-    { class: "facts" },
-    el("div", {}, el("dt", {}, "Points"), el("dd", {}, count(cost.points))),
-    el(
-      "div",
-      {},
-      el("dt", {}, "Time on one core"),
-      el(
-        "dd",
-        {},
-        `about ${duration(cost.seconds)}${compilingPart(cost)}, between ${duration(cost.seconds_low)} ` +
-          `and ${duration(cost.seconds_high)}`,
-      ),
-    ),
-    el("div", {}, el("dt", {}, "At most"), el("dd", {}, size(cost.bytes))),
-    el("div", {}, el("dt", {}, "Blocks"), el("dd", {}, count(cost.blocks))),
-    cost.understood.length > 0 &&
-      el("div", {}, el("dt", {}, "Understood as"), el("dd", {}, cost.understood.join(" "))),
-  );
+  const time =
+    `about ${duration(cost.seconds)}${compilingPart(cost)}, between ${duration(cost.seconds_low)} ` +
+    `and ${duration(cost.seconds_high)}`;
+  const understood = cost.understood.join(" ");
+  return facts([
+    ["Points", count(cost.points)],
+    ["Time on one core", time],
+    ["At most", size(cost.bytes)],
+    ["Blocks", count(cost.blocks)],
+    .../** @type {[string, string][]} */ (understood ? [["Understood as", understood]] : []),
+  ]);
 }

@@ -2,12 +2,11 @@
 /** @import { Definition, GroundRecord, Quantity } from "./types.js" */
 
 import { axisField } from "./axis_field.js";
-import { field } from "./faults.js";
 import { checkbox, el, fill } from "./dom.js";
+import { field } from "./faults.js";
 import { short } from "./numbers.js";
 import { PHYSICAL, RATIOS } from "./quantities.js";
-import { recordFigures } from "./record_figures.js";
-import { uploadField } from "./records.js";
+import { recordFigures, uploadField } from "./records.js";
 import { cavityField, contactField, numberField } from "./settings_fields.js";
 import { WORDS } from "./words.js";
 

@@ -5,7 +5,7 @@
 /** @import { Earthquake, EarthquakeCase, EarthquakeHistory, Session } from "./types.js" */
 
 import { refusalBox } from "./api.js";
-import { debounced, el, fill, picker } from "./dom.js";
+import { debounced, el, facts, fill, picker, quiet } from "./dom.js";
 import { colour, CURVES, Figure } from "./figure.js";
 import { drawn, short } from "./numbers.js";
 import { sendPatiently } from "./patience.js";
@@ -255,16 +255,8 @@ function energies(found) {
     name !== "work_in_j" && lost > 0 ? `, ${short((100 * found[name]) / lost, 3)} % of what is lost` : "";
   return [
     el("h3", {}, "Energies"),
-    el(
-      "dl",
-      { class: "facts" },
-      ENERGIES.map(([name, words]) =>
-        el("div", {}, el("dt", {}, words), el("dd", {}, `${short(found[name], 4)} J${share(name)}`)),
-      ),
-    ),
-    el(
-      "p",
-      { class: "quiet" },
+    facts(ENERGIES.map(([name, words]) => [words, `${short(found[name], 4)} J${share(name)}`])),
+    quiet(
       `Largest drift ${drawn(found.peak_relative_displacement_m, "m", 4)}, largest acceleration ` +
         `${short(found.peak_absolute_acceleration_m_s2, 4)} m/s², ${found.impacts} impacts, the fastest ` +
         `at ${short(found.impact_speed_max_m_s, 3)} m/s.`,

@@ -2,7 +2,7 @@
 /** @import { Fragility, Row, Session, Trace, Variable } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { debounced, el, fill, grid, prose } from "./dom.js";
+import { debounced, details, el, fill, grid, prose, quiet } from "./dom.js";
 import { colour, CURVES, DASHES, Figure } from "./figure.js";
 import { unitOf } from "./measures.js";
 import { short } from "./numbers.js";
@@ -232,17 +232,11 @@ export class SurveyPoint {
     const { records } = this.session.selection;
     const heads = [`Record; ${unitOf(this.metric)} at ×`, ...this.scales.map((scale) => short(scale))];
     const cells = rows.map((row, i) => [records[i], ...row.map((value) => short(value, 4))]);
-    return el(
-      "details",
-      {},
-      el("summary", {}, "All cases as a table"),
+    return details(
+      "All cases as a table",
       grid("Cases of the damper", heads, cells),
       records.length > MOST_RECORDS &&
-        el(
-          "p",
-          { class: "quiet" },
-          `The first ${MOST_RECORDS} of ${records.length} records; the fragility is of all.`,
-        ),
+        quiet(`The first ${MOST_RECORDS} of ${records.length} records; the fragility is of all.`),
     );
   }
 }

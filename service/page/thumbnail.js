@@ -3,7 +3,7 @@
 
 import { ask, Refusal, studyPath } from "./api.js";
 import { el } from "./dom.js";
-import { extentOf, isWide } from "./extent.js";
+import { extentOf, isWide } from "./numbers.js";
 import { orderOf } from "./vocabulary.js";
 
 /** Values along either axis of a picture. */

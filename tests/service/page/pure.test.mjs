@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { extentOf, isWide } from "../../../service/page/extent.js";
+import { extentOf, isWide } from "../../../service/page/numbers.js";
 import { tableOf } from "../../../service/page/figure_table.js";
 import { History } from "../../../service/page/history.js";
 import { doubt, parts, SEMICOLON } from "../../../service/page/lists.js";
