@@ -2,7 +2,7 @@
 /** @import { Diagram, Extreme, View } from "./types.js" */
 
 import { ask } from "./api.js";
-import { el, fill, grid, quiet } from "./dom.js";
+import { el, fill, grid, heading, quiet } from "./dom.js";
 import { CURVES, DASHES, Figure } from "./figure.js";
 import { help } from "./help.js";
 import { count, moment, short } from "./numbers.js";
@@ -23,7 +23,7 @@ export async function accuracyView(root) {
   }));
   fill(
     root,
-    el("div", { class: "row spread" }, el("h1", {}, "Accuracy"), help("accuracy/", "accuracy and speed")),
+    heading("Accuracy", help("accuracy/", "accuracy and speed")),
     el(
       "p",
       {},
@@ -100,8 +100,8 @@ function traces(diagram) {
 
 function layout() {
   return {
-    xaxis: { type: "log", title: { text: "run time per cycle [µs]" }, dtick: 1 },
-    yaxis: { type: "log", title: { text: "relative error" }, exponentformat: "power", dtick: 3 },
+    xaxis: { type: "log", title: "run time per cycle [µs]", dtick: 1 },
+    yaxis: { type: "log", title: "relative error", exponentformat: "power", dtick: 3 },
     legend: { orientation: "h", y: -0.25, yanchor: "top", x: 0, bgcolor: "rgba(0,0,0,0)" },
   };
 }

@@ -64,8 +64,8 @@ export async function compareView(root, { query }) {
         line: { color: CURVES()[i], dash: DASHES[i], width: 2 },
       })),
     () => ({
-      xaxis: { title: { text: units ? "frequency [Hz]" : "frequency ratio r" } },
-      yaxis: { title: { text: units ? "displacement [mm]" : "amplitude ratio X/Z" }, rangemode: "tozero" },
+      xaxis: { title: units ? "frequency [Hz]" : "frequency ratio r" },
+      yaxis: { title: units ? "displacement [mm]" : "amplitude ratio X/Z", rangemode: "tozero" },
     }),
   );
 }

@@ -129,8 +129,8 @@ class ComparisonTab {
 function layout(shown) {
   const amplitude = shown.variable("amplitude_ratio", "amplitude ratio X/Z");
   return {
-    xaxis: { title: { text: shown.frequency() } },
-    yaxis: { title: { text: amplitude }, type: "log", dtick: "D2" },
+    xaxis: { title: shown.frequency() },
+    yaxis: { title: amplitude, type: "log", dtick: "D2" },
   };
 }
 

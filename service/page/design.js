@@ -7,7 +7,7 @@
 
 import { address, ask, designPath, refusalBox } from "./api.js";
 import { againstMass, given, isItself, isMean, overAmplitudes, overBand } from "./design_figures.js";
-import { capital, details, el, facts, fill, grid, prose, quiet, say } from "./dom.js";
+import { box, capital, details, el, facts, fill, grid, heading, prose, quiet, say } from "./dom.js";
 import { help } from "./help.js";
 import { count, counted, drawn, short } from "./numbers.js";
 import { actions, badge, isActive } from "./progress.js";
@@ -61,12 +61,7 @@ class DesignView {
     const { design } = this;
     fill(
       this.head,
-      el(
-        "div",
-        { class: "row spread" },
-        el("h1", {}, design.name || `(no name) ${design.id}`),
-        help("how-to/design/", "designs"),
-      ),
+      heading(design.name || `(no name) ${design.id}`, help("how-to/design/", "designs")),
       el("div", { class: "row" }, badge(design.state), el("code", {}, design.id), this.buttons()),
       design.message && el("p", { class: "box fault" }, design.message),
     );
@@ -445,5 +440,5 @@ function massOf({ particle_mass_kg, mass_ratio }) {
 
 /** @param {string} title @param {string[]} columns @param {string[][]} rows */
 function table(title, columns, rows) {
-  return el("section", { class: "box" }, el("h2", {}, title), grid(title, columns, rows));
+  return box(title, grid(title, columns, rows));
 }

@@ -7,6 +7,7 @@
 import { capital } from "./dom.js";
 import { colour, CURVES, DASHES, Figure } from "./figure.js";
 import { drawn, short } from "./numbers.js";
+import { times } from "./shown.js";
 import { WORDS } from "./words.js";
 
 /**
@@ -27,9 +28,6 @@ const OTHERS = /** @type {[OtherName, string][]} */ ([
 
 /** An axis is no longer than its figure: everything in it is of the structure. @param {string} measure */
 const shortOf = (measure) => measure.replace(" of the structure", "");
-
-/** @param {(number | null)[]} values @param {number} factor */
-const scaled = (values, factor) => values.map((each) => (each === null ? null : each * factor));
 
 /** @param {Frequency} of */
 const frequencies = (of) => of.frequency_hz ?? of.frequency_ratio;
@@ -53,7 +51,7 @@ export function overBand(design, { metres, unit, atFrequency }) {
   });
   const curve = (/** @type {OverBand} */ response) => ({
     x: frequencies(response),
-    y: scaled(response.value ?? [], metres),
+    y: times(response.value ?? [], metres),
   });
   const others = OTHERS.flatMap(([key, name]) => {
     const response = answer[key]?.response;
@@ -75,8 +73,8 @@ export function overBand(design, { metres, unit, atFrequency }) {
       })),
     ],
     () => ({
-      xaxis: { title: { text: frequencyTitle(answer.response) } },
-      yaxis: { title: { text: `${shortOf(atFrequency)} [${unit}]` }, rangemode: "tozero" },
+      xaxis: { title: frequencyTitle(answer.response) },
+      yaxis: { title: `${shortOf(atFrequency)} [${unit}]`, rangemode: "tozero" },
     }),
   );
   return chart.element;
@@ -118,14 +116,12 @@ export function overAmplitudes(id, rows) {
       ...(moved.length > 0 ? [largest] : []),
     ],
     () => ({
-      xaxis: { title: { text: frequencyTitle(rows[0]) } },
+      xaxis: { title: frequencyTitle(rows[0]) },
       yaxis: {
-        title: {
-          text:
-            "response over " +
-            (rows[0].amplitude_units === "N" ? "static displacement" : "base amplitude") +
-            (rows[0].units === "m/s²" ? " times ω_n²" : ""),
-        },
+        title:
+          "response over " +
+          (rows[0].amplitude_units === "N" ? "static displacement" : "base amplitude") +
+          (rows[0].units === "m/s²" ? " times ω_n²" : ""),
         type: "log",
         dtick: "D2",
       },
@@ -171,22 +167,16 @@ export function againstMass(id, rows, { metres, unit, measure }) {
     () =>
       drawn.map(([name, each], i) => ({
         x,
-        y: scaled(each, metres),
+        y: times(each, metres),
         mode: "lines+markers",
         name,
         line: { color: CURVES()[i], dash: DASHES[i] },
         marker: { size: 8, symbol: ["circle", "square", "diamond"][i] },
       })),
     () => ({
-      xaxis: {
-        title: {
-          text: rows[0].particle_mass_kg === undefined ? "mass ratio β" : "mass of the particle [kg]",
-        },
-      },
+      xaxis: { title: rows[0].particle_mass_kg === undefined ? "mass ratio β" : "mass of the particle [kg]" },
       yaxis: {
-        title: {
-          text: `${capital(shortOf(isMean(rows[0].worst) ? measure : `worst ${measure}`))} [${unit}]`,
-        },
+        title: `${capital(shortOf(isMean(rows[0].worst) ? measure : `worst ${measure}`))} [${unit}]`,
         rangemode: "tozero",
       },
     }),

@@ -4,7 +4,7 @@
  */
 /** @import { Design, View } from "./types.js" */
 
-import { el, fill } from "./dom.js";
+import { el, fill, heading } from "./dom.js";
 import { designView, spelledWorst } from "./design.js";
 import { designForm } from "./design_form.js";
 import { Filter } from "./filter.js";
@@ -28,12 +28,7 @@ async function designList(root, query) {
   const filter = new Filter(kept, () => shelf.look());
   fill(
     root,
-    el(
-      "div",
-      { class: "row spread" },
-      el("h1", {}, "Designs"),
-      el("a", { class: "button primary", href: "#/designs/new" }, "New design"),
-    ),
+    heading("Designs", el("a", { class: "button primary", href: "#/designs/new" }, "New design")),
     el(
       "p",
       { class: "quiet about" },

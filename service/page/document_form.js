@@ -5,7 +5,7 @@
 /** @import { Child } from "./types.js" */
 
 import { Refusal, refusalBox, send } from "./api.js";
-import { debounced, el, fill, picker, prose, quiet, typedObject } from "./dom.js";
+import { debounced, el, fill, heading, picker, prose, quiet, typedObject } from "./dom.js";
 import { showFaults } from "./faults.js";
 import { counted } from "./numbers.js";
 
@@ -68,7 +68,7 @@ class DocumentForm {
     const wide = window.matchMedia("(min-width: 60rem)").matches;
     fill(
       root,
-      el("div", { class: "row spread" }, el("h1", {}, title), help),
+      heading(title, help),
       el(
         "div",
         { class: "row" },

@@ -189,8 +189,8 @@ class Compared {
       () => traces(found),
       () => ({
         barmode: "group",
-        xaxis: { title: { text: "" }, tickangle: 0 },
-        yaxis: { title: { text: "displacement against the base [mm]" }, rangemode: "tozero" },
+        xaxis: { title: "", tickangle: 0 },
+        yaxis: { title: "displacement against the base [mm]", rangemode: "tozero" },
       }),
     );
     say(`Compared under ${found.record.name}.`);

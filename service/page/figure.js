@@ -91,7 +91,7 @@ function ticks(given) {
     : {};
 }
 
-/** @typedef {{dtick?: unknown, title?: object}} Axis */
+/** @typedef {{dtick?: unknown, title?: string}} Axis */
 
 /** What every figure has in common. @param {Layout} layout */
 function styled(layout) {
@@ -119,7 +119,7 @@ function styled(layout) {
     .filter((key) => /^[xy]axis\d*$/.test(key))
     .concat("xaxis", "yaxis")) {
     const given = /** @type {Axis} */ (layout[name] ?? {});
-    merged[name] = { ...axis, ...given, ...ticks(given), title: { ...axis.title, ...given.title } };
+    merged[name] = { ...axis, ...given, ...ticks(given), title: { ...axis.title, text: given.title ?? "" } };
   }
   return merged;
 }

@@ -232,7 +232,7 @@ function titlesOf({ rows, units }) {
   const amplitude = rows && units.amplitude !== "m" ? "amplitude ratio X/Z" : "amplitude [mm]";
   const across = !rows ? "time [s]" : units.frequency === "Hz" ? "frequency [Hz]" : "frequency ratio r";
   return {
-    xaxis: { title: { text: across } },
-    yaxis: { title: { text: rows ? amplitude : "displacement [mm]" } },
+    xaxis: { title: across },
+    yaxis: { title: rows ? amplitude : "displacement [mm]" },
   };
 }

@@ -327,8 +327,8 @@ function markers({ best, idle, pareto, point }) {
  */
 function mapLayout(map) {
   return {
-    xaxis: { title: { text: map.x_title ?? axisTitle(map.x_dimension) }, ...span(map.x) },
-    yaxis: { title: { text: map.y_title ?? axisTitle(map.y_dimension) }, ...span(map.y) },
+    xaxis: { title: map.x_title ?? axisTitle(map.x_dimension), ...span(map.x) },
+    yaxis: { title: map.y_title ?? axisTitle(map.y_dimension), ...span(map.y) },
     plot_bgcolor: colour("empty"),
     margin: { l: 56, r: 8, t: 12, b: 48 },
     hovermode: "closest",
@@ -391,8 +391,8 @@ function lineTraces(map) {
 /** @param {MapAnswer} map @returns {Layout} */
 function lineLayout(map) {
   return {
-    xaxis: { title: { text: map.x_title ?? axisTitle(map.x_dimension) } },
-    yaxis: { title: { text: map.long_name } },
+    xaxis: { title: map.x_title ?? axisTitle(map.x_dimension) },
+    yaxis: { title: map.long_name },
     showlegend: false,
   };
 }

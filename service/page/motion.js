@@ -153,8 +153,8 @@ export class MotionPanel {
 function phaseLayout(history, units) {
   const traces = phaseTraces(history, units);
   return {
-    xaxis: { title: { text: `displacement x ${units.length}` }, ...around(traces, "x") },
-    yaxis: { title: { text: `velocity ${units.speed}` }, ...around(traces, "y") },
+    xaxis: { title: `displacement x ${units.length}`, ...around(traces, "x") },
+    yaxis: { title: `velocity ${units.speed}`, ...around(traces, "y") },
   };
 }
 
@@ -162,7 +162,7 @@ function phaseLayout(history, units) {
 function spectrumLayout(units) {
   const title = { text: `amplitude of x ${units.length}` };
   return {
-    xaxis: { title: { text: units.frequencyTitle } },
+    xaxis: { title: units.frequencyTitle },
     yaxis: { title, type: "log", dtick: 1, exponentformat: "power" },
     showlegend: false,
     bargap: 0.3,
@@ -173,8 +173,8 @@ function spectrumLayout(units) {
 function forceLayout(history, shown) {
   const unit = shown.has("friction_ratio") ? " [N]" : ", over kZ";
   return {
-    xaxis: { title: { text: "cycles of the excitation" }, range: [0, history.length] },
-    yaxis: { title: { text: `force on the structure${unit}` } },
+    xaxis: { title: "cycles of the excitation", range: [0, history.length] },
+    yaxis: { title: `force on the structure${unit}` },
   };
 }
 
@@ -341,13 +341,13 @@ function timeTraces(history, clearance, units) {
 
 /** @param {History} history @param {Units} units */
 function timeLayout(history, units) {
-  const x = { title: { text: "cycles of the excitation" }, range: [0, history.length] };
-  const displacement = { title: { text: `x ${units.length}` } };
+  const x = { title: "cycles of the excitation", range: [0, history.length] };
+  const displacement = { title: `x ${units.length}` };
   if (!history.particle) return { xaxis: x, yaxis: displacement };
   return {
     xaxis: { ...x, anchor: "y2" },
     yaxis: { ...displacement, domain: [0.52, 1] },
-    yaxis2: { title: { text: `y − x ${units.length}` }, domain: [0, 0.44] },
+    yaxis2: { title: `y − x ${units.length}`, domain: [0, 0.44] },
   };
 }
 

@@ -2,7 +2,7 @@
 /** @import { Curve, Session } from "./types.js" */
 
 import { ask, refusalBox, studyPath } from "./api.js";
-import { button, debounced, el, fill, quiet, smallButton } from "./dom.js";
+import { box, button, debounced, el, fill, quiet, smallButton } from "./dom.js";
 import { CURVES, DASHES, Figure } from "./figure.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
@@ -31,10 +31,8 @@ export class PinsPanel {
     this.pins = this.readPins();
     this.look = debounced(PATIENCE_MILLISECONDS, () => this.draw());
     selection.addEventListener("chosen", this.look);
-    this.element = el(
-      "section",
-      { class: "box" },
-      el("h2", {}, "Pinned points"),
+    this.element = box(
+      "Pinned points",
       el(
         "div",
         { class: "row controls" },
@@ -128,11 +126,8 @@ export class PinsPanel {
           line: { color: CURVES()[i], dash: DASHES[i], width: i === 0 ? 2.5 : 1.8 },
         })),
       () => ({
-        xaxis: { title: { text: shown.axis(FREQUENCY) } },
-        yaxis: {
-          title: { text: shown.variable("amplitude_ratio", curves[0].long_name) },
-          rangemode: "tozero",
-        },
+        xaxis: { title: shown.axis(FREQUENCY) },
+        yaxis: { title: shown.variable("amplitude_ratio", curves[0].long_name), rangemode: "tozero" },
       }),
     );
   }

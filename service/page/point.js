@@ -110,11 +110,8 @@ export class PointPanel {
     await curve.draw(
       () => curveTraces(response, place, this.session),
       () => ({
-        xaxis: { title: { text: shown.frequency() } },
-        yaxis: {
-          title: { text: shown.variable("amplitude_ratio", response.long_name) },
-          rangemode: "tozero",
-        },
+        xaxis: { title: shown.frequency() },
+        yaxis: { title: shown.variable("amplitude_ratio", response.long_name), rangemode: "tozero" },
       }),
     );
   }

@@ -167,16 +167,16 @@ export function recordFigures() {
       await time.draw(
         () => [{ ...line, x: record.time_s, y: gs(record.acceleration_m_s2), name: "acceleration" }],
         () => ({
-          xaxis: { title: { text: "time [s]" } },
-          yaxis: { title: { text: "acceleration [g]" } },
+          xaxis: { title: "time [s]" },
+          yaxis: { title: "acceleration [g]" },
           showlegend: false,
         }),
       );
       await spectrum.draw(
         () => [{ ...line, x: record.period_s, y: gs(record.pseudo_acceleration_m_s2), name: "spectrum" }],
         () => ({
-          xaxis: { title: { text: "natural period [s]" }, type: "log", dtick: "D2" },
-          yaxis: { title: { text: "pseudo-acceleration [g]" }, rangemode: "tozero" },
+          xaxis: { title: "natural period [s]", type: "log", dtick: "D2" },
+          yaxis: { title: "pseudo-acceleration [g]", rangemode: "tozero" },
           showlegend: false,
         }),
       );

@@ -100,8 +100,8 @@ export class SlicesPanel {
         ...(open ? [] : [{ ...thisPoint(15), x: [x[at]], y: [row[at]], name: "this point" }]),
       ],
       () => ({
-        xaxis: { title: { text: x_title } },
-        yaxis: { title: { text: long_name }, rangemode: "tozero" },
+        xaxis: { title: x_title },
+        yaxis: { title: long_name, rangemode: "tozero" },
         showlegend: false,
       }),
     );

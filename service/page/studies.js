@@ -2,7 +2,7 @@
 /** @import { StudyRecord, View } from "./types.js" */
 
 import { bestOf } from "./best.js";
-import { el, fill, prose } from "./dom.js";
+import { el, fill, heading, prose } from "./dom.js";
 import { StudyFilter } from "./filter.js";
 import { Kept } from "./kept.js";
 import { badge, outdatedNote, progressBar } from "./progress.js";
@@ -18,12 +18,7 @@ export async function studiesView(root, { query }) {
   const filter = new StudyFilter(kept, () => shelf.look());
   fill(
     root,
-    el(
-      "div",
-      { class: "row spread" },
-      el("h1", {}, "Studies"),
-      el("a", { class: "button primary", href: "#/new" }, "New study"),
-    ),
+    heading("Studies", el("a", { class: "button primary", href: "#/new" }, "New study")),
     filter.form("Studies", filter.more),
     list,
   );

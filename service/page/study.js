@@ -7,7 +7,7 @@ import { catalogue } from "./catalogue.js";
 import { comparisonTab } from "./comparison.js";
 import { dampersTab } from "./dampers_tab.js";
 import { earthquakeTab } from "./earthquake.js";
-import { el, facts, fill, prose, quiet, say } from "./dom.js";
+import { box, el, facts, fill, prose, quiet, say } from "./dom.js";
 import { explorerTab } from "./explorer.js";
 import { leading } from "./headline.js";
 import { help } from "./help.js";
@@ -258,7 +258,7 @@ function dataTab({ record, renamed }, place) {
         el("h2", {}, "Name, tags and note"),
         remarksForm(record, renamed),
       ),
-      el("section", { class: "box" }, el("h2", {}, "Definition"), el("pre", looks, definition)),
+      box("Definition", el("pre", looks, definition)),
     ),
   );
 }

@@ -159,14 +159,14 @@ export class SurveyMotion {
 
 /** @param {string} title of what is shown over the time */
 export function overTime(title) {
-  return { xaxis: { title: { text: "time [s]" } }, yaxis: { title: { text: title } } };
+  return { xaxis: { title: "time [s]" }, yaxis: { title: title } };
 }
 
 /** How a spectrum of the drift is laid out. */
 export function overFrequency() {
   return {
-    xaxis: { title: { text: "frequency [Hz]" } },
-    yaxis: { title: { text: "amplitude of x − z [mm]" }, rangemode: "tozero" },
+    xaxis: { title: "frequency [Hz]" },
+    yaxis: { title: "amplitude of x − z [mm]", rangemode: "tozero" },
   };
 }
 

@@ -145,8 +145,8 @@ export class SurveyPoint {
     return rising.draw(
       () => [...risingTraces(scales, some, found), ...limitTrace(scales, Number(box.value))],
       () => ({
-        xaxis: { title: { text: "factor on the record" } },
-        yaxis: { title: { text: unitOf(metric) }, rangemode: "tozero" },
+        xaxis: { title: "factor on the record" },
+        yaxis: { title: unitOf(metric), rangemode: "tozero" },
         legend: { orientation: "h", y: -0.3, yanchor: "top" },
       }),
     );
@@ -217,8 +217,8 @@ export class SurveyPoint {
       await curve.draw(
         () => curveTraces(answer),
         () => ({
-          xaxis: { title: { text: "factor on the records" } },
-          yaxis: { title: { text: "probability of exceeding" }, range: [-0.04, 1.04] },
+          xaxis: { title: "factor on the records" },
+          yaxis: { title: "probability of exceeding", range: [-0.04, 1.04] },
         }),
       );
       await this.drawRising();
