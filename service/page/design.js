@@ -29,7 +29,8 @@ const FRICTION = { name: "particle_friction_coefficient", label: "friction coeff
 /** @type {View} */
 export async function designView(root, { parts }) {
   const view = new DesignView(await ask(designPath(parts[0])));
-  fill(root, view.head, view.body);
+  const renamed = (/** @type {string} */ name) => view.renamed(name);
+  fill(root, view.head, view.body, nameForm(view.design, renamed));
   return () => view.leave();
 }
 
@@ -70,11 +71,13 @@ class DesignView {
   drawBody() {
     const { id, answer } = this.design;
     const parts = answer ? answered({ id, answer }) : underWay(this.design);
-    fill(
-      this.body,
-      parts,
-      nameForm(this.design, () => this.drawHead()),
-    );
+    fill(this.body, parts);
+  }
+
+  /** @param {string} name */
+  renamed(name) {
+    this.design.name = name;
+    this.drawHead();
   }
 
   buttons() {

@@ -57,13 +57,12 @@ export function remarksForm(record, renamed) {
  * A form for the name of a design.
  *
  * @param {Design} design
- * @param {() => void} renamed
+ * @param {(name: string) => void} renamed told the name that is kept
  */
 export function nameForm(design, renamed) {
   const name = nameBox(design.name);
   const form = savedForm("Name", { Name: name }, async () => {
-    design.name = (await change(designPath(design.id), { name: name.value })).name;
-    renamed();
+    renamed((await change(designPath(design.id), { name: name.value })).name);
   });
   return el("details", { class: "box" }, el("summary", {}, "Rename"), form);
 }

@@ -72,10 +72,29 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     expect(page.get_by_label("Name")).to_have_value("asked on the page, changed")
     page.goto(f"{page.url.partition('#')[0]}#/designs")
     page.get_by_role("link", name="asked on the page").click()
-    page.get_by_role("button", name="Delete").click()
+    page.get_by_text("Rename").click()
+    page.get_by_label("Name", exact=True).fill("renamed on the page")
+    page.get_by_role("button", name="Save name").click()
+    expect(page.get_by_role("heading", name="renamed on the page", level=1)).to_be_visible()
+    assert client.get(f"/api/v1/designs/{design_id}").json()["name"] == "renamed on the page"
+    page.get_by_role("button", name="Delete renamed on the page").click()
     page.get_by_role("button", name="Delete it").click()
     expect(page.get_by_role("heading", name="Designs", level=1)).to_be_visible()
     assert client.get(f"/api/v1/designs/{design_id}").status_code == 404
+    # it comes back from the trash, or is gone for good
+    page.get_by_label("State").select_option("trash")
+    page.get_by_role("button", name="Restore renamed on the page").click()
+    expect(page.get_by_text("No design matches the search.")).to_be_visible()
+    assert client.get(f"/api/v1/designs/{design_id}").status_code == 200
+    page.get_by_label("State").select_option("")
+    page.get_by_label("Choose renamed on the page").check()
+    page.get_by_role("group", name="Those chosen").get_by_role("button", name="Delete").click()
+    page.get_by_role("dialog").get_by_role("button", name="Delete").click()
+    page.get_by_label("State").select_option("trash")
+    page.get_by_role("button", name="Delete for good renamed on the page").click()
+    page.get_by_role("button", name="Delete it for good").click()
+    expect(page.get_by_text("No design matches the search.")).to_be_visible()
+    assert client.get("/api/v1/designs", params={"trash": True}).json()["designs"] == []
 
 
 @pytest.mark.night
