@@ -15,7 +15,7 @@ export type Answer<Path extends string> = Path extends `studies/${string}/${infe
           ? Others[Path]
           : unknown;
 
-type OfStudy = {
+export type OfStudy = {
   /** `in_units`: what a ratio is multiplied with to be in SI units. */
   axes: { axes: Axes; variables: string[]; in_units: Record<string, number> };
   fragility: Fragility;
@@ -26,11 +26,11 @@ type OfStudy = {
   "tmd-comparison": Comparison;
 };
 
-type Others = {
+export type Others = {
   accuracy: AccuracyReport;
   "accuracy/reports": { reports: unknown[] };
   catalog: Catalogue;
-  designs: { designs: Design[]; cursor: string | null };
+  designs: { designs: DesignSummary[]; cursor: string | null };
   "earthquake-comparisons": Earthquake;
   records: { records: GroundRecord[] };
   session: { needed: boolean; signed_in: boolean; owner: string };
@@ -42,7 +42,7 @@ type Others = {
 export type Spec =
   | number
   | number[]
-  | { start: number; stop: number; num: number; spacing?: "linear" | "log" };
+  | { start: number; stop: number; num: number; spacing?: string };
 
 /** A study as it is submitted: the service judges which keys it has. */
 export type Definition = {
@@ -70,8 +70,8 @@ export type Listed = { id: string; name: string; state: string; created: string;
 /** A study as it is kept; a list leaves `definition` and `provenance` out. */
 export type StudyRecord = Listed & {
   phase: string;
-  phase_done: number;
-  phase_total: number;
+  phase_done: number | null;
+  phase_total: number | null;
   points_total: number;
   points_done: number;
   points_failed: number;
@@ -249,7 +249,7 @@ export type Refinement = {
 
 /** One design point, computed. */
 export type Simulated = {
-  metrics: Record<string, number>;
+  metrics: Record<string, number | null>;
   history: import("./history.js").Columns;
   spectrum: { multiple: number[]; amplitude: number[] };
   /** On the structure, over k·Z. */
@@ -296,16 +296,20 @@ export type Built = Record<string, number | null>;
 /** A damper, and its worst case. */
 export type Known = { design: Built; worst: Worst; feasible: boolean };
 
-/** A search for a damper, with its answer once it is there. */
-export type Design = Listed & {
+/** A search for a damper as it is listed. */
+export type DesignSummary = Listed & {
   stage: string | null;
   round: number;
   points: number;
-  points_of_round: number;
   budget_points: number;
+  known: Known | null;
+};
+
+/** The same with its answer once it is there. */
+export type Design = DesignSummary & {
+  points_of_round: number;
   studies: string[];
   studies_done: number;
-  known: Known | null;
   specification: Specification;
   answer: DesignAnswer | null;
 };

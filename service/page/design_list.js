@@ -2,7 +2,7 @@
  * The list of designs, and which view an address below it shows: the list, the form of a new one, or one
  * design.
  */
-/** @import { Design, View } from "./types.js" */
+/** @import { DesignSummary, View } from "./types.js" */
 
 import { el, fill, heading } from "./dom.js";
 import { designView, spelledWorst } from "./design.js";
@@ -42,7 +42,7 @@ async function designList(root, query) {
     filter.isUsed()
       ? "No design matches the search."
       : "No designs yet. A new one begins with a specification.";
-  /** @type {Shelf<Design>} */
+  /** @type {Shelf<DesignSummary>} */
   const shelf = new Shelf(list, filter.row, {
     kind: "designs",
     kept,

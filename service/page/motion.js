@@ -245,7 +245,7 @@ function design({ selection, record }, r, cycles) {
 
 /** What the figures show. @param {StudyRecord} record @param {Simulated} answer @param {History} history */
 function shownNote(record, answer, history) {
-  const { period } = answer.metrics;
+  const period = answer.metrics.period ?? 0;
   const cycles = `${history.length} cycle${history.length === 1 ? "" : "s"}`;
   const repeats =
     period >= 1 && history.length % period === 0
@@ -267,19 +267,20 @@ function shownNote(record, answer, history) {
 
 /** What the simulation measured. @param {Simulated} answer @param {Session} session */
 function measures({ metrics }, { words, shown }) {
+  const measured = (/** @type {string} */ name) => metrics[name] ?? 0;
   const known = words.variables.filter(
     (v) => MEASURES.includes(v.name) && metrics[v.name] !== undefined && metrics[v.name] !== null,
   );
   /** @param {string} name */
   const value = (name) => {
-    if (name === "period" && !(metrics[name] >= 1)) return "none: it does not repeat";
+    if (name === "period" && measured(name) < 1) return "none: it does not repeat";
     return shown.value(name, metrics[name], 4);
   };
-  const total = LOSSES.reduce((sum, [name]) => sum + (metrics[name] ?? 0), 0);
+  const total = LOSSES.reduce((sum, [name]) => sum + measured(name), 0);
   const shares =
     total > 0 &&
-    LOSSES.filter(([name]) => metrics[name] > 0).map(
-      ([name, of]) => `${of} ${short((100 * metrics[name]) / total, 3)} %`,
+    LOSSES.filter(([name]) => measured(name) > 0).map(
+      ([name, of]) => `${of} ${short((100 * measured(name)) / total, 3)} %`,
     );
   return el(
     "dl",

@@ -43,8 +43,8 @@ export async function sendPatiently(path, document, tell, signal = undefined, pa
 /**
  * That kernels are compiled, and how many are.
  *
- * @param {{phase_done: number, phase_total: number}} at how many of them
+ * @param {{phase_done: number | null, phase_total: number | null}} at how many of them
  */
 export function compiling(at) {
-  return `Compiling kernels, ${at.phase_done} of ${counted(at.phase_total, "scene")} done …`;
+  return `Compiling kernels, ${at.phase_done} of ${counted(at.phase_total ?? 0, "scene")} done …`;
 }

@@ -73,7 +73,7 @@ def test_a_design_is_asked_for_in_the_form_followed_and_answered(
     page.goto(f"{page.url.partition('#')[0]}#/designs")
     page.get_by_role("link", name="asked on the page").click()
     page.get_by_text("Rename").click()
-    page.get_by_label("Name", exact=True).fill("renamed on the page")
+    page.get_by_role("textbox", name="Name").fill("renamed on the page")
     page.get_by_role("button", name="Save name").click()
     expect(page.get_by_role("heading", name="renamed on the page", level=1)).to_be_visible()
     assert client.get(f"/api/v1/designs/{design_id}").json()["name"] == "renamed on the page"
