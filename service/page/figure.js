@@ -3,7 +3,8 @@
  * downloads.
  *
  * @typedef {Record<string, unknown>} Trace what the plotting library draws; each kind has keys of its own
- * @typedef {Record<string, unknown>} Layout
+ * @typedef {Record<string, unknown> & {dtick?: unknown, title?: string}} Axis
+ * @typedef {Record<string, unknown> & {xaxis?: Axis, yaxis?: Axis, yaxis2?: Axis}} Layout
  * @typedef {{x: number, y: number, pointIndex: number, data: {name: string}}} Point of a trace
  * @typedef {HTMLDivElement & {data: Drawn[], layout: Titles, on: (event: string, told: (event: never) =>
  *   void) => void}} Plot
@@ -90,8 +91,6 @@ function ticks(given) {
     ? { dtick: null, tickvals: PLACES, ticktext: PLACES.map((one) => short(one)) }
     : {};
 }
-
-/** @typedef {{dtick?: unknown, title?: string}} Axis */
 
 /** What every figure has in common. @param {Layout} layout */
 function styled(layout) {

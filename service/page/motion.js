@@ -160,7 +160,7 @@ function phaseLayout(history, units) {
 
 /** @param {Units} units */
 function spectrumLayout(units) {
-  const title = { text: `amplitude of x ${units.length}` };
+  const title = `amplitude of x ${units.length}`;
   return {
     xaxis: { title: units.frequencyTitle },
     yaxis: { title, type: "log", dtick: 1, exponentformat: "power" },
