@@ -38,7 +38,9 @@ class StudyAxes(TypedDict):
     variables: list[str]
     in_units: Annotated[
         dict[str, float],
-        Says(description="What a ratio is multiplied with to be in SI units, where the study has a structure."),
+        Says(
+            description="What a ratio is multiplied with to be in SI units, where the study has a structure."
+        ),
     ]
 
 
