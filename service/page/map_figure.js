@@ -325,7 +325,7 @@ function markers({ best, idle, pareto, point }) {
  * @param {MapAnswer} map
  * @returns {Layout}
  */
-function mapLayout(map) {
+export function mapLayout(map) {
   return {
     xaxis: { title: map.x_title ?? axisTitle(map.x_dimension), ...span(map.x) },
     yaxis: { title: map.y_title ?? axisTitle(map.y_dimension), ...span(map.y) },
