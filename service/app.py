@@ -16,7 +16,7 @@ from anyio import CapacityLimiter, create_task_group
 from anyio.to_thread import run_sync
 from fastapi import Depends, FastAPI
 from fastapi.middleware.cors import CORSMiddleware
-from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
+from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES
 
 from damperlab.service import problems
 from damperlab.service.access import AccessLog
@@ -25,6 +25,7 @@ from damperlab.service.cluster import SharedCluster, opening
 from damperlab.service.designer import Designer
 from damperlab.service.dispatch import Dispatcher
 from damperlab.service.documentation import PLACE, Documentation
+from damperlab.service.edge.compression import Compressed
 from damperlab.service.edge.conditional import Head, Tagged
 from damperlab.service.edge.connection import Connection
 from damperlab.service.edge.drain import Drain
@@ -167,7 +168,7 @@ def create_app(settings: Settings) -> FastAPI:
     app.add_middleware(Later, promises=app.state.promises)
     app.add_middleware(Tagged)
     app.add_middleware(
-        GZipMiddleware,
+        Compressed,
         compresslevel=5,
         # A cube is compressed already.
         exclude_content_types=(*DEFAULT_EXCLUDED_CONTENT_TYPES, export.NETCDF, export.PARQUET, zarr.CHUNK),

@@ -17,6 +17,7 @@ from damperlab.service.cli.options import read_named, read_number, read_range
 from damperlab.studies.faults import Fault, describe
 from damperlab.studies.field import At, Field, Ranges, admits, fields_of, option_of, words_of
 from damperlab.studies.ground.variables import RECORD
+from damperlab.studies.quantity import Quantity
 from damperlab.studies.questions import EVERY_AXIS, RANGED
 from damperlab.studies.unit_names import ALIASES
 
@@ -73,13 +74,17 @@ def asks(command: Command) -> Command:
     return with_parameters(asking, parameters)
 
 
-def names_a_design(meanings: Mapping[str, str], listed: str = "") -> Callable[[Command], Command]:
+def names_a_design(
+    meanings: Mapping[str, str], quantities: Mapping[str, Quantity], listed: str = ""
+) -> Callable[[Command], Command]:
     """Give a command an option for each number of a design, and ``--at`` for all of them.
 
     Parameters
     ----------
     meanings : mapping of str
         What each is, with its default; empty texts where the help lists them at ``--at``.
+    quantities : mapping of Quantity
+        Between what each may lie, where that is known before a question is read.
     listed : str, optional
         What it says there, in place of a line for each.
 
@@ -121,12 +126,14 @@ def names_a_design(meanings: Mapping[str, str], listed: str = "") -> Callable[[C
         def extended(**given: Any) -> None:
             short = {name: given.pop(name) for name in meanings}
             design = {
-                name: read_number(option_of(name), text) for name, text in short.items() if text is not None
+                name: _of_quantity(option_of(name), text, quantities.get(name))
+                for name, text in short.items()
+                if text is not None
             }
             for name, text in read_named("--at", given.pop("at"), tuple(meanings)):
                 if name in design:
                     refuse_twice(name)
-                design[name] = read_number("--at", text)
+                design[name] = _of_quantity("--at", text, quantities.get(name))
             command(**given, design=design)
 
         kept = [
@@ -140,6 +147,10 @@ def names_a_design(meanings: Mapping[str, str], listed: str = "") -> Callable[[C
         )
 
     return extend
+
+
+def _of_quantity(option: str, text: str, quantity: Quantity | None) -> float:
+    return read_number(option, text) if quantity is None else read_number(option, text, quantity.allowed)
 
 
 def _has_argument(parameters: list[inspect.Parameter]) -> bool:

@@ -142,6 +142,7 @@ def records(
 
 @names_a_design(
     dict.fromkeys(QUANTITIES, ""),
+    {name: quantity for name, (quantity, _) in QUANTITIES.items()},
     "Other values than the prototype's, as --at mass_kg=2 or --mass-kg 2: "
     + ", ".join(
         name if isnan(default) else f"{name} {default:g}" for name, (_, default) in QUANTITIES.items()

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 
 import typer
 
@@ -157,7 +158,18 @@ def _faults_of_value(error: typer.TyperException) -> tuple[Fault, ...]:
         return ()
     field = param.opts[0] if param.opts[0].startswith("-") else param.human_readable_name
     entries = [each for each in cause.errors(include_url=False) if each["type"] != "value_error"]
-    return tuple(value_fault(field, each) for each in entries)
+    faults = (value_fault(field, each) for each in entries)
+    return tuple(replace(each, allowed=f"{each.allowed}{_bounds(param, each.allowed)}") for each in faults)
+
+
+def _bounds(option: object, allowed: str) -> str:
+    """Say between what the number of an option may lie; nothing where nothing limits it, or what is allowed says it."""
+    low, high = getattr(option, "min", None), getattr(option, "max", None)
+    if "number" not in allowed:
+        return ""
+    if low is not None and high is not None:
+        return f" from {low:,} to {high:,}"
+    return f" of at least {low:,}" if low is not None else f" of at most {high:,}" if high is not None else ""
 
 
 def _with_nearest(text: str) -> str:

@@ -22,6 +22,7 @@ from damperlab.service.cli.places import file_option
 from damperlab.service.cli.spelled import in_options
 from damperlab.service.cli.warm import have_ready
 from damperlab.studies.field import option_of
+from damperlab.studies.quantity import QUANTITY_OF
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, MADE_BY
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ OPTIONS = {name: option_of(name) for name in (*NAMES, "deviation", "confidence",
 
 @names_a_design(
     dict.fromkeys(NAMES, ""),
+    QUANTITY_OF,
     "Known values, as --at restitution=0.5 or --restitution 0.5: "
     f"damping_ratio, {', '.join(name for name in NAMES if not name.endswith('_ratio'))}, and the ratios of a study.",
 )

@@ -79,7 +79,6 @@ def gc(
         str,
         typer.Option(
             "--orphans-older-than",
-            "--trash-after",
             metavar="TIME",
             help="Keep cubes of no study that are younger than this.",
         ),

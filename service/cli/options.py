@@ -292,8 +292,8 @@ def read_named(
     return list(pairs.items())
 
 
-def read_number(option: str, text: str) -> float:
-    """Read a finite number that was given to an option."""
+def read_number(option: str, text: str, allowed: str = "a finite number") -> float:
+    """Read a finite number that was given to an option; a message that refuses it says what is allowed."""
     try:
         value = float(text)
     except ValueError:
@@ -301,5 +301,5 @@ def read_number(option: str, text: str) -> float:
     if not abs(value) < float("inf"):
         spelled = number_advice(text)
         advice = f"; {spelled}" if spelled not in (NUMBER_ALONE, QUOTED) else ""
-        raise typer.BadParameter(f"found {text!r}, allowed: a finite number{advice}", param_hint=option)
+        raise typer.BadParameter(f"found {text!r}, allowed: {allowed}{advice}", param_hint=option)
     return value

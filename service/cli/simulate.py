@@ -26,6 +26,7 @@ from damperlab.service.cli.words import cell
 from damperlab.studies.brief import Brief, lines_of
 from damperlab.studies.faults import counted
 from damperlab.studies.field import given, option_of
+from damperlab.studies.quantity import QUANTITY_OF
 from damperlab.studies.questions import Simulated
 from damperlab.studies.variables import BEFORE, DIMENSION_LONG_NAMES, DIMENSIONS, VARIABLES
 from damperlab.studies.vocabulary import DESIGN_POINT, OF_PARTICLE
@@ -66,7 +67,7 @@ LOSSES = {
 MEANINGS = {name: f"{DIMENSION_LONG_NAMES[name]}; {DESIGN_POINT.get(name, 0):g} by default" for name in EVERY}
 
 
-@names_a_design(MEANINGS)
+@names_a_design(MEANINGS, QUANTITY_OF)
 @asks
 def simulate(
     design: Values,

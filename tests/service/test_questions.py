@@ -106,6 +106,12 @@ def test_answers_are_compressed_on_request(client: httpx.Client, curve: dict[str
     assert squeezed.headers.get("content-encoding") == "gzip"
     assert "content-encoding" not in plain.headers
     assert squeezed.json() == plain.json()
+    for refused in ("gzip;q=0", "br, gzip; q=0.000", "GZIP;Q=0"):
+        answer = client.get(address, headers={"accept-encoding": refused})
+        assert "content-encoding" not in answer.headers, refused
+    for taken in ("gzip;q=0.001", "br;q=0, gzip"):
+        answer = client.get(address, headers={"accept-encoding": taken})
+        assert answer.headers.get("content-encoding") == "gzip", taken
 
 
 def test_decimated_history_keeps_the_extremes(client: httpx.Client) -> None:

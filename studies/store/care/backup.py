@@ -94,7 +94,7 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
         If the target holds other studies, or ones that the source has lost, or a file cannot be written.
     """
     mine = catalogue_id(source.catalogue)
-    _require_target(target, mine)
+    _require_target(source, target, mine)
     _require_nothing_lost(source, target)
     with target.catalogue.writing() as connection:
         remember(connection, BACKUP_OF, mine)
@@ -144,11 +144,24 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
     return Copied(len(copies), sum(len(marks) for _, marks, _ in copies), size, tuple(damages))
 
 
-def _require_target(target: Store, mine: str) -> None:
+def _require_target(source: Store, target: Store, mine: str) -> None:
     with target.catalogue.reading() as connection:
         other = fact(connection, BACKUP_OF)
-        used = connection.execute(select(studies.c.number).limit(1)).first() is not None
-    if other != mine and (used or other is not None):
+        held = set(connection.execute(select(studies.c.id, studies.c.number)).all())
+    if other != mine and (held or other is not None):
+        with source.catalogue.reading() as connection:
+            given = set(connection.execute(select(studies.c.id, studies.c.number).where(ALIVE)).all())
+        if given == held:
+            told = f"{target.data_dir} holds these studies already."
+            raise StoreFault(
+                Fault(
+                    "data_dir",
+                    f"{target.data_dir}, which holds these studies already",
+                    "a data directory without studies",
+                    "use it as it is, or name another folder",
+                    told,
+                )
+            )
         raise StoreFault(
             Fault(
                 "data_dir",

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
-from sqlalchemy import ColumnElement, Connection, Row, and_, func, insert, not_, select, text
+from sqlalchemy import ColumnElement, Connection, Row, and_, func, insert, not_, or_, select, text
 
 from damperlab.studies.faults import Fault, describe, nearest, printable
 from damperlab.studies.kinds import dimensions_of_definition
@@ -90,11 +90,20 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
         if known
         else "nothing: there are no studies yet"
     )
-    gone = connection.execute(
-        select(func.max(studies.c.deleted)).where(studies.c.id == ref, not_(ALIVE), not_(NEVER_ENTERED))
-    ).scalar()
-    what = "deleted" if gone is None or gone <= time.time() else "in the trash until"
-    when = f", {what} {utc(gone):%Y-%m-%d %H:%M:%S} UTC" if gone else ""
+    called = studies.c.id == ref if ref == "" else or_(studies.c.id == ref, studies.c.name == ref)
+    row = connection.execute(
+        select(studies.c.id, studies.c.deleted)
+        .where(called, not_(ALIVE), not_(NEVER_ENTERED))
+        .order_by(studies.c.deleted.desc())
+        .limit(1)
+    ).one_or_none()
+    when = ""
+    if row is not None:
+        restorable = row.deleted > time.time()
+        what = "in the trash until" if restorable else "deleted"
+        when = f", {what} {utc(row.deleted):%Y-%m-%d %H:%M:%S} UTC"
+        if restorable:
+            advice = f"restore it with `damperlab undelete {row.id}`"
     told = f"There is no study {printable(ref)}{when}. " + (
         f"Studies go by an id, a name, or the first digits of an id; the newest are {known}."
         if known

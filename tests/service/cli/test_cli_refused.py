@@ -141,6 +141,12 @@ NAMED = [
     ("response x --with x --interpolate", "--interpolate"),
     ("response x --at friction_ratio=1 --at friction_ratio=2", "given twice"),
     ("optimum x --within clearance_ratio=1,5 --within clearance_ratio=2,9", "given twice"),
+    # numbers that are none, with what is allowed
+    ("simulate --clearance-ratio nan", "a number from 1e-12 to 1e+12"),
+    ("simulate --at restitution=x", "a number from 0 to 1"),
+    ("simulate --cycles x", "a whole number of at least 1"),
+    ("earthquake --mass-kg inf", "a number from 1e-06 to 1e+12"),
+    ("studies --limit x", "a whole number from 1 to 1,000"),
     # a fit
     ("fit HERE/peaks.csv", "--fit restitution"),
     ("fit HERE/peaks.csv --fit natural_frequency_hz", "natural_frequency_hz=LOW,HIGH"),

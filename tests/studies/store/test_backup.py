@@ -108,6 +108,15 @@ def test_a_store_with_studies_of_its_own_is_not_written_over(filled, copy, befor
     assert copy.find("study 7") == own
 
 
+def test_a_folder_that_a_backup_was_restored_into_is_said_to_hold_its_studies(filled, copy, tmp_path):
+    copy_store(filled, copy)
+    restored = Store.open(tmp_path / "restored")
+    copy_store(copy, restored, for_good=True)
+    with pytest.raises(StoreFault, match="holds these studies already"):
+        copy_store(copy, restored, for_good=True)
+    restored.close()
+
+
 def lose_a_block(cube: Path) -> None:
     (cube / "blocks" / "7~g").unlink()
 

@@ -21,6 +21,8 @@ def test_a_study_is_taken_back_from_the_trash_as_it_was(store):
     assert (ids(store), ids(store, trash=True)) == ([], [record.id])
     with pytest.raises(StudyNotFound, match="in the trash until"):
         store.find(record.id)
+    with pytest.raises(StudyNotFound, match=f"in the trash until .* `damperlab undelete {record.id}`"):
+        store.find(record.name)
     store.bury()  # what may still be restored stays
     assert store.trashed(record.id).name == record.name
     assert store.undelete(record.id) == record

@@ -1,0 +1,26 @@
+"""Compressed answers, for clients that take them."""
+
+import re
+
+from starlette.datastructures import Headers
+from starlette.middleware.gzip import GZipMiddleware
+from starlette.types import Receive, Scope, Send
+
+_REFUSED = re.compile(r"gzip\s*;\s*q\s*=\s*0(\.0*)?")
+
+
+class Compressed(GZipMiddleware):
+    """ASGI middleware: compresses answers, unless the client gives that a weight of 0 (RFC 9110, section 12.5.3).
+
+    The framework looks for the name alone.
+    """
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        if scope["type"] == "http" and _refuses(Headers(scope=scope).get("accept-encoding", "")):
+            scope["headers"] = [each for each in scope["headers"] if each[0] != b"accept-encoding"]
+        await super().__call__(scope, receive, send)
+
+
+def _refuses(accepted: str) -> bool:
+    return any(_REFUSED.fullmatch(each.strip().lower()) for each in accepted.split(","))
