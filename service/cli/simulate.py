@@ -183,7 +183,8 @@ def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
         period = int(known.get("period", 0))
         repeats = f"repeats after {counted(period, 'cycle')}" if period else ""
         if "settles_after_cycles" in answer:
-            repeats += f"; a small disturbance falls to a hundredth in {answer['settles_after_cycles']:.3g}"
+            settles = answer["settles_after_cycles"]
+            repeats += f"; a small disturbance falls to a hundredth in {settles:.3g} cycles"
         yield "response", name, repeats
     if known.get("impacts_per_cycle", 0.0) > 0.0:
         speed = known.get("impact_speed_max")
