@@ -30,7 +30,7 @@ MUTANTS = (
     Mutant("worker/run/lease.py", "RENEW_SECONDS = 5.0", "RENEW_SECONDS = 90.0", "tests/test_times.py"),
     Mutant(
         "studies/store/files/folder.py",
-        "        sync_path(source.parent)\n",
+        "        sync_path(self._path.parent)\n",
         "",
         "tests/studies/store/test_folder.py",
     ),
