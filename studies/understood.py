@@ -88,7 +88,7 @@ def unusual_specification(asked: Specification) -> list[str]:
         for each in asked.excitations
         if not each.motion.force
     ]
-    found += _rough(asked.choices[PARTICLE_FRICTION.name].stop)
+    found += _rough(asked.choices[PARTICLE_FRICTION.name].start)
     return found + _violent(min(shakes, default=0.0), key)
 
 

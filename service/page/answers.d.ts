@@ -338,7 +338,7 @@ export type DesignAnswer = Known & {
   limits: unknown[];
   probability: number | null;
   /** Not in an answer that was kept before there was one. */
-  verdict?: { sentences: string[]; rows: string[][]; next: string };
+  verdict?: { damper: string | null; sentences: string[]; rows: string[][]; next: string };
   words: string[];
   /** The worst that is compared with others, where it is not that of every tolerance. */
   compared?: Worst;

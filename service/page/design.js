@@ -24,7 +24,12 @@ const OTHERS = /** @type {[OtherName, string][]} */ ([
 ]);
 /** @typedef {{worst: Worst}} Judged */
 const { damper, tables } = WORDS.specification;
-const FRICTION = { name: "particle_friction_coefficient", label: "friction coefficient of the particle" };
+/** What acts on a particle in its cavity, and has no ratio of its own. */
+const CAVITY = [
+  { name: "particle_friction_coefficient", called: "friction coefficient of the particle", unit: "" },
+  { name: "tilt_deg", called: "tilt of the cavity", unit: "°" },
+].map((each) => ({ ...each, label: each.called, scale: 1, ratio: "" }));
+const quantities = [...damper, ...CAVITY];
 
 /** @type {View} */
 export async function designView(root, { parts }) {
@@ -239,7 +244,9 @@ function undamped({ no_damper: none, worst }) {
 /** @param {DesignAnswer} answer */
 function headline(answer) {
   if (given(answer)) return answer.feasible ? "The damper as given" : "The damper as given exceeds a limit";
-  return answer.feasible ? "Recommended damper" : "No damper keeps every limit";
+  if (!answer.feasible) return "No damper keeps every limit";
+  const better = ["tuned_mass_damper", "no_damper"].includes(answer.verdict?.damper ?? "");
+  return better ? "Best damper of this kind" : "Recommended damper";
 }
 
 /** @param {DesignAnswer} answer @param {NonNullable<DesignAnswer["cases"]>} cases */
@@ -261,7 +268,7 @@ function underEach(answer, cases) {
  * @param {number | null} [without] the worst without a damper
  */
 function onDrawing(built, worst, probability = null, without = null) {
-  const rows = damper
+  const rows = quantities
     .filter(({ name }) => quantity(built, name) !== "")
     .map(({ name, called }) => [called, quantity(built, name)]);
   rows.push([isMean(worst) ? measure({ worst }) : `worst ${measure({ worst })}`, response(worst)]);
@@ -280,7 +287,7 @@ function onDrawing(built, worst, probability = null, without = null) {
  * @param {string} name
  */
 function quantity(built, name) {
-  const of = damper.find((each) => each.name === name);
+  const of = quantities.find((each) => each.name === name);
   if (!of) return "";
   const value = built[name] ?? null;
   if (value !== null) return `${short(value * of.scale, 4)} ${of.unit}`.trim();
@@ -300,7 +307,7 @@ function reference(worst) {
 
 /** A damper in one line. @param {Built} built */
 export function spelledDamper(built) {
-  const parts = damper.map(({ name, called }) => [called, quantity(built, name)]);
+  const parts = quantities.map(({ name, called }) => [called, quantity(built, name)]);
   return parts
     .filter(([, value]) => value !== "")
     .map(([label, value]) => `${label} ${value}`)
@@ -341,10 +348,10 @@ function measure(answer) {
 function margins(answer) {
   const spelled = (/** @type {string} */ name, /** @type {number | null} */ value) => {
     if (value === null) return "–";
-    const plain = name === FRICTION.name || (answer.worst.units === "1" && name !== "restitution");
+    const plain = answer.worst.units === "1" && name !== "restitution";
     return plain ? short(value, 4) : quantity({ [name]: value }, name);
   };
-  const rows = [...damper, FRICTION].filter(({ name }) => answer.margins[name]);
+  const rows = quantities.filter(({ name }) => answer.margins[name]);
   if (!rows.length) return null;
   return table(
     "How far each quantity may move alone",

@@ -23,6 +23,8 @@ PER_BANDWIDTH = 4
 MOST_FREQUENCIES = 1001
 """No more are advised at once."""
 
+PEAK_BETWEEN = "Between the frequencies computed a peak may be more than a tenth higher."
+
 
 def may_hide(r: NDArray[np.float64], values: NDArray[np.float64], peak: float, mass_ratio: float) -> bool:
     """Whether a resonance of the structure may be as high as `peak` between two of the frequencies.

@@ -22,6 +22,7 @@ from damperlab.studies.answers.follow_up import (
     found_of,
     spent_on,
 )
+from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
@@ -105,7 +106,8 @@ def refine_optimum(
     promising = (cells.promise < floor) & wide.any(axis=1) & ~touching
     spent = spent_on(cubes)
     clamped = is_clamped({name: best[name].values[0] for name in ("value", "locked_share", "impact_share")})
-    short = _brief(study, parent, found, steps, int(spent["points"]), clamped)
+    hides = bool(hidden_peaks(parent, asked, best, homes=cubes))
+    short = _brief(study, parent, found, steps, int(spent["points"]), clamped, hides)
     answer = Refinement((), False, found, steps, spent=spent, brief=short)
     notes = [_note_search(int(promising.sum()), bool(blurred.any() and not near.any()), steps, search)]
     if not near.any() and not promising.any():
@@ -150,6 +152,7 @@ def _brief(
     steps: Mapping[str, float],
     points: int,
     clamped: bool,
+    hides: bool,
 ) -> Brief:
     """Say what the optimum is, whether it is one inside the ranges, and how well it is known."""
     phrases = Phrases.of(cube)
@@ -169,6 +172,8 @@ def _brief(
     if cube.sizes[FREQUENCY] == 1:
         only = Note("one_frequency", "danger", {FREQUENCY: found[FREQUENCY], "computed": True})
         danger = sentence_of(only, phrases)
+    elif hides:
+        danger = PEAK_BETWEEN
     sentences = (danger, f"{value} at {design}{inside}", f"Known to {known} after {points:,} points.")
     following = say_beyond(ends, phrases) or command("tmd", study.name)
     if clamped:

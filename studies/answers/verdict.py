@@ -12,7 +12,7 @@ from damperlab.studies.answers.comparing import CONFIDENCE, chance_of_another, c
 from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQuestion
 from damperlab.studies.answers.excited import excitation_of, name_of
 from damperlab.studies.answers.flatness import end_of, flatness, say_beyond
-from damperlab.studies.answers.hidden_peak import hidden_peaks
+from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
 from damperlab.studies.answers.largest_acceleration import acceleration_g
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import advised_axis, sentence_of
@@ -267,7 +267,7 @@ class _Known:
         if "incomplete" in kinds:
             sentences.append(sentence_of(kinds["incomplete"], phrases))
         if "hidden_peak" in kinds:
-            sentences.append("Between the frequencies computed a peak may be more than a tenth higher.")
+            sentences.append(PEAK_BETWEEN)
         if "cut_off" in kinds and self.lead is self.best:
             sentences.append(sentence_of(kinds["cut_off"], phrases))
         sentences.append(self._breaks(phrases))

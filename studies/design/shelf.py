@@ -54,7 +54,7 @@ class Shelf:
         self._quota = quota
 
     def put(self, asked: Specification, budget: int) -> tuple[Kept, bool]:
-        """Keep what is asked; the same specification is one design. One in the trash is asked for anew.
+        """Keep what is asked; the same specification is one design. One in the trash is restored.
 
         Returns
         -------
@@ -76,11 +76,13 @@ class Shelf:
         ids = self.ids()
         if design_id in ids:
             return self.get(design_id), False
-        others = (ids | self._in_trash()) - {design_id}
+        if design_id in self._in_trash():
+            return self.undelete(design_id), False
+        others = ids | self._in_trash()
         full = self._quota.reached("design", [self._owner(each) for each in others])
         if full is not None:
             raise DesignsFull(full)
-        self.remove(design_id)  # from the trash, or what a deletion left that was cut short
+        self.remove(design_id)  # what a deletion left that was cut short, or is too old in the trash
         folder = self._folder.at(design_id)
         request = {"specification": asked.document, "budget_points": budget, "created": now()}
         folder.fill({REQUEST: _sealed(signed(request))})

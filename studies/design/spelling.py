@@ -11,7 +11,7 @@ from damperlab.studies.faults import counted
 from damperlab.studies.specification.excitation import Amplitude, Excitation, Motion
 from damperlab.studies.specification.measure import DAMPER_LIMITS, LIMITS
 from damperlab.studies.specification.records import RecordCases
-from damperlab.studies.specification.specification import CHOSEN, RATIO_OF, Specification
+from damperlab.studies.specification.specification import OF_DAMPER, RATIO_OF, Specification
 from damperlab.studies.spelling import spelled
 from damperlab.studies.variables import MADE_BY
 
@@ -195,8 +195,8 @@ def _worst(worst: Mapping[str, Any]) -> str:
 
 
 def _quantities(design: Mapping[str, Any]) -> Iterator[str]:
-    for name in CHOSEN:
-        value, ratio = design.get(name), design.get(RATIO_OF[name])
+    for name in OF_DAMPER:
+        value, ratio = design.get(name), design.get(RATIO_OF.get(name, name))
         if value is not None:
             yield f"{CALLED[name]} {spelling.quantity(name, value)}"
         elif ratio is not None:

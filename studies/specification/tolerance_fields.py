@@ -96,7 +96,8 @@ class ToleranceFields(DamperFields):
             found = describe(self.document["tolerances"][key])
             self._fault(field, found, f"a tolerance of a given `{key}`", f"add `{key}`", told)
             return None
-        most = min(largest, about.highest - largest) if largest else about.highest
+        at_bound = largest in (0.0, about.highest)  # what lies beyond a bound is cut off
+        most = about.highest if at_bound else min(largest, about.highest - largest)
         size = tolerance.of(largest)
         if size > most * (1.0 + ROUNDING):
             told = f"{{field}} = {size:g} takes `{key}`, {largest:g}, out of 0 to {about.highest:g}."

@@ -1,5 +1,6 @@
 """A damper whose particle rubs, or whose cavity is tilted: what a specification says of it, and what is stated."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -179,8 +180,10 @@ def test_a_tolerance_of_the_friction_of_the_particle_is_in_the_corners_and_the_b
     assert found.builds is not None
     assert found.asked.toleranced == ["particle_friction_coefficient"]
     upright = Build(0.004, 300, 20, 0.5, cavity=Cavity(0.1, 88))
-    asked = parse_specification(fixed | {"tilt_deg": 88, "tolerances": {"tilt_deg": 2}})
-    assert [upright.moved(asked, {"tilt_deg": share}).cavity.tilt_deg for share in (-1, 1)] == [86, 90]
+    for tilt, ends in ((88, [86, 90]), (90, [88, 90])):
+        asked = parse_specification(fixed | {"tilt_deg": tilt, "tolerances": {"tilt_deg": 2}})
+        built = replace(upright, cavity=Cavity(0.1, tilt))
+        assert [built.moved(asked, {"tilt_deg": share}).cavity.tilt_deg for share in (-1, 1)] == ends
 
 
 @pytest.mark.parametrize(

@@ -156,18 +156,18 @@ def test_what_has_been_in_the_trash_for_a_week_is_gone(tmp_path: Path, asked: Sp
     assert [folder.name for folder in (tmp_path / "designs").iterdir()] == [other.id]
 
 
-def test_what_is_asked_for_anew_is_taken_out_of_the_trash_and_begins_anew(
+def test_what_is_asked_for_again_is_restored_from_the_trash_with_its_answer(
     tmp_path: Path, asked: Specification
 ) -> None:
     shelf = Shelf(tmp_path, KeptQuota(1))
     design_id = kept_design(shelf, asked).id
     shelf.finish(design_id, {"words": ["old"]}, "old")
     shelf.rename(design_id, "old")
-    shelf.delete(shelf.get(design_id), trash=True)
+    kept = shelf.get(design_id)
+    shelf.delete(kept, trash=True)
     with pytest.raises(DesignsFull):  # the trash counts
         shelf.put(read_specification("antenna-mast"), 10)
-    again = kept_design(shelf, asked)
-    assert (again.state, again.name) == ("queued", asked.name)
+    assert shelf.put(asked, 10) == (kept, False)
     assert shelf.every(trash=True) == []
 
 
