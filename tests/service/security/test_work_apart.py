@@ -45,6 +45,8 @@ LIGHT_ROUTES = {
     ("GET", "/api/v1/designs"),
     ("GET", "/api/v1/designs/{design_id}"),
     ("DELETE", "/api/v1/designs/{design_id}"),
+    ("PATCH", "/api/v1/designs/{design_id}"),
+    ("POST", "/api/v1/designs/{design_id}/undelete"),
     ("POST", "/api/v1/designs/{design_id}/cancel"),
     ("POST", "/api/v1/designs/{design_id}/resume"),
     # the page of HTML is kept; `document` has a process print it
