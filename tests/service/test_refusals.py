@@ -120,7 +120,6 @@ PARAMETERS: list[tuple[str, str, set[str]]] = [
     ("GET", f"{STUDIES}/{{id}}/zarr/zarr.json?dry_run=true", {"dry_run"}),
     ("POST", f"{STUDIES}/{{id}}/cancel?dry_run=true", {"dry_run"}),
     ("DELETE", f"{STUDIES}/{{id}}?dry_run=true", {"dry_run"}),
-    ("DELETE", "/api/v1/designs/000000000000?dry_run=true", {"dry_run"}),
 ]
 
 
