@@ -1,7 +1,7 @@
 """The types that routes declare for their answers, and the JSON schemas that follow from them.
 
-A type stands beside what makes the answer: a TypedDict, or a dataclass (`damperlab.studies.shapes.Like`). Nothing is checked
-against it while an answer is sent, since most of an answer is arrays; tests do that.
+Each type is defined next to the code that makes the answer: a TypedDict, or a dataclass (`damperlab.studies.shapes.Like`).
+Answers are not checked when they are sent, since most of them is arrays. Tests check them.
 """
 
 from typing import Any, get_args
@@ -56,9 +56,9 @@ def declared_schemas() -> dict[str, Schema]:
 
 
 def schema_of(kind: Any) -> Schema:
-    """Make the schema of a type without titles and without what readers of the code are told.
+    """Make the schema of a type, without titles and docstrings.
 
-    A type that a route declares is referred to; others are put where they are used.
+    It refers to types that routes declare, and contains all others.
     """
     found = TypeAdapter(list[kind]).json_schema(mode="serialization")
     parts, own = found.get("$defs", {}), found["items"]
@@ -73,7 +73,7 @@ def _undocumented(part: Schema) -> Schema:
 
 
 def _whole(schema: Any, parts: Schema) -> Any:
-    """Put the parts where they are referred to, and types that are but names beside one another."""
+    """Replace references by their parts, and join alternatives that are plain types into one list."""
     if isinstance(schema, list):
         return [_whole(each, parts) for each in schema]
     if not isinstance(schema, dict):

@@ -6,6 +6,18 @@ from starlette.requests import Request
 from damperlab.service.problems import Problem
 from damperlab.service.security.caller import SAFE_METHODS
 from damperlab.studies.faults import NOTHING, Fault, StudyFaults, listing, printable
+from damperlab.studies.store.record import TRASH_DAYS
+
+
+class DeleteQuery(BaseModel):
+    """Parameters of a deletion."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    trash: bool = Field(
+        False,
+        description=f"Keep it for {TRASH_DAYS} days, in which POST …/undelete restores it; until then it counts for quotas.",
+    )
 
 
 class ComputeQuery(BaseModel):

@@ -233,7 +233,7 @@ def _share(text: str | None) -> float | None:
 
 
 def _print(fitted: "Fitted | FittedHistory", way: _Way) -> None:
-    """Print the parameters, and what is to be said of them."""
+    """Print the parameters and the verdict on them."""
     from damperlab.service.fit_report import COLUMNS, parameter_rows
 
     print_table(COLUMNS, parameter_rows(fitted.estimates))

@@ -47,7 +47,7 @@ export function dampersTab(session, place) {
 }
 
 class DampersTab {
-  /** @type {Record<string, unknown>} what the map was asked for last */
+  /** @type {Record<string, unknown>} the last request for the map */
   question = {};
   note = el("p", { class: "quiet note" });
   trouble = el("div");

@@ -16,20 +16,15 @@ import { modelSketch } from "./model_sketch.js";
 import { WORDS } from "./words.js";
 
 const LOOK_MILLISECONDS = 1500;
-/** Dampers beside the recommended one. */
+/** Other dampers of the answer, with their titles. */
 const OTHERS = /** @type {[OtherName, string][]} */ ([
   ["friction_alone", "Friction alone"],
   ["particle_alone", "The particle alone"],
   ["tuned_mass_damper", "Tuned mass damper"],
 ]);
 /** @typedef {{worst: Worst}} Judged */
-const { damper, tables } = WORDS.specification;
-/** What acts on a particle in its cavity, and has no ratio of its own. */
-const CAVITY = [
-  { name: "particle_friction_coefficient", called: "friction coefficient of the particle", unit: "" },
-  { name: "tilt_deg", called: "tilt of the cavity", unit: "°" },
-].map((each) => ({ ...each, label: each.called, scale: 1, ratio: "" }));
-const quantities = [...damper, ...CAVITY];
+const { damper, cavity, tables } = WORDS.specification;
+const quantities = [...damper, ...cavity];
 
 /** @type {View} */
 export async function designView(root, { parts }) {
@@ -246,7 +241,7 @@ function headline(answer) {
   if (given(answer)) return answer.feasible ? "The damper as given" : "The damper as given exceeds a limit";
   if (!answer.feasible) return "No damper keeps every limit";
   const better = ["tuned_mass_damper", "no_damper"].includes(answer.verdict?.damper ?? "");
-  return better ? "Best damper of this kind" : "Recommended damper";
+  return better ? "Best damper with friction or a particle" : "Recommended damper";
 }
 
 /** @param {DesignAnswer} answer @param {NonNullable<DesignAnswer["cases"]>} cases */

@@ -41,7 +41,7 @@ export function documentForm(root, form) {
 class DocumentForm {
   /** @type {unknown} */
   document = {};
-  /** Of the judgement that was asked for last. */
+  /** The last request for a judgement. */
   number = 0;
   submitted = false;
   about = el("div", { class: "quiet about" });

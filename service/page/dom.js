@@ -47,7 +47,7 @@ export function fill(element, ...children) {
   element.replaceChildren(...texts(children));
 }
 
-/** A view's title, and what stands beside it. @param {string} title @param {...Child} beside */
+/** A view's title, with further elements on its line. @param {string} title @param {...Child} beside */
 export function heading(title, ...beside) {
   return el("div", { class: "row spread" }, el("h1", {}, title), ...beside);
 }
@@ -57,7 +57,7 @@ export function box(title, ...children) {
   return el("section", { class: "box" }, el("h2", {}, title), ...children);
 }
 
-/** What is said in a low voice. @param {...Child} children */
+/** A paragraph in small grey type. @param {...Child} children */
 export function quiet(...children) {
   return el("p", { class: "quiet" }, ...children);
 }

@@ -69,7 +69,7 @@ export class MapAxes {
   }
 }
 
-/** How much of a map is there, and what is said of it. @param {MapAnswer} map @param {Shown} shown */
+/** The share of a map that is computed, and its note. @param {MapAnswer} map @param {Shown} shown */
 export function said(map, shown) {
   const share = map.complete < 1 ? `${Math.floor(100 * map.complete)} % of this map is computed. ` : "";
   const failed = map.points_failed ? `${map.points_failed} points failed. ` : "";

@@ -30,7 +30,7 @@ class MapTab {
   map = null;
   found = NOTHING_FOUND;
   asked = 0;
-  /** What was asked for last. */
+  /** The last request. */
   last = "";
   note = el("p", { class: "quiet note" });
   trouble = el("div");

@@ -52,7 +52,7 @@ const LOSSES = /** @type {[string, string][]} */ ([
 
 export class MotionPanel {
   element = el("div");
-  /** @type {Record<string, unknown>} what was asked for last */
+  /** @type {Record<string, unknown>} the last request */
   asked = {};
 
   /** @param {Session} session */

@@ -20,7 +20,7 @@ export function isActive(state) {
   return !WORDS.ended.includes(state);
 }
 
-/** What is said of results of an earlier solver. @param {StudyRecord} record */
+/** A remark on results of an earlier solver. @param {StudyRecord} record */
 export function outdatedNote(record) {
   return (
     record.outdated &&

@@ -21,7 +21,7 @@ const NO_SIZE =
 const SYMBOLS = ["circle", "square", "diamond", "x", "triangle-up"];
 
 export class SurveyPoint {
-  /** @type {Record<string, unknown>} what was asked for last */
+  /** @type {Record<string, unknown>} the last request */
   asked = {};
   /** @type {Row[]} results under each record, over the scales */
   found = [];

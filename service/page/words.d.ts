@@ -94,6 +94,8 @@ export const WORDS: {
     };
     /** Quantities of the damper, each with its name in a table and the ratio that may stand for it. */
     damper: (SpecifiedField & { ratio: string; called: string })[];
+    /** What acts on a particle in its cavity, likewise; neither is made by one ratio alone. */
+    cavity: (SpecifiedField & { ratio: string; called: string })[];
     ratios: Record<string, SpecifiedField>;
     contact_time: SpecifiedField;
     /** `over_bands`: whether they hold over bands alone, and not under ground-motion records. */

@@ -8,6 +8,7 @@ from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.amplitudes import DIMENSIONS as AMPLITUDE_DIMENSIONS
 from damperlab.studies.answers.phrases import PRINTED
 from damperlab.studies.choices import Steady
+from damperlab.studies.design.spelling import CALLED
 from damperlab.studies.fit.question import BESIDE_AXES, FREE, NAMED
 from damperlab.studies.ground.paper import BASE_AMPLITUDES_M
 from damperlab.studies.ground.quantities import QUANTITIES
@@ -34,6 +35,7 @@ from damperlab.studies.specification.record_fields import TAIL
 from damperlab.studies.specification.scene import EXCITATION_KEYS, MOST_EXCITATIONS, STRUCTURE_KEYS
 from damperlab.studies.specification.schema import LIMIT_WORDS, OF_SCENE, specification_schema
 from damperlab.studies.specification.specification import CHOSEN, OF_DAMPER, OF_STRUCTURE, RATIO_OF
+from damperlab.studies.spelling import unit_of
 from damperlab.studies.unit_names import (
     ACCELERATIONS,
     AMPLITUDES,
@@ -183,6 +185,11 @@ def _specification() -> dict[str, Any]:
             "tail": _specified("tail_s", TAIL.meaning),
         },
         "damper": chosen,
+        "cavity": [
+            {"name": name, "label": CALLED[name], "called": CALLED[name]}
+            | {"unit": unit_of(name), "scale": 1.0, "ratio": ""}
+            for name in MADE_BY.values()
+        ],
         "ratios": {
             name: _specified(name, quantity.meaning)
             for name, quantity in SPECIFIED.items()

@@ -11,7 +11,7 @@ from starlette.responses import HTMLResponse, Response
 from typing_extensions import TypeAliasType, TypedDict
 
 from damperlab.service.answer_types import declare, gives
-from damperlab.service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
+from damperlab.service.body import JSON_TYPES, YAML_TYPES, DeleteQuery, media_type, read_body
 from damperlab.service.design_budget import DesignSize, size_document
 from damperlab.service.documents import Document
 from damperlab.service.examples import SPECIFICATION_BODY
@@ -25,7 +25,6 @@ from damperlab.studies.design.kept import DesignSummary, Kept, KeptDocument
 from damperlab.studies.shapes import Count, Says
 from damperlab.studies.specification.specification import Specification
 from damperlab.studies.store.faults import StudyNotFound
-from damperlab.studies.store.record import TRASH_DAYS
 from damperlab.studies.text import Format
 from damperlab.studies.vocabulary import State
 
@@ -73,18 +72,6 @@ class DesignsQuery(BaseModel):
     state: State | None = None
     name: str | None = Field(None, max_length=200, description="Only designs whose name contains this text.")
     trash: bool = Field(False, description="List those instead that were deleted and can be restored.")
-
-
-class DeleteQuery(BaseModel):
-    """Parameters of a deletion."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    trash: bool = Field(
-        False,
-        description=f"Keep it for {TRASH_DAYS} days, in which POST /designs/{{design_id}}/undelete restores it; until then "
-        "it counts for quotas.",
-    )
 
 
 @router.post(

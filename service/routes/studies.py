@@ -13,7 +13,7 @@ from starlette.responses import Response
 
 from damperlab.service.answer_types import gives
 from damperlab.service.batches import SubmittedBefore, SubmittedDocument, estimate_list, submit_list
-from damperlab.service.body import JSON_TYPES, YAML_TYPES, media_type, read_body
+from damperlab.service.body import JSON_TYPES, YAML_TYPES, DeleteQuery, media_type, read_body
 from damperlab.service.documents import Document
 from damperlab.service.estimates import estimate_document
 from damperlab.service.events import event_id, progress
@@ -92,18 +92,6 @@ class ListQuery(BaseModel):
     )
 
     trash: bool = Field(False, description="List those instead that were deleted and can be restored.")
-
-
-class DeleteQuery(BaseModel):
-    """Parameters of a deletion."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    trash: bool = Field(
-        False,
-        description=f"Keep it for {TRASH_DAYS} days, in which POST /studies/{{study_id}}/undelete restores it; until then "
-        "it counts for quotas.",
-    )
 
 
 class DifferencesQuery(BaseModel):

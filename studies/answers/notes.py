@@ -80,15 +80,23 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
         case "cost":
             return _cost(known)
         case "particle_friction":
-            up_to, fails = known["up_to"], known["fails"]
-            beyond = "" if fails is None else f"; at μ_i = {fails:g} more is"
-            return f"With friction of the particle up to μ_i = {up_to:g} at most a tenth is lost{beyond}."
+            _, up_to, what = friction_row(note)
+            return f"Friction of the particle {up_to}: {what}."
         case "boundary":
             along = known["along"]
             low, high = (phrases.value(along, known[end], ".10g") for end in ("low", "high"))
             what = f"{known['below']} to {known['above']}"
             return f"The response along {phrases.label(along)} changes from {what} between {low} and {high}."
     raise KeyError(note.kind)
+
+
+def friction_row(note: Note) -> tuple[str, str, str]:
+    """Write up to which friction of its particle a design keeps its value, as a row of a short answer."""
+    up_to, fails = note.values["up_to"], note.values["fails"]
+    if not up_to:
+        return "friction", f"below μ_i = {fails:g}", "from there on more than a tenth is lost"
+    beyond = "" if fails is None else f"; at {fails:g} more is"
+    return "friction", f"up to μ_i = {up_to:g}", f"at most a tenth is lost{beyond}"
 
 
 def advised_axis(known: Values, phrases: Phrases) -> str:

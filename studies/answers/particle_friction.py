@@ -22,15 +22,13 @@ WITHIN = 1.1
 """How many times the value that is promised one may come to."""
 
 
-def study_with_friction(
-    study: Study, cube: xr.Dataset, question: DesignQuestion, design: Mapping[str, float]
-) -> Study | None:
+def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[str, float]) -> Study | None:
     """Make the study of one design with friction of its particle.
 
     Parameters
     ----------
-    study, cube : Study, Dataset
-        What the design is of.
+    study : Study
+        The study of the design.
     question : DesignQuestion
         What was asked of it.
     design : mapping of float
@@ -45,7 +43,7 @@ def study_with_friction(
     in_units = {each.source: each.factor for each in quantities_of(study.document())}
     factor = in_units.get(PARTICLE_FRICTION, nan)
     computed = study.contact.model == "instant" and isinstance(study.solver, EventSolver)
-    if not computed or not isfinite(factor) or any(name in cube.coords for name in BEFORE):
+    if not computed or not isfinite(factor) or any(name in question.design for name in BEFORE):
         return None
     axes: dict[str, object] = {name: design[name] for name in question.design}
     axes |= {
@@ -77,13 +75,3 @@ def note_of(cube: xr.Dataset, judging: Judging, value: float) -> Note:
     held = len(list(takewhile(kept.__contains__, ratios)))
     fails = COEFFICIENTS[held] if held < len(COEFFICIENTS) else None
     return Note("particle_friction", "hint", {"up_to": (0.0, *COEFFICIENTS)[held], "fails": fails})
-
-
-def row_of(note: Note) -> tuple[str, str, str]:
-    """Write the note as a row of a short answer."""
-    up_to, fails = note.values["up_to"], note.values["fails"]
-    if fails is None:
-        return "friction", f"up to μ_i = {up_to:g}", "at most a tenth is lost"
-    if not up_to:
-        return "friction", f"below μ_i = {fails:g}", "from there on more than a tenth is lost"
-    return "friction", f"up to μ_i = {up_to:g}", f"at most a tenth is lost; at {fails:g} more is"

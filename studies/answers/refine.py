@@ -1,7 +1,7 @@
 """Refinement: follow-up studies where better designs may lie, or around a class boundary, until they are known."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -24,9 +24,9 @@ from damperlab.studies.answers.follow_up import (
 )
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
 from damperlab.studies.answers.nearness import nearest_place
-from damperlab.studies.answers.notes import sentence_of
+from damperlab.studies.answers.notes import friction_row, sentence_of
 from damperlab.studies.answers.optimal_designs import merged_designs
-from damperlab.studies.answers.particle_friction import note_of, row_of, study_with_friction
+from damperlab.studies.answers.particle_friction import note_of, study_with_friction
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import NONE_QUALIFIES, check_question, refused
 from damperlab.studies.answers.selection import check_dimension, choose, in_ratios, require_stored
@@ -115,16 +115,14 @@ def refine_optimum(
             0 if blurred.any() else _fine(parent, varied, tolerance, judging.ranges) * asked.frequencies.size
         )
         answer = replace(answer, known=True, fine_points=fine, notes=(*notes, _note_cost(spent, fine)))
-        impacts = float(best["impact_share"].values[0])
-        rubbing = study_with_friction(study, parent, asked, found) if impacts > 0.0 else None
-        if rubbing is None:
-            return answer
-        axes = rubbing.coordinates.items()
-        there = [cube for cube in others if all(np.array_equal(cube[name], axis) for name, axis in axes)]
-        if not there:
-            return replace(answer, studies=(rubbing,), points=rubbing.points)
-        bears = note_of(there[0], replace(judging, objective=asked.objective), found["value"])
-        return replace(answer, notes=(*answer.notes, bears), brief=replace(short, rows=(row_of(bears),)))
+        rubbing = None
+        if best["impact_share"].values[0] > 0.0:
+            rubbing = study_with_friction(study, asked, found)
+        return (
+            answer
+            if rubbing is None
+            else _with_friction(answer, rubbing, others, replace(judging, objective=asked.objective))
+        )
     parts = PARTS.get(len(varied), 2)
     chosen = [_grids(cells, np.flatnonzero(near), parts, tolerance, varied)]
     elsewhere = np.flatnonzero(promising)
@@ -143,6 +141,19 @@ def refine_optimum(
         return replace(answer, notes=(*notes, Note("spent", "hint", spent)), brief=short)
     notes.append(Note("follow_ups", "hint", {"points": points, "studies": len(studies)}))
     return replace(answer, studies=studies, points=points, notes=(*notes, Note("spent", "hint", spent)))
+
+
+def _with_friction(
+    answer: Refinement, rubbing: Study, cubes: Iterable[xr.Dataset], judging: Judging
+) -> Refinement:
+    """Add up to which friction of its particle a known optimum keeps its value; else the study that tells it."""
+    axes = rubbing.coordinates.items()
+    for cube in cubes:
+        if all(np.array_equal(cube[name], axis) for name, axis in axes):
+            note = note_of(cube, judging, answer.found["value"])
+            brief = answer.brief and replace(answer.brief, rows=(friction_row(note),))
+            return replace(answer, notes=(*answer.notes, note), brief=brief)
+    return replace(answer, studies=(rubbing,), points=rubbing.points)
 
 
 def _brief(

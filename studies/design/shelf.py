@@ -329,9 +329,11 @@ class Shelf:
 
     def bury(self) -> None:
         """Remove the designs whose time in the trash is over."""
-        with _putting:  # what is asked for anew meanwhile stays
-            for design_id in self._requested() - self.ids() - self._in_trash():
-                self.remove(design_id)
+        with _putting:  # a design that is asked for again meanwhile stays
+            for design_id in self._requested():
+                until = self._trashed_until(design_id)
+                if until is not None and until <= time.time():
+                    self.remove(design_id)
 
     def remove(self, design_id: str) -> None:
         """Remove a design; its studies stay."""

@@ -104,9 +104,11 @@ class DamperFields(SceneFields):
             advice = "write `choose: {clearance_m: {start: …, stop: …}}`, or give all of them"
             self._fault("choose", NOTHING, f"at least one of {listing(OF_DAMPER)}", advice, told)
         for quantity in OF_CAVITY:
-            place = self._place((quantity.name,), choose)
-            given = None if place is None else (place[0], place[2], quantity, place[0] != quantity.name)
-            found[quantity.name] = (given and self._choice(*given)) or Choice(0.0, 0.0)
+            found[quantity.name] = Choice(0.0, 0.0)
+            if (place := self._place((quantity.name,), choose)) is not None:
+                field, _, value = place
+                choice = self._choice(field, value, quantity, field.startswith("choose"))
+                found[quantity.name] = choice or found[quantity.name]
         return found
 
     def _place(self, spellings: Iterable[str], choose: Mapping[str, Any]) -> tuple[str, str, Any] | None:

@@ -200,10 +200,8 @@ class _Reader(LimitFields):
             chosen = self._has("choose", name)
             toleranced = self._has("tolerances", name) and (chosen or name in self.document)
             if choices[name].stop or toleranced:
-                field, held = (
-                    join("choose" * chosen, name),
-                    self.document["choose"] if chosen else self.document,
-                )
+                held = self.document["choose"] if chosen else self.document
+                field = join("choose" if chosen else "", name)
                 beside = beside_rubbing(self._in_units, choices)
                 self.faults.extend(rubbing_faults(field, describe(held.get(name)), beside))
                 return

@@ -1,6 +1,7 @@
 """How far what is built may be off, read from a document."""
 
 import math
+from collections.abc import Mapping
 
 from damperlab.studies.faults import describe
 from damperlab.studies.quantity import OF_CAVITY, Quantity
@@ -67,7 +68,7 @@ class ToleranceFields(DamperFields):
         for key, tolerance in self._tolerance_values().items():
             name, field = NAME_OF.get(key, key), f"tolerances.{key}"
             if key in MADE_BY.values():
-                of_cavity = self._of_cavity(field, key, tolerance, choices[key].stop)
+                of_cavity = self._of_cavity(field, key, tolerance, choices)
                 found |= {key: of_cavity} if of_cavity else {}
                 continue
             if key in OF_STRUCTURE:
@@ -88,7 +89,9 @@ class ToleranceFields(DamperFields):
             self._fault("tolerances", f"{len(found)}", f"at most {MOST}", "leave out the least of them", told)
         return found
 
-    def _of_cavity(self, field: str, key: str, tolerance: Tolerance, largest: float) -> Tolerance | None:
+    def _of_cavity(
+        self, field: str, key: str, tolerance: Tolerance, choices: Mapping[str, Choice]
+    ) -> Tolerance | None:
         """Hold the tolerance of a cavity's number against the largest; None where there is none, or a share of nothing."""
         about = next(each for each in OF_CAVITY if each.name == key)
         if not (key in self.document or self._has("choose", key)):
@@ -96,6 +99,7 @@ class ToleranceFields(DamperFields):
             found = describe(self.document["tolerances"][key])
             self._fault(field, found, f"a tolerance of a given `{key}`", f"add `{key}`", told)
             return None
+        largest = choices[key].stop
         at_bound = largest in (0.0, about.highest)  # what lies beyond a bound is cut off
         most = about.highest if at_bound else min(largest, about.highest - largest)
         size = tolerance.of(largest)

@@ -131,6 +131,8 @@ def test_a_design_is_renamed_put_into_the_trash_and_restored(
     assert renamed.json() == design | {"name": "second draft"}
     refused = client.patch(one, json={"tags": ["steel"]})
     assert (refused.status_code, refused.json()["errors"][0]["allowed"]) == (422, "name")
+    refused = client.delete(one, params={"dry_run": True})
+    assert (refused.status_code, refused.json()["errors"][0]["field"]) == (422, "dry_run")
     with Client(service.url) as python:
         (same,) = python.designs(name="second draft")
         same.rename(design["name"]).delete(trash=True)

@@ -125,7 +125,11 @@ def test_a_refined_optimum_says_up_to_which_friction_of_its_particle_it_holds() 
         }
     )
     assert named(given)[1]["amplitude_ratio"].max().item() == pytest.approx(worst[len(held)], rel=1e-9)
-    assert f"μ_i = {found['fails']:g}" in step.say() or found["fails"] is None
+    assert step.brief is not None
+    ((_, up_to, what),) = step.brief.rows
+    assert f"{found['up_to']:g}" in up_to
+    assert f"{found['fails']:g}" in what
+    assert up_to in step.say()
 
 
 def test_a_class_boundary_is_found_where_friction_locks_the_mass():

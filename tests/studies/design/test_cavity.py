@@ -203,3 +203,10 @@ def test_a_tolerance_of_a_cavity_that_cannot_be_is_refused(more: dict[str, Any],
     with pytest.raises(StudyFaults) as caught:
         parse_specification(FLOOR | more)
     assert [fault.field for fault in caught.value.faults] == [field]
+
+
+@pytest.mark.parametrize("structure", [3, {**FLOOR["structure"], "mass_kg": "heavy"}])
+def test_a_tolerance_of_a_cavity_is_read_beside_a_structure_that_is_wrong(structure: object) -> None:
+    with pytest.raises(StudyFaults) as caught:
+        parse_specification(FLOOR | {"structure": structure, "tolerances": {"tilt_deg": 2}})
+    assert "tolerances.tilt_deg" in [fault.field for fault in caught.value.faults]
