@@ -7,21 +7,22 @@ particle that rides on a wall. Of 573 random responses the metered acceleration 
 """
 
 from collections.abc import Mapping
-from math import nan
+from math import nan, pi
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from damperlab.studies.amplitudes import AMPLITUDE
 from damperlab.studies.answers.design_question import FREQUENCY
 from damperlab.studies.answers.excited import definition_of, excitation_of
 from damperlab.studies.physical import STANDARD_GRAVITY
-from damperlab.studies.units import quantities_of
+from damperlab.studies.units import base_of, quantities_of
 from damperlab.studies.variables import ResponseClass
 
+_MEASURED, _RELATIVE, _CLASS = "acceleration_ratio", "relative_amplitude_ratio", "response_class"
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-_MEASURED, _RELATIVE, _CLASS = "acceleration_ratio", "relative_amplitude_ratio", "response_class"
 
 
 def accelerations(
@@ -48,9 +49,7 @@ def accelerations(
     return np.where(locked, frequency_ratio**2, relative_amplitude + friction_ratio)
 
 
-def acceleration_g(
-    cube: xr.Dataset, place: Mapping[str, int | NDArray[np.intp]], friction_ratio: float
-) -> float:
+def acceleration_g(cube: xr.Dataset, place: Mapping[str, int | NDArray[np.intp]]) -> float:
     """Give the largest acceleration of the structure with one damper of a study.
 
     Parameters
@@ -58,25 +57,47 @@ def acceleration_g(
     cube : Dataset
         Of the study.
     place : mapping
-        Where the damper is, and the frequencies that count, by dimension.
-    friction_ratio : float
-        γ_F of the damper.
+        Where the damper is, and the frequencies and base amplitudes that count, by dimension.
 
     Returns
     -------
     float
         In g; as measured where the study keeps it. NaN where the study is in ratios, and where nothing that it keeps tells it.
     """
-    definition = definition_of(cube)
-    factors = {each.source: each.factor for each in quantities_of(definition)}
-    model = (definition.get("contact") or {}).get("model", "instant")
-    if _MEASURED in cube:
-        ratios = cube[_MEASURED].isel(place).values
-    elif {_RELATIVE, _CLASS} <= cube.keys() and excitation_of(cube) == "base" and model == "instant":
-        there = cube[[_RELATIVE, _CLASS]].isel(place)
-        r, locked = there[FREQUENCY].values, there[_CLASS].values == ResponseClass.LOCKED
-        ratios = accelerations(there[_RELATIVE].values, friction_ratio, r, locked)
+    kept = [name for name in (_MEASURED, _RELATIVE, _CLASS) if name in cube]
+    there = cube[kept].isel(place)
+    model = (definition_of(cube).get("contact") or {}).get("model", "instant")
+    if _MEASURED in kept:
+        ratios = there[_MEASURED]
+    elif len(kept) == 2 and excitation_of(cube) == "base" and model == "instant":
+        locked = there[_CLASS] == ResponseClass.LOCKED
+        along = xr.broadcast(there[_RELATIVE], there["friction_ratio"], there[FREQUENCY], locked)
+        ratios = along[0].copy(data=accelerations(*(each.values for each in along)))
     else:
         return nan
-    known = ratios[np.isfinite(ratios)]
-    return float(known.max()) * factors.get(_MEASURED, nan) / STANDARD_GRAVITY if known.size else nan
+    return float((ratios * _unit(there)).max()) / STANDARD_GRAVITY
+
+
+def _unit(cube: xr.Dataset) -> xr.DataArray | float:
+    """Give Z ω_n² [m/s²]; NaN where the study is in ratios."""
+    if AMPLITUDE in cube.coords:
+        rate = 2.0 * pi * float(definition_of(cube)["physical"]["natural_frequency_hz"])
+        return base_of(cube) * rate**2
+    factors = {each.source: each.factor for each in quantities_of(definition_of(cube))}
+    return factors.get(_MEASURED, nan)
+
+
+def acceleration_row(g: float, assumed: bool, more: str = "") -> tuple[str, str, str]:
+    """Spell the largest acceleration of the structure as a row.
+
+    Parameters
+    ----------
+    g : float
+        The acceleration in g.
+    assumed : bool
+        Whether the study has a particle but neither its friction nor a tilt.
+    more : str
+        What follows where that is assumed.
+    """
+    what = "largest of the structure"
+    return "acceleration", f"{g:.2g} g", f"{what}; assumed lying, frictionless{more}" if assumed else what

@@ -1,6 +1,7 @@
 """The best dampers of a ground-motion suite or over base amplitudes, and what to ask of such studies instead of others."""
 
 from collections.abc import Mapping, Sequence
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from damperlab.studies.answers.design_question import axes_within
 from damperlab.studies.answers.excited import amplitude_called
 from damperlab.studies.answers.flatness import ends_of_damper, say_beyond
 from damperlab.studies.answers.judging import say_left_out
+from damperlab.studies.answers.largest_acceleration import acceleration_g, acceleration_row
 from damperlab.studies.answers.phrases import Phrases
 from damperlab.studies.answers.query_fault import check_question, refused
 from damperlab.studies.answers.selection import (
@@ -29,7 +31,7 @@ from damperlab.studies.ground.builtin import whole_id
 from damperlab.studies.ground.variables import RECORD
 from damperlab.studies.kinds import AMPLITUDES, SUITE, kind_of
 from damperlab.studies.questions import Listed
-from damperlab.studies.variables import ResponseClass, Status
+from damperlab.studies.variables import BEFORE, ResponseClass, Status
 
 _MET = {"frequency_ratio": "frequencies", "damping_ratio": "damping ratios of the structure"}
 _LEFT_OUT = {
@@ -58,7 +60,7 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
             f"{kind.words}, over {listing(dimensions)}",
             f"a study with one base amplitude for {asked}",
             _instead(asked),
-            f"This study is {kind.words}, and {asked} is a question about a study with one base amplitude.",
+            f"{asked} is a question about a study with one base amplitude. This is {kind.words}.",
         )
     if kind is SUITE:
         raise refused(
@@ -66,7 +68,7 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
             f"a ground-motion suite, over {listing(dimensions)}",
             f"a study of the response to a harmonic base for {asked}",
             "ask for a map over two of its dimensions, for its optimal designs, or for an export",
-            f"This study is a ground-motion suite, and {asked} is a question about the response to a harmonic base.",
+            f"{asked} is a question about the response to a harmonic base. This is a ground-motion suite.",
         )
 
 
@@ -112,7 +114,8 @@ def worst_case_designs(
         that is its worst. Variables: `value`, and what the study keeps of that case beside it: `growth` of the perturbed
         starts, `error` of an amplitude, `response_class`. A damper with a case that failed or was not computed is left
         out. Attributes: `metric`, `designs` (all in the ranges), `failed`, `incomplete`, `locked`, `complete`, `points`,
-        `points_failed`, and `note`, which says it in words.
+        `points_failed`, and `note`, which says it in words; over base amplitudes `acceleration_g`, the largest of the
+        structure with the best damper, where it is known.
 
     Raises
     ------
@@ -166,6 +169,9 @@ def worst_case_designs(
     if ranked:
         # along its whole axis, whatever range was asked for
         ends = ends_of_damper(cube, metric, counting, {name: int(best[name][0]) for name in damper})
+        if kind_of(cube.sizes) is AMPLITUDES:
+            most = acceleration_g(cube, {**counting, **{name: int(best[name][0]) for name in damper}})
+            attributes |= {"acceleration_g": most} if isfinite(most) else {}
     attributes["notes"] = notes_document([Note("end_of_range", "hint", ends)] if ends else [])
     answer = xr.Dataset(data, {"rank": np.arange(1, ranked + 1), **columns}, attributes)
     answer.attrs["brief"] = _brief(cube, answer, damper, ends).document()
@@ -232,8 +238,12 @@ def _brief(
         sentences.append(f"So far: {answer.attrs['complete']:.0%} of the points are computed.")
     if ends:
         sentences.append(f"It lies at the end of {listed(map(phrases.symbol, ends))}.")
+    kind = _kind(answer)
     rows = [(PLACES[rank], *spelled(rank)[:2]) for rank in range(1, min(answer.sizes["rank"], len(PLACES)))]
-    return Brief(_kind(answer), tuple(sentences), tuple(rows), say_beyond(ends, phrases))
+    if "acceleration_g" in answer.attrs:
+        assumed = kind in ("hybrid", "particle_alone") and not any(name in cube.coords for name in BEFORE)
+        rows.append(acceleration_row(answer.attrs["acceleration_g"], assumed))
+    return Brief(kind, tuple(sentences), tuple(rows), say_beyond(ends, phrases))
 
 
 def _kind(answer: xr.Dataset) -> Damper:

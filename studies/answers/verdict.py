@@ -13,7 +13,7 @@ from damperlab.studies.answers.design_question import FREQUENCY, METRIC, DesignQ
 from damperlab.studies.answers.excited import excitation_of, name_of
 from damperlab.studies.answers.flatness import end_of, flatness, say_beyond
 from damperlab.studies.answers.hidden_peak import PEAK_BETWEEN, hidden_peaks
-from damperlab.studies.answers.largest_acceleration import acceleration_g
+from damperlab.studies.answers.largest_acceleration import acceleration_g, acceleration_row
 from damperlab.studies.answers.nearness import nearest_place
 from damperlab.studies.answers.notes import advised_axis, sentence_of
 from damperlab.studies.answers.phrases import Phrases, said
@@ -323,9 +323,8 @@ class _Known:
         if not math.isfinite(self.acceleration_g):
             return []
         assumed = self.lead["impact_share"] > 0 and not any(name in self.cube.coords for name in BEFORE)
-        said = "; its particle is taken as frictionless: `damperlab refine` tells how much it bears"
-        what = f"largest of the structure{said if assumed else ''}"
-        return [("acceleration", f"{self.acceleration_g:.2g} g", what)]
+        more = "; `damperlab refine` says up to which μ_i the damper holds"
+        return [acceleration_row(self.acceleration_g, assumed, more)]
 
     def _idle_row(self, phrases: Phrases) -> list[tuple[str, str, str]]:
         if self.lead is self.best:
@@ -412,7 +411,7 @@ def _acceleration_g(cube: xr.Dataset, question: DesignQuestion, lead: Row) -> fl
     place = {name: nearest_place(cube[name].values, float(lead[name])) for name in question.design}
     own = cube[FREQUENCY].values
     counted_ones = np.flatnonzero((own >= question.frequencies[0]) & (own <= question.frequencies[-1]))
-    return acceleration_g(cube, {**place, FREQUENCY: counted_ones}, float(lead["friction_ratio"]))
+    return acceleration_g(cube, {**place, FREQUENCY: counted_ones})
 
 
 def _cut_off(cube: xr.Dataset, question: DesignQuestion, best: Row) -> int:

@@ -16,7 +16,7 @@ from damperlab.studies.answers.one_amplitude import at_one_amplitude, said_of_it
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.ranking import ranked_designs
 from damperlab.studies.answers.resonance_map import resonance_map
-from damperlab.studies.answers.suite import require_harmonic
+from damperlab.studies.answers.suite import require_harmonic, worst_case_designs
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.definition import parse_study
 from damperlab.studies.plan import plan_with_chunk
@@ -26,7 +26,7 @@ from damperlab.studies.store.cube.cube import stored_variables, write_region
 from damperlab.studies.store.export.export import write_file
 from damperlab.studies.store.export.table import csv_lines
 from damperlab.studies.store.store import Store
-from damperlab.studies.units import with_units
+from damperlab.studies.units import base_of, with_units
 from damperlab.studies.variables import DIMENSIONS, ResponseClass
 
 MASS, HERTZ = 2.0, 4.0
@@ -228,6 +228,23 @@ def test_a_tuned_mass_damper_is_compared_at_one_base_amplitude(
     with pytest.raises(QueryFault, match="about one base amplitude, and the study has 3") as refused:
         at_one_amplitude(whole, {})
     assert refused.value.fault.field == "base_amplitude_m"
+
+
+@pytest.mark.parametrize("constant", ["displacement", "velocity"])
+def test_the_acceleration_of_the_best_damper_is_the_largest_over_all_base_amplitudes(
+    stored: tuple[Store, str], constant: str
+) -> None:
+    store, study_id = stored
+    cube = store.cube(
+        study_id if constant == "displacement" else keep(store, PHYSICAL | {"constant": constant})
+    )
+    ranked = worst_case_designs(cube, exclude_locked=True)
+    best = cube.sel({name: ranked[name].values[0] for name in ("clearance_m", "friction_force_n")})
+    forced = best["relative_amplitude_m"] * (2 * np.pi * HERTZ) ** 2 + best["friction_force_n"] / MASS
+    held = base_of(best) * (2 * np.pi * HERTZ * best["frequency_ratio"]) ** 2
+    largest = xr.where(best["response_class"] == ResponseClass.LOCKED, held, forced).max()
+    assert ranked.attrs["acceleration_g"] == pytest.approx(float(largest) / 9.80665)
+    assert "acceleration" in {row[0] for row in ranked.attrs["brief"]["rows"]}
 
 
 @pytest.mark.parametrize(
