@@ -1,6 +1,6 @@
 """What a study was understood as, in sentences: what was assumed, what its quantities make as ratios, what is unusual."""
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,8 @@ from damperlab.studies.kind import AnyStudy
 from damperlab.studies.physical import derivations
 from damperlab.studies.quantity import PARTICLE_FRICTION
 from damperlab.studies.specification.specification import Specification
-from damperlab.studies.variables import DIMENSION_NAMES, SYMBOLS
+from damperlab.studies.variables import BEFORE, DIMENSION_NAMES, GRAVITY, SYMBOLS
+from damperlab.studies.variables import PARTICLE_FRICTION as PARTICLE_FRICTION_RATIO
 from damperlab.studies.vocabulary import ACCELERATION_UNITS, DEFAULTS
 
 FEW, MANY = 0.1, 100.0
@@ -23,6 +24,8 @@ ROUGH = 2.0
 """Coefficient of sliding friction above which no dry pair of materials lies."""
 VIOLENT = 20.0 * ACCELERATION_UNITS["g"]
 """Least acceleration of a base [m/s²] above which a unit has slipped: 0.3 m in place of 0.3 mm at 8 Hz is 77 g."""
+
+_UNSTATED = {GRAVITY: "a level cavity", PARTICLE_FRICTION_RATIO: "a frictionless particle"}
 
 Ends = tuple[float, float]
 
@@ -44,9 +47,10 @@ def understood(study: AnyStudy) -> list[str]:
     if not isinstance(study, Study):
         return []
     found = []
-    if study.assumed:
-        found.append(assumed({name: DEFAULTS[name] for name in study.assumed}))
     made = ratios(study)
+    stated = study.coordinates if study.particle and made else BEFORE
+    if taken := assumed({name: DEFAULTS[name] for name in study.assumed}, stated):
+        found.append(taken)
     if made:
         found.append(f"In ratios: {', '.join(_spelled(name, ends) for name, ends in made.items())}.")
     found += _unusual(made, float(study.coordinates["damping_ratio"][0]), study.forced, "the physical block")
@@ -130,12 +134,24 @@ def _rough(coefficient: float) -> list[str]:
     return [f"The particle rubs with μ_i = {coefficient:g} or more: check `particle_friction_coefficient`."]
 
 
-def assumed(values: Mapping[str, float]) -> str:
-    """Say which numbers were not given, by name, and what was taken for each."""
-    names = ", ".join(
-        f"{DIMENSION_NAMES[name]} {_spelled(name, (value,) * 2)}" for name, value in values.items()
-    )
-    return f"Not given, and assumed: {names}."
+def assumed(values: Mapping[str, float], stated: Container[str]) -> str:
+    """Say what was not given, and what was taken for it.
+
+    Parameters
+    ----------
+    values : mapping of float
+        The numbers that were taken, by name.
+    stated : container of str
+        Holds those of `BEFORE` that were given, or that there is no particle for.
+
+    Returns
+    -------
+    str
+        One sentence; empty where nothing was assumed.
+    """
+    names = [f"{DIMENSION_NAMES[name]} {_spelled(name, (value,) * 2)}" for name, value in values.items()]
+    names += [words for name, words in _UNSTATED.items() if name not in stated]
+    return f"Not given, and assumed: {', '.join(names)}." if names else ""
 
 
 def _spelled(name: str, ends: Ends) -> str:

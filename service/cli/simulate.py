@@ -101,10 +101,11 @@ def simulate(
         with in_options(OPTIONS):
             checked = read_simulation(document, CYCLES_LIMIT, SAMPLES_LIMIT)
         checked = replace(checked, followed=as_json)  # a table tells the state alone
-    if left_out and not as_json:
+    if not as_json:
         from damperlab.studies.understood import assumed
 
-        note(assumed(left_out))
+        if taken := assumed(left_out, BEFORE if no_particle else design):
+            note(taken)
     have_ready(scenes_asked(checked, CYCLES_LIMIT))
     with working("Computing"):
         answer = compute(checked, CYCLES_LIMIT)

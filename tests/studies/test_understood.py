@@ -26,8 +26,11 @@ def said(physical: dict[str, Any], **more: Any) -> str:
 
 def test_what_was_left_out_is_said_with_the_value_that_it_has() -> None:
     assert said(FRAME).splitlines()[0] == (
-        "Not given, and assumed: structural damping ratio ζ = 0.0038, coefficient of restitution e = 0.47."
+        "Not given, and assumed: structural damping ratio ζ = 0.0038, coefficient of restitution e = 0.47, "
+        "a level cavity, a frictionless particle."
     )
+    assert "level" not in said(FRAME | {"tilt_deg": 90})
+    assert "frictionless" not in said(FRAME | {"particle_friction_coefficient": 0.1})
     ratio = parse_study({"axes": {"frequency_ratio": 1, "clearance_ratio": 3, "friction_ratio": 0.1}})
     (line,) = understood(ratio)
     assert "ζ = 0.0038" in line
@@ -35,7 +38,8 @@ def test_what_was_left_out_is_said_with_the_value_that_it_has() -> None:
     assert "γ_F" not in line
     (alone,) = understood(parse_study({"particle": False, "axes": {"frequency_ratio": 1}}))
     assert alone == "Not given, and assumed: structural damping ratio ζ = 0.0038, friction ratio γ_F = 0."
-    assert "assumed" not in said(FRAME, damping_ratio=0.011, axes={"restitution": 0.47})
+    stated = FRAME | {"particle_friction_coefficient": 0.1, "tilt_deg": 0}
+    assert "assumed" not in said(stated, damping_ratio=0.011, axes={"restitution": 0.47})
     assert understood(parse_study(ratio.document())) == []
     assert parse_study(ratio.document()) == ratio
 
