@@ -151,7 +151,8 @@ def _write(history: "dict[str, np.ndarray]", ratios: "dict[str, float]", output:
 def _print(answer: "SimulatedDocument", steady: bool, details: bool) -> None:
     """Print the response in short, with its details every metric and the state at the end."""
     metrics = answer["metrics"]
-    for line in lines_of(Brief(None, (answer["status"],), tuple(_rows(answer))).document()):
+    status = answer["status"] if details else f"{answer['status'].split('. ')[0].removesuffix('.')}."
+    for line in lines_of(Brief(None, (status,), tuple(_rows(answer))).document()):
         say(line)
     if details or not steady:
         say(_end(answer, steady))
