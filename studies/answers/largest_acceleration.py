@@ -64,12 +64,12 @@ def acceleration_g(cube: xr.Dataset, place: Mapping[str, int | NDArray[np.intp]]
     float
         In g; as measured where the study keeps it. NaN where the study is in ratios, and where nothing that it keeps tells it.
     """
-    kept = [name for name in (_MEASURED, _RELATIVE, _CLASS) if name in cube]
-    there = cube[kept].isel(place)
     model = (definition_of(cube).get("contact") or {}).get("model", "instant")
-    if _MEASURED in kept:
+    if _MEASURED in cube:
+        there = cube[[_MEASURED]].isel(place)
         ratios = there[_MEASURED]
-    elif len(kept) == 2 and excitation_of(cube) == "base" and model == "instant":
+    elif {_RELATIVE, _CLASS} <= cube.keys() and excitation_of(cube) == "base" and model == "instant":
+        there = cube[[_RELATIVE, _CLASS]].isel(place)
         locked = there[_CLASS] == ResponseClass.LOCKED
         along = xr.broadcast(there[_RELATIVE], there["friction_ratio"], there[FREQUENCY], locked)
         ratios = along[0].copy(data=accelerations(*(each.values for each in along)))

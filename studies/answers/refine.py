@@ -106,10 +106,13 @@ def refine_optimum(
     promising = (cells.promise < floor) & wide.any(axis=1) & ~touching
     spent = spent_on(cubes)
     clamped = is_clamped({name: best[name].values[0] for name in ("value", "locked_share", "impact_share")})
-    hides = bool(hidden_peaks(parent, asked, best, homes=cubes))
-    short = _brief(study, parent, found, steps, int(spent["points"]), clamped, hides)
+    hidden = hidden_peaks(parent, asked, best, homes=cubes)
+    short = _brief(study, parent, found, steps, int(spent["points"]), clamped, bool(hidden))
     answer = Refinement((), False, found, steps, spent=spent, brief=short)
-    notes = [_note_search(int(promising.sum()), bool(blurred.any() and not near.any()), steps, search)]
+    notes = [
+        *hidden,
+        _note_search(int(promising.sum()), bool(blurred.any() and not near.any()), steps, search),
+    ]
     if not near.any() and not promising.any():
         fine = (
             0 if blurred.any() else _fine(parent, varied, tolerance, judging.ranges) * asked.frequencies.size

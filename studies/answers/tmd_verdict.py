@@ -154,7 +154,8 @@ def _rows(
 
 def _tuned(found: Mapping[str, Any], phrases: Phrases) -> str:
     mass = phrases.equal("mass_ratio", found["tmd_mass_ratio"], ".3g")
-    tuned = phrases.equal(FREQUENCY, found["tmd_tuning"], ".4g")
+    own = phrases.value(FREQUENCY, found["tmd_tuning"], ".4g")
+    tuned = f"f = {own}" if phrases.unit(FREQUENCY) else f"tuned to {own} ω_n"
     return f"{mass}, {tuned}, ζ = {found['tmd_damping_ratio']:.2g}"
 
 

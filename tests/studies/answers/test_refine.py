@@ -102,6 +102,7 @@ def test_a_refined_optimum_says_up_to_which_friction_of_its_particle_it_holds() 
     # six frequencies do not see the height of a peak, as the ranking says too
     hides = "hidden_peak" in {note["kind"] for note in optimal_designs(cube).attrs["notes"]}
     assert ("a peak may be more than a tenth higher" in step.brief.sentences[0]) is hides
+    assert ("hidden_peak" in {note.kind for note in step.notes}) is hides
     (more,) = step.studies
     other, rubbing = named(more)
     step = refine_optimum(study, cubes | {other: rubbing}, search)
