@@ -41,8 +41,6 @@ class Kind:
         Further dimensions that no designer chooses; a map shows the worst over them too where nothing else is said.
     axes : tuple of str
         Dimensions in the order in which a map shows them where nobody names any; those of the other kind follow.
-    interpolates : bool
-        Whether a response changes smoothly enough from point to point to be interpolated.
     ranking : frozenset of str
         Fields of `Judging` and `Ranking` that apply to it.
     instead : str
@@ -58,7 +56,6 @@ class Kind:
     worst: str
     also: tuple[str, ...]
     axes: tuple[str, ...]
-    interpolates: bool
     ranking: frozenset[str]
     instead: str
 
@@ -81,7 +78,6 @@ HARMONIC = Kind(
         "restitution",
         "damping_ratio",
     ),
-    interpolates=True,
     ranking=frozenset(
         {"objective", "band", "exclude_locked", "max_impact_speed", "ranges", "top", "pareto", "with_"}
     ),
@@ -105,7 +101,6 @@ SUITE = Kind(
         "restitution",
         "damping_ratio",
     ),
-    interpolates=False,
     ranking=frozenset({"metric", "records", "ranges", "top"}),
     instead="leave it out: dampers are ranked by `metric`, in their worst case over records, scales and structures",
 )
@@ -127,7 +122,6 @@ AMPLITUDES = Kind(
         "restitution",
         "damping_ratio",
     ),
-    interpolates=True,
     ranking=frozenset({"metric", "ranges", "top", "exclude_locked"}),
     instead="leave it out: dampers are ranked by `metric`, in their worst case over base amplitudes and frequencies",
 )

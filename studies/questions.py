@@ -129,9 +129,6 @@ class Selection:
         allowed=EVERY_METRIC,
     )
     at: At = asked_at()
-    interpolate: bool = asked(
-        False, "Interpolate between grid points where the response class does not change."
-    )
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,6 @@ def command_of(question: Question[Any]) -> Command:
     ) -> None:
         check_file(output)
         values = [asked[name] for name in kinds]
-        question.require(*values)
         store = open_store(data_dir)
         subject = Subject(store.find(study), store, question.command)
         with working("Reading the cube"):

@@ -59,7 +59,6 @@ class Questions(Asked):
         metric: str | None = None,
         over: str | None = None,
         reduce: Reduction | None = None,
-        interpolate: bool = False,
         minus: Asked | str | None = None,
         **at: float | str,
     ) -> "ResonanceMap":
@@ -83,7 +82,6 @@ class Questions(Asked):
     def frequency_response(
         self,
         metric: str | None = None,
-        interpolate: bool = False,
         with_: Asked | str | None = None,
         **at: float,
     ) -> "FrequencyResponse":

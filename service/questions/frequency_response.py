@@ -25,16 +25,6 @@ class FrequencyResponse(OfMetric):
     response_class: NotRequired[Numbers]
 
 
-def check(selection: Followed, second: Second) -> None:
-    """Refuse to interpolate where two studies are compared: their classes change at different places."""
-    if selection.interpolate and second.with_ is not None:
-        from damperlab.studies.answers.query_fault import refused
-
-        told = "`interpolate` and `with` cannot be combined."
-        allowed = "false where `with` is given"
-        raise refused("interpolate", "true", allowed, "leave one of the two out", told)
-
-
 def answer(study: Subject, selection: Followed, second: Second) -> "xr.Dataset":
     """Follow one design along the frequency; it is named by `<dimension>=value`."""
     from damperlab.studies.answers.compared_response import compared_response
@@ -86,6 +76,5 @@ FREQUENCY_RESPONSE: "Question[answers.FrequencyResponse]" = Question(
     form=CURVE,
     draw=_draw,
     tell=_tell,
-    check=check,
     kinds=(HARMONIC, AMPLITUDES),
 )

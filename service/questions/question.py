@@ -109,8 +109,6 @@ class Question(Generic[A]):
         Called with the `Subject`, the Dataset, whether details are wanted, and what was asked; gives `Words`.
     kinds : tuple of Kind
         Kinds of study that can be asked; of others it is refused.
-    check : callable, optional
-        Called with what was asked, before the study is looked for: refuses what cannot be asked together.
     first : bool
         Whether a newcomer asks it: the help of the command line lists it before others.
     details : bool
@@ -130,7 +128,6 @@ class Question(Generic[A]):
     draw: "Callable[[xr.Dataset, tuple[str, ...]], Figure]"
     tell: Callable[..., Words]
     kinds: tuple[Kind, ...] = KINDS
-    check: Callable[..., None] | None = None
     first: bool = False
     details: bool = True
     operation: str = ""
@@ -156,11 +153,6 @@ class Question(Generic[A]):
         if SUITE in self.kinds:
             return EVERY_AXIS
         return (*BEFORE, *DIMENSIONS, *(() if self.kinds == (HARMONIC,) else (AMPLITUDE,)))
-
-    def require(self, *asked: object) -> None:
-        """Refuse what cannot be asked together, whatever the study."""
-        if self.check is not None:
-            self.check(*asked)
 
     def of(self, study: Subject, *asked: object) -> "xr.Dataset":
         """Answer it, with one value of each of `asks`; refuse a study of a kind that has no answer."""

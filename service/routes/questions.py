@@ -70,7 +70,6 @@ def _add(question: Question[Any]) -> None:
     async def ask(
         request: Request, service: TheService, study: TheStudy, asked: Annotated[tuple[Any, ...], values]
     ) -> Response:
-        question.require(*asked)
         if not is_large(service, study):
             return await run_sync(_answer, service.store, study, question.route, asked)
         headers, file = await written(request, service, study, _write, question.route, asked)

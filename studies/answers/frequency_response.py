@@ -5,7 +5,6 @@ from typing import Any
 
 import xarray as xr
 
-from damperlab.studies.answers.interpolated import INTERPOLATED, Interpolated
 from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
@@ -40,9 +39,7 @@ def frequency_response(
         A study's cube; only the curve is read.
     selection : Selection
         What is shown, and the values of the other five dimensions, see `leading_place`; of a study in SI units also
-        `amplitude_m` and the like, and `clearance_m` and the like. Values are interpolated linearly,
-        frequency by frequency, where the class of response does not change; the answer then has `interpolated`, which says
-        where that was done.
+        `amplitude_m` and the like, and `clearance_m` and the like.
 
     Returns
     -------
@@ -64,27 +61,20 @@ def frequency_response(
     at, metric = in_ratios(cube, selection.at), selection.metric or main_metric(cube)
     check_metric(cube, metric)
     index, lead = leading_place(cube, at, (FREQUENCY,))
-    names = companions(cube, metric)
-    chosen = scalars(cube, index)
-    between = Interpolated(cube, metric, {**lead.at, **at}, (FREQUENCY,)) if selection.interpolate else None
-    if between is not None:
-        values = between.read(names)
-        chosen = between.scalars(at)
-    else:
-        values = {name: read(cube, name, index, (FREQUENCY,)) for name in (metric, *names)}
-        if not coded(cube, metric):
-            values[metric] = as_float(values[metric])
+    names = (metric, *companions(cube, metric))
+    values = {name: read(cube, name, index, (FREQUENCY,)) for name in names}
+    if not coded(cube, metric):
+        values[metric] = as_float(values[metric])
     status = values["status"]
 
     def note(phrases: Phrases) -> dict[str, Any]:
-        words = between.say(at, phrases, lead) if between else say(cube, index, at, phrases, lead)
+        words = say(cube, index, at, phrases, lead)
         if status.size == 1:
             words += " Only one frequency was computed, so the curve is one point."
         return {"note": words}
 
-    described = {name: INTERPOLATED if name == "interpolated" else dict(cube[name].attrs) for name in values}
     return xr.Dataset(
-        {name: ((FREQUENCY,), array, described[name]) for name, array in values.items()},
-        {FREQUENCY: cube[FREQUENCY], **chosen},
+        {name: ((FREQUENCY,), array, dict(cube[name].attrs)) for name, array in values.items()},
+        {FREQUENCY: cube[FREQUENCY], **scalars(cube, index)},
         {**completeness(*count(status), status.size), **said(cube, note)},
     )

@@ -10,7 +10,6 @@ import xarray as xr
 from damperlab.studies.answers.band import FREQUENCY, say_frequency, say_worst, worst_by_default
 from damperlab.studies.answers.fold import Extremum, Mean
 from damperlab.studies.answers.hidden_peak import hidden_on
-from damperlab.studies.answers.interpolated import INTERPOLATED, Interpolated
 from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.notes import sentences_of
 from damperlab.studies.answers.phrases import Phrases, said
@@ -33,7 +32,6 @@ from damperlab.studies.answers.selection import (
 )
 from damperlab.studies.brief import Note, notes_document
 from damperlab.studies.faults import describe
-from damperlab.studies.field import At
 from damperlab.studies.kinds import HARMONIC, kind_of
 from damperlab.studies.questions import Plane, Selection
 from damperlab.studies.units import (
@@ -75,8 +73,7 @@ def resonance_map(
         The dimensions of the map; of a study in SI units also `clearance_m` and the like, and the answer's dimensions are
         named so.
     selection : Selection
-        What is shown, and where the other dimensions are fixed, see `leading_place`. Values are interpolated linearly, where
-        the class of response does not change; not together with a reduction.
+        What is shown, and where the other dimensions are fixed, see `leading_place`.
     over, reduce : str, optional
         A third dimension, and what is done along it: "max" (the default), "min" or "mean", of the points
         that have a value; no maximum is known where a point failed. Its slabs are read one after the other.
@@ -104,8 +101,7 @@ def resonance_map(
         return _in_units(cube, units, (x, y, over), selection, reduce)
     check_question(Plane(reduce=reduce))
     check_free(cube, selection.at, (x, y), "map")
-    at, interpolate = in_ratios(cube, selection.at), selection.interpolate
-    metric = selection.metric or main_metric(cube)
+    at, metric = in_ratios(cube, selection.at), selection.metric or main_metric(cube)
     check_axis(cube, "x", x)
     check_axis(cube, "y", y, (x,))
     check_metric(cube, metric)
@@ -119,8 +115,8 @@ def resonance_map(
         )
     used = {x, y, over, *at}
     uncontrolled = kind_of(cube.sizes).uncontrolled
-    worst = not interpolate and worst_by_default(cube, used) and not coded(cube, metric)
-    if over is None and not interpolate and not coded(cube, metric):
+    worst = worst_by_default(cube, used) and not coded(cube, metric)
+    if over is None and not coded(cube, metric):
         over = next(
             (name for name in kind_of(cube.sizes).also if name not in used and cube.sizes[name] > 1), None
         )
@@ -139,16 +135,6 @@ def resonance_map(
                 f"{metric} holds codes, which have no {reduce}, so no dimension can be reduced.",
             )
     free = tuple(name for name in (x, y, over, inner) if name is not None)
-    if interpolate:
-        if not kind_of(cube.sizes).interpolates:
-            told = "A ground-motion suite is not interpolated, because responses may change abruptly between grid points."
-            allowed = "false for a ground-motion suite"
-            raise refused("interpolate", "true", allowed, "leave `interpolate` out", told)
-        if over is not None:
-            advice = "leave `over` out, or ask without `interpolate`"
-            told = "`interpolate` and `over` cannot be combined."
-            raise refused("interpolate", "true", "false where `over` is given", advice, told)
-        return _between(cube, x, y, metric, at)
     index, lead = leading_place(cube, at, free)
     if over is None or reduce is None:
         answer = _slice(cube, x, y, metric, index)
@@ -202,18 +188,6 @@ def _in_units(
         scaled = xr.Variable((each.source,), each.of(answer[each.source].values), each.attributes)
         answer = answer.assign_coords({each.source: scaled}).rename({each.source: each.name})
     return place_in_units(cube, answer)
-
-
-def _between(cube: xr.Dataset, x: str, y: str, metric: str, at: At) -> xr.Dataset:
-    _, lead = leading_place(cube, at, (y, x))
-    between = Interpolated(cube, metric, {**lead.at, **at}, (y, x))
-    values = between.read(companions(cube, metric))
-    flag = values.pop("interpolated")
-    attributes = completeness(*count(values["status"]), flag.size)
-    answer = _answer(cube, x, y, values, between.nearest, attributes).assign_coords(between.scalars(at))
-    answer["interpolated"] = ((y, x), flag, INTERPOLATED)
-    answer.attrs |= said(cube, lambda phrases: {"note": between.say(at, phrases, lead)})
-    return answer
 
 
 def _slice(cube: xr.Dataset, x: str, y: str, metric: str, index: Mapping[str, int]) -> xr.Dataset:

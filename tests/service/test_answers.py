@@ -126,11 +126,6 @@ HYBRIDS: dict[str, Asked] = {
         lambda cube: frequency_response(cube, Selection("floquet_multiplier", at=AT)),
         metric="floquet_multiplier",
     ),
-    "response between grid points": of_response(
-        lambda study: study.frequency_response(interpolate=True, **AT),
-        lambda cube: frequency_response(cube, Selection(at=AT, interpolate=True)),
-        interpolate="true",
-    ),
     "response beside another": of_response(
         lambda study: study.frequency_response(with_=study, **AT),
         lambda cube: of_two(compared_response(cube, cube, Selection(at=AT)), cube),

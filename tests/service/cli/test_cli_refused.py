@@ -138,7 +138,6 @@ NAMED = [
     ("refine x --boundary clearance_ratio --objective peak", "--objective"),
     ("refine x --boundary clearance_ratio --budget 3", "--budget"),
     ("refine x --at friction_ratio=1", "--boundary"),
-    ("response x --with x --interpolate", "--interpolate"),
     ("response x --at friction_ratio=1 --at friction_ratio=2", "given twice"),
     ("optimum x --within clearance_ratio=1,5 --within clearance_ratio=2,9", "given twice"),
     # numbers that are none, with what is allowed

@@ -10,13 +10,10 @@ from damperlab.studies.answers.optimal_designs import optimal_designs
 from damperlab.studies.answers.pareto import pareto_front
 from damperlab.studies.answers.query_fault import QueryFault
 from damperlab.studies.answers.refine import refine_boundary, refine_optimum
-from damperlab.studies.answers.resonance_map import resonance_map
 from damperlab.studies.answers.tmd_comparison import tmd_comparison
 from damperlab.studies.answers.work_precision import work_precision
 from damperlab.studies.definition import parse_study
 from damperlab.studies.questions import Judging, Selection
-
-PLANE = ("clearance_ratio", "friction_ratio")
 
 
 @pytest.fixture
@@ -30,7 +27,7 @@ def little(cube):
     return cube[["amplitude_ratio", "status"]]
 
 
-LOCKED, INTERPOLATED = Judging(exclude_locked=True), Selection(interpolate=True)
+LOCKED = Judging(exclude_locked=True)
 STUCK = Judging(ranges={"stick_fraction": (0.0, 0.5)})
 
 
@@ -45,8 +42,6 @@ STUCK = Judging(ranges={"stick_fraction": (0.0, 0.5)})
             lambda c, s: optimal_designs(c, Judging(max_impact_speed=1.0)),
         ),
         ("stick_fraction", "stick_fraction", lambda c, s: optimal_designs(c, STUCK)),
-        ("interpolate", "response_class", lambda c, s: resonance_map(c, *PLANE, INTERPOLATED)),
-        ("interpolate", "response_class", lambda c, s: frequency_response(c, INTERPOLATED)),
         ("boundary", "response_class", lambda c, s: refine_boundary(s, {"a": c}, "friction_ratio", {})),
         ("study", "run_time, amplitude_error", lambda c, s: work_precision(c)),
         ("objective", "amplitude_ratio", lambda c, s: optimal_designs(c[["status"]])),
