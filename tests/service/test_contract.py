@@ -10,6 +10,7 @@ import httpx
 import pytest
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import best_match
+from tests.service.conftest import SPECIFICATION
 from tests.service.contract import document_now, promised, promised_before
 from tests.service.contract.breaks import breaks
 
@@ -260,8 +261,9 @@ def test_every_example_works_when_pasted(
     any_study = client.post(
         "/api/v1/studies", json={"particle": False, "damping_ratio": 0.3, "axes": axes}
     ).json()["id"]
+    any_design = client.post("/api/v1/designs", json=SPECIFICATION | {"budget_points": 400}).json()["id"]
     for (method, template), operation in _operations(document).items():
-        path = template.replace("{study_id}", any_study)
+        path = template.replace("{study_id}", any_study).replace("{design_id}", any_design)
         for kind, content in operation.get("requestBody", {}).get("content", {}).items():
             if "examples" not in content:
                 lacking.add(path)

@@ -205,6 +205,6 @@ def test_what_was_asked_for_is_said_as_people_write_it(whole):
     asked = whole.assign_coords(friction_ratio=third)
     at = {"friction_ratio": 0.6, "clearance_ratio": 3.0}  # the first a rounding off the grid
     note = frequency_response(asked, Selection(at=at)).attrs["note"]
-    assert "friction ratio γ_F = 0.6," in note
-    assert "clearance ratio d/Z = 2 (nearest to the 3 asked for)" in note
-    assert "coefficient of restitution e = 0.2 (of the best design)" in note
+    assert "friction ratio γ_F = 0.6." in note
+    assert "clearance ratio d/Z = 2 (the grid point nearest to the 3 asked for)" in note
+    assert "coefficient of restitution e = 0.5 (of the best design)" in note
