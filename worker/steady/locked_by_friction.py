@@ -6,15 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from damperlab.worker.jit import inlined, kernel
+from damperlab.worker.solver.events import ARRIVED, IMPACTS
 from damperlab.worker.solver.excitation.excitation import largest_forcing
 from damperlab.worker.solver.excitation.sine_base import SineForce
+from damperlab.worker.solver.integrate import half_cycle_on_addresses
 from damperlab.worker.solver.particle import Particle
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.state import State
+from damperlab.worker.steady.run import begin_probe
 from damperlab.worker.steady.section.recurrence import recurrence
 
 _CREEP = 1e-2  # excess displacement, over min(1, P r²), below which creep towards the locked set cannot overshoot it
 _TIE = 1e-12
+_REPEATS = (
+    1e-9  # of displacements of a held mass and of a particle beside it, and of its velocity, after a cycle
+)
 
 
 @inlined
@@ -60,6 +66,44 @@ def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, boo
         if clear:
             return State(v, 0.0, 0.0, state.wall, gap, 0.0, 0.0, 0, 0, state.dwell, state.slide), True
     return state, False
+
+
+@kernel
+def dragging_limit(state: State, friction: float, scene: Scene, probe: Scene) -> tuple[State, float]:
+    """Locked state that a one-sided creep tends to beside a particle that rubs: as `creep_limit`, on a shaken base.
+
+    Sliding or carried, the particle pulls the held mass by β min(κ, r²) at the most, and where the base pulls it most. So the
+    edge is γ_F − r² − β min(κ, r²). Whether the particle repeats beside a mass held there is found by a cycle of its motion.
+
+    Returns
+    -------
+    limit : State
+        The mass at the edge, the particle as it is.
+    apart : float
+        How far a cycle leads from there; infinite where there is no such limit.
+    """
+    particle = scene.particle
+    if particle is not None and particle.friction is not None and particle.gravity is None:
+        forcing = largest_forcing(scene.base)
+        load = forcing + particle.mass_ratio * min(particle.friction, forcing)
+        edge = _edge(friction, load)
+        outside = abs(state.v) - edge
+        if edge >= 0.0 and state.slip == 0.0 and 0.0 < outside <= _creep(forcing, scene.base.frequency_ratio):
+            v = edge if state.v > 0.0 else -edge
+            gap = state.gap - state.wall * (v - state.v)
+            held = State(
+                v, 0.0, 0.0, state.wall, gap, state.p_rate, state.riding, 0, 0, state.dwell, state.slide
+            )
+            begin_probe(probe, scene, 2)
+            after, arrived = held, ARRIVED
+            for _ in range(2):
+                if arrived == ARRIVED:
+                    after, arrived = half_cycle_on_addresses(after, probe, None, None)
+            if arrived == ARRIVED and probe.counts[IMPACTS] == scene.counts[IMPACTS]:
+                apart = max(abs(after.v - v), abs(after.gap - gap), abs(after.p_rate - state.p_rate))
+                if after.wall == state.wall and apart <= _REPEATS:
+                    return held, apart
+    return state, inf
 
 
 @kernel

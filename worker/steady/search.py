@@ -15,7 +15,13 @@ from damperlab.worker.solver.excitation.sine_base import SineForce
 from damperlab.worker.solver.scene import Scene
 from damperlab.worker.solver.sliding import rubs
 from damperlab.worker.solver.state import State
-from damperlab.worker.steady.locked_by_friction import creep_limit, is_locked, slowing_limit, slows_down
+from damperlab.worker.steady.locked_by_friction import (
+    creep_limit,
+    dragging_limit,
+    is_locked,
+    slowing_limit,
+    slows_down,
+)
 from damperlab.worker.steady.orbits.orbit import Orbit, SectionLook, no_orbit, repeated_orbit
 from damperlab.worker.steady.orbits.orbit_watch import look_farther, look_nearby, nothing_nearby
 from damperlab.worker.steady.response.standard_errors import Estimate, estimate, grows
@@ -127,7 +133,7 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
         if outcome != ARRIVED:
             return Found(state, outcome, look, no_orbit(state), mean, False, 0.0)
         note_recurrences(notes.ring, half, notes.recurrences, notes.recurrences_before)
-        tends_to, farthest = _locked_limit(state, half, scene, notes)
+        tends_to, farthest = _locked_limit(state, half, scene, probe, notes)
         if tends_to.period_halves > 0:
             locked, way_left = tends_to, farthest
             if way_left <= _waited_for(locked, metered_halves, settings):
@@ -158,10 +164,14 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
 
 
 @kernel
-def _locked_limit(state: State, half: int, scene: Scene, notes: Notes) -> tuple[Orbit, float]:
+def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: Notes) -> tuple[Orbit, float]:
     """The locked state that the run is in, or tends to, and how far from it the mass may end; of period 0 where none is."""
     if scene.particle is not None and scene.particle.friction is not None:
-        return no_orbit(state), inf  # the particle is dragged along, so the limits do not hold
+        if scene.friction is not None and not isinstance(scene.base, SineForce):
+            limit, apart = dragging_limit(state, scene.friction, scene, probe)
+            if apart < inf:
+                return Orbit(limit, _LOCKED_LAG, apart), 0.0
+        return no_orbit(state), inf
     if scene.friction is not None:
         if scene.counts[IMPACTS] == 0:
             forcing = largest_forcing(scene.base)

@@ -83,6 +83,25 @@ def test_a_particle_in_the_way_of_the_creep_is_struck() -> None:
         assert limit.v - (PARTICLE.clearance_ratio - limit.gap) == pytest.approx(position, abs=1e-14)
 
 
+@pytest.mark.parametrize(("particle_friction", "pull"), [(0.05, 0.05), (2.0, 0.75)])
+def test_a_mass_creeps_to_where_friction_holds_it_against_a_particle_that_rubs(
+    particle_friction: float, pull: float
+) -> None:
+    """The particle pulls it with β min(κ, r²); beside a particle that slides, and beside one that is carried along."""
+    r, friction = 0.75**0.5, 1.0
+    particle = Particle(3.0, 0.5, 0.3, None, None, particle_friction, None)
+    design = Design(0.02, r, friction, particle)
+    edge = friction - r * r - 0.3 * pull
+    found = simulate(design).metrics
+    assert (found["response_class"], found["status"]) == (ResponseClass.LOCKED, Status.CONVERGED)
+    assert found["amplitude_ratio"] == pytest.approx(1.0 + edge, abs=1e-12)
+    assert found["cycles"] < 400
+    # the way left falls as 1/N, and never below 0
+    ways = [abs(simulate(design, cycles).state["u"]) - edge for cycles in (1000, 4000)]
+    assert 0.0 < ways[1] < 1e-4
+    assert ways[0] / ways[1] == pytest.approx(4.0, rel=0.05)
+
+
 @pytest.mark.night
 @pytest.mark.parametrize("damping", [0.0038, 0.2])
 def test_what_is_measured_of_a_run_that_does_not_repeat_leaves_the_start_out(damping: float) -> None:
