@@ -1,4 +1,4 @@
-"""What is asked of a study's results, as frozen values; their fields are what every door offers."""
+"""The inputs of questions about a study, as frozen values; every interface offers their fields."""
 
 from dataclasses import MISSING, dataclass
 
@@ -21,19 +21,19 @@ from damperlab.studies.vocabulary import (
 )
 
 EVERY_AXIS: tuple[str, ...] = tuple(dict.fromkeys((*EVERY_DIMENSION, *COORDINATES)))
-"""Whatever a point may be named by: dimensions, and coordinates of studies in SI units."""
+"""All names that may locate a point: dimensions, and coordinates of studies in SI units."""
 EVERY_METRIC: tuple[str, ...] = (*EVERY_VARIABLE, *RESULTS)
-"""Whatever may be shown: results, and those in units."""
+"""All results that may be shown, also in units."""
 RANGED: tuple[str, ...] = (
     *(name for name in EVERY_AXIS if name != RECORD),
     *(name for name, variable in VARIABLES.items() if variable.flags is None),
     *RESULTS,
 )
-"""What may be kept within a range: dimensions, and results that are quantities."""
+"""All names that may be limited to a range: dimensions, and results that are quantities."""
 MOST_DESIGNS = 10_000
 """Most designs in one answer."""
 FINEST = 1e-9
-"""Smallest step to which a parameter may be searched."""
+"""Smallest allowed step of a search for a parameter."""
 MOST_ABSORBER_MASS = 10.0
 """Largest mass ratio of a tuned mass damper."""
 MOST_DETUNING = 10.0
@@ -46,9 +46,9 @@ _WITH = ("--with",)
 
 @dataclass(frozen=True)
 class Judging:
-    """What designs are judged by, and which of them.
+    """How designs are judged, and which of them.
 
-    The same in every ranking: of one study, of several, over base amplitudes, in a refinement.
+    The same fields for every ranking: of one study, of several, over base amplitudes, in a refinement.
     """
 
     objective: Objective | None = asked(
@@ -87,7 +87,7 @@ class Listed:
 
 @dataclass(frozen=True)
 class Ranking(Listed):
-    """What a ranking lists besides, and over which studies."""
+    """Additions to a ranking, and the studies that it covers."""
 
     pareto: tuple[str, ...] | None = asked(
         None,
@@ -120,7 +120,7 @@ class Ranking(Listed):
 
 @dataclass(frozen=True)
 class Selection:
-    """What is shown of a study, and where."""
+    """The shown result of a study, and its place."""
 
     metric: str | None = asked(
         None,
@@ -136,7 +136,7 @@ class Selection:
 
 @dataclass(frozen=True)
 class Followed(Selection):
-    """What is shown along the frequency, and of which design; a ground-motion suite has no such curve."""
+    """The result along the frequency, and its design; a ground-motion suite has no such curve."""
 
     metric: str | None = asked(
         None,
@@ -147,7 +147,7 @@ class Followed(Selection):
 
 @dataclass(frozen=True)
 class Plane:
-    """The two dimensions of a map, and what becomes of a third one."""
+    """The two dimensions of a map, and the treatment of a third one."""
 
     x: str | None = asked(
         None, "Dimension on the horizontal axis.", allowed=EVERY_AXIS, example="friction_ratio"
@@ -161,7 +161,7 @@ class Plane:
 
 @dataclass(frozen=True)
 class Fragile:
-    """Which limit is exceeded, by what, and of which damper of a ground-motion suite."""
+    """The limit, the result that exceeds it, and the damper of a ground-motion suite."""
 
     threshold: float = asked(
         MISSING, "Limit that the result exceeds, in its SI unit; 0.02 for 20 mm.", above=0
@@ -197,7 +197,7 @@ class Window:
 
 @dataclass(frozen=True)
 class Second:
-    """A second study beside the first."""
+    """A second study for comparison."""
 
     with_: str | None = asked(
         None,
@@ -254,7 +254,7 @@ class Tuning:
 
 @dataclass(frozen=True)
 class FollowUps:
-    """Follow-up studies that are there, and whether more are submitted."""
+    """Finished follow-up studies, and whether more are submitted."""
 
     with_: tuple[str, ...] = asked(
         (),
@@ -270,14 +270,14 @@ class FollowUps:
 
 @dataclass(frozen=True)
 class Step:
-    """How finely a parameter is searched."""
+    """Steps of the search for a parameter."""
 
     tolerance: float = asked(1e-3, "Grid step down to which each parameter is refined.", least=FINEST)
 
 
 @dataclass(frozen=True)
 class Search(Step):
-    """How far a refinement goes."""
+    """Extent of a refinement."""
 
     value_tolerance: float = asked(
         0.01, "Smallest relative improvement that is worth searching for.", least=1e-6, most=0.5
@@ -289,14 +289,14 @@ class Search(Step):
 
 @dataclass(frozen=True)
 class Design:
-    """The design of a study that is compared, or another point of it."""
+    """The compared design of a study, or another of its points."""
 
     at: At = asked_at()
 
 
 @dataclass(frozen=True)
 class Boundary:
-    """Along which dimension a change of the response class is located, and where the others are."""
+    """The dimension along which a change of the response class is located, and the values of the others."""
 
     along: str | None = asked(
         None,
@@ -310,7 +310,9 @@ class Boundary:
 
 @dataclass(frozen=True)
 class Compared:
-    """Under which record dampers are compared, and how; their parameters are `ground.quantities.QUANTITIES`."""
+    """The record under which dampers are compared, and the settings; the parameters are in
+    `ground.quantities.QUANTITIES`.
+    """
 
     record: str = asked(
         "loma-prieta",
@@ -337,7 +339,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class Simulated:
-    """How one design point is computed."""
+    """Settings for computing one design point."""
 
     cycles: int | None = asked(
         None,
