@@ -1,4 +1,4 @@
-"""Values between grid points: linear, on request only, and never across a change of response class."""
+"""Values between grid points: linear, only on request, and never across a change of response class."""
 
 from itertools import product
 
@@ -27,23 +27,23 @@ INTERPOLATED = {
 
 
 class Interpolated:
-    """Where asked values lie between grid points, and the weights of the corners around them.
+    """Positions of wanted values between grid points, and the weights of the corners around them.
 
     Parameters
     ----------
     cube : Dataset
-        A study's cube; it must keep the response class.
+        A study's cube; it must store the response class.
     metric : str
         A quantity, not a code.
     at : mapping of float
-        The asked values. One beyond the end of its axis is taken at the end: nothing is extrapolated.
+        The wanted values. A value beyond the end of its axis is taken at the end: there is no extrapolation.
     free : tuple of str
         The dimensions of the slice.
 
     Raises
     ------
     QueryFault
-        If the metric has codes, or the cube keeps no class, so that a change of class could not be seen.
+        If the metric has codes, or the cube stores no class, so that a change of class could not be detected.
     """
 
     def __init__(self, cube: xr.Dataset, metric: str, at: At, free: tuple[str, ...]) -> None:
@@ -70,8 +70,8 @@ class Interpolated:
         Returns
         -------
         dict of ndarray
-            The metric; every companion at the nearest grid point, but for `amplitude_error`, which covers
-            the corners: their largest error and their largest distance from the value; and `interpolated`.
+            The metric; every companion at the nearest grid point, except `amplitude_error`, which covers the corners
+            by their largest error and their largest distance from the value; and `interpolated`.
         """
         values = {
             name: read(self._cube, name, self.nearest, self._free) for name in (self._metric, *companions)
@@ -120,7 +120,7 @@ class Interpolated:
         ).strip()
 
     def scalars(self, at: At) -> dict[str, xr.DataArray]:
-        """Give the asked values as coordinates without a dimension; the grid's where nothing lies between."""
+        """Give the wanted values as scalar coordinates; the grid's where nothing is interpolated."""
         found = {name: self._cube[name].isel({name: place}) for name, place in self.nearest.items()}
         for name in self.sides:
             found[name] = found[name].copy(data=np.float64(at[name]))
