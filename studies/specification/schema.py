@@ -1,4 +1,6 @@
-"""The JSON schema of a specification, for OpenAPI documents, editors and forms: made from what its reader knows."""
+"""The JSON schema of a specification, for OpenAPI documents, editors and forms, derived from the tables of its
+reader.
+"""
 
 from typing import Any
 
@@ -45,7 +47,7 @@ OF_SCENE: dict[str, Quantity] = {
         MASS, NATURAL_FREQUENCY, STIFFNESS, DAMPING_RATIO, DAMPING, *BASE.values(), FREQUENCY_RATIO,
     )
 } | {"frequency_hz": EXCITATION_FREQUENCY}  # fmt: skip
-"""What structure and excitation are made of."""
+"""Keys of structure and excitation."""
 LIMIT_WORDS = {
     each.name: each.words + ("" if each.under_record else ", over bands") for each in LIMITS.values()
 } | {
@@ -63,7 +65,7 @@ NAME: Schema = {"type": "string", "minLength": 1, "maxLength": MOST_LETTERS}
 
 
 def specification_schema() -> Schema:
-    """Return the JSON schema of a specification, whole in itself."""
+    """Return the self-contained JSON schema of a specification."""
     excitation = {name: _span(OF_SCENE[name]) for name in EXCITATION_KEYS}
     measures = list(dict.fromkeys((*MEASURES, *RECORD_MEASURES)))
     return {
