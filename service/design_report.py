@@ -1,4 +1,4 @@
-"""A design as one document to sign and to print: what to build, what it does, what else there is, and how it is known."""
+"""A design as one document to sign and to print: what to build, its results, the alternatives, and the method."""
 
 import json
 from collections.abc import Iterable
@@ -42,20 +42,20 @@ OF_THE_STRUCTURE = {
 
 
 def keep_answer(shelf: Shelf, design_id: str, found: Found, rounds: int, started: str) -> str:
-    """Keep what a search found, and give its report.
+    """Store the findings of a search, and give its report.
 
     Parameters
     ----------
     shelf : Shelf
         Where the design is.
     design_id : str
-        Its whole id.
+        Its complete id.
     found : Found
-        What the search found.
+        The findings of the search.
     rounds : int
-        Rounds of studies that it took.
+        Number of rounds of studies.
     started : str
-        When it began, in ISO 8601.
+        Time of its start, in ISO 8601.
     """
     answer, report = plain(answer_document(found)), design_report(found)
     known = KnownDesign(design=answer["design"], worst=answer["worst"], feasible=answer["feasible"])
@@ -65,7 +65,7 @@ def keep_answer(shelf: Shelf, design_id: str, found: Found, rounds: int, started
 
 
 def design_report(found: Found) -> str:
-    """Write a design as one page of HTML that loads nothing; figures are in it as SVG."""
+    """Write a design as one self-contained page of HTML; figures are embedded as SVG."""
     asked = found.asked
     title = asked.name or "design"
     parts = [
@@ -121,7 +121,7 @@ def design_report(found: Found) -> str:
 
 
 def _asked(found: Found) -> Iterable[tuple[str, str, str]]:
-    """Give the structure, what excites it, and what is judged: what a signature rests on."""
+    """List the structure, its excitation, and the measure: the basis of a signature."""
     asked = found.asked
     own = {"damping_ratio": f"{asked.structure.damping_ratio:.4g}"}
     if asked.in_units:

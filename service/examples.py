@@ -16,9 +16,9 @@ from damperlab.studies.specification.schema import specification_schema
 from damperlab.studies.text import MOST_STUDIES
 
 EDGE = (400, 408, 421, 422, 431, 503)
-"""What any request may be answered with: no HTTP, too slow, a foreign host, parameters, a long head, no data."""
+"""Possible answers to any request: no HTTP, too slow, an unknown host, parameters, a long head, no data."""
 WITH_KEY = (401, 403, 429)
-"""And any that asks for a key: none, not enough, too often."""
+"""And to any request that needs a key: no key, wrong scope, too often."""
 
 _LINEAR_YAML = """\
 name: no-damper
@@ -242,8 +242,8 @@ FIT_BODY: dict[str, Any] = {
 def complete(document: dict[str, Any]) -> None:
     """Correct the framework's OpenAPI document in place.
 
-    Bodies are read and answers made by hand, so their schemas are added by hand; in place of the framework's own form of a
-    validation error stands the one that is sent. What any request may be answered with is added to all operations.
+    Bodies are read and answers built by hand, so their schemas are added by hand; the actual form of a validation
+    error replaces the framework's. The common answers are added to all operations.
     """
     schemas = document.setdefault("components", {}).setdefault("schemas", {})
     for name in ("HTTPValidationError", "ValidationError"):

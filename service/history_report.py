@@ -36,7 +36,7 @@ class FittedHistoryDocument(FitDocument):
 
 
 def history_document(fitted: FittedHistory) -> FittedHistoryDocument:
-    """Put a fit of a time history into a document of plain data."""
+    """Convert a fit of a time history into plain data."""
     question = fitted.question
     measured = question.measured
     return {
@@ -66,7 +66,7 @@ def history_document(fitted: FittedHistory) -> FittedHistoryDocument:
 
 
 def history_report(fitted: FittedHistory) -> str:
-    """Write a fit of a time history as one page of HTML that loads nothing."""
+    """Write a fit of a time history as one self-contained page of HTML."""
     from damperlab.service.figures.history_fit import draw_history_fit
 
     title = f"{fitted.question.measured.name}, fitted"

@@ -1,4 +1,4 @@
-"""What an operator can set: read from the environment (``DAMPERLAB_…``), overridden by the command line."""
+"""Settings of an operator: read from the environment (``DAMPERLAB_…``), overridden by the command line."""
 
 import json
 from ipaddress import ip_network
@@ -26,14 +26,14 @@ OTHER_VARIABLES = (
     # of tests
     *("DURATIONS", "PICTURES"),
 )
-"""What else is read of the environment, without the prefix."""
+"""Other variables of the environment, without the prefix."""
 
 
 class Settings(BaseSettings):
     """Settings of the service.
 
     Every field can be set by an environment variable of its name in capitals with the prefix ``DAMPERLAB_``
-    (``DAMPERLAB_DATA_DIR``, ``DAMPERLAB_PORT``, …); arguments win over the environment.
+    (``DAMPERLAB_DATA_DIR``, ``DAMPERLAB_PORT``, …); arguments take precedence over the environment.
     """
 
     model_config = SettingsConfigDict(
@@ -281,7 +281,7 @@ class Settings(BaseSettings):
         return Shelf(self.data_dir, KeptQuota(self.quota_records, self.key_quota_records))
 
     def open_store(self, **options: Any) -> "Store":
-        """Open the store that the settings name; see `Store.open`.
+        """Open the store of the settings; see `Store.open`.
 
         Raises
         ------

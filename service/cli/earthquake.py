@@ -180,7 +180,7 @@ def earthquake(
 ) -> None:
     """Compare dampers under a ground-motion record.
 
-    Without a damper, with a tuned mass, a particle, friction, or both, as in the paper's Table A1.
+    The cases are no damper, a tuned mass damper, a particle, friction, or both, as in the paper's Table A1.
     """
     check_file(output)
     recipe = recipe_of(kanai_tajimi, duration_s, peak_g, generate)
@@ -267,7 +267,7 @@ def _contact_words(contact: dict[str, Any]) -> str:
 
 
 def _printed(name: str, value: float) -> float:
-    """Give a quantity as it is printed: lengths in mm, all else in SI units."""
+    """Convert a quantity for printing: lengths to mm, all else in SI units."""
     return float(value) * (1e3 if name.endswith("_m") else 1.0)
 
 

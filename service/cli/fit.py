@@ -35,14 +35,14 @@ STUDIES = (".yaml", ".yml", ".json")
 
 
 Direction = Literal["rest", "up", "down"]
-"""Where each response starts."""
+"""Start of each response."""
 
 NAMES = (
     *(name for name in DIMENSION_LONG_NAMES if name != "frequency_ratio"),
     *("mass_kg", "natural_frequency_hz", "base_amplitude_m", "damping_n_s_per_m", "friction_force_n"),
     *("clearance_m", "particle_mass_kg", *MADE_BY.values()),
 )
-"""What may be known of a prototype."""
+"""Values of a prototype that may be known."""
 OPTIONS = {name: option_of(name) for name in (*NAMES, "deviation", "confidence", "seed")} | {
     f"fit.{name}": f"--fit {name}" for name in NAMES
 }
@@ -121,7 +121,7 @@ def fit(
 ) -> None:
     """Estimate parameters of a prototype from a measurement.
 
-    Whatever is neither given nor a column of the table has to be estimated; nothing is assumed.
+    Every value that is neither given nor a column of the table must be estimated; nothing is assumed.
     """
     check_output(output)
     check_file(study, STUDIES)
@@ -159,7 +159,7 @@ def fit(
 
 
 class _Way(NamedTuple):
-    """How a table of one kind is fitted, and the answer written."""
+    """How a table of one kind is fitted, and its answer written."""
 
     ask: Callable[..., Any]
     scenes: Callable[[Any], "list[Scene]"]

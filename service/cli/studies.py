@@ -1,4 +1,4 @@
-"""Commands on the studies that are stored: studies, show, cancel, delete."""
+"""Commands on stored studies: studies, show, cancel, delete."""
 
 import json
 from typing import TYPE_CHECKING, Annotated
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 LISTED_BY = dict.fromkeys(("axis", "from", "to"), "--within") | {
     name: f"--{name}" for name in ("state", "tag", "cursor")
 }
-"""What studies are listed by, as options."""
+"""Filters of the list of studies, as options."""
 
 
 def studies(
@@ -131,7 +131,7 @@ def _list_named(as_json: bool) -> None:
 
 
 def _read_range(within: str | None) -> "tuple[str | None, float | None, float | None]":
-    """Read NAME=LO,HI; either end may be left out."""
+    """Read NAME=LO,HI; either end may be omitted."""
     if within is None:
         return None, None, None
     name, _, ends = within.partition("=")
@@ -170,7 +170,7 @@ def show(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show a study: its state, progress and definition. Tag or rename it."""
+    """Show a study: its state, progress and definition. It can also tag or rename it."""
     given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
     changes = {"tags": given, "note": text, "name": name}
     said = {key: value for key, value in changes.items() if value is not None}
@@ -191,9 +191,9 @@ def show(
 
 
 def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
-    """Stop a study wherever it runs.
+    """Stop a study, on any machine.
 
-    Computed points are kept, and `damperlab run ID` goes on with them.
+    Computed points are kept, and `damperlab run ID` continues with them.
     """
     store = open_store(data_dir)
     record = store.find(study)
@@ -219,7 +219,7 @@ def delete(
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Delete without asking.")] = False,
     trash: Annotated[bool, typer.Option("--trash", help="Keep it in the trash for a week.")] = False,
 ) -> None:
-    """Delete a study and its cube for good, or put it into the trash."""
+    """Delete a study and its cube permanently, or move it to the trash."""
     from damperlab.studies.store.record import TRASH_DAYS
 
     store = open_store(data_dir)
@@ -254,9 +254,9 @@ def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
     Parameters
     ----------
     record : Record
-        As the store knows it.
+        Its record in the store.
     more : iterable of (str, str)
-        What else is told, with its title.
+        Further lines, each with a title.
     """
     share = 100 * record.points_done / record.points_total
     lines = [
@@ -299,7 +299,7 @@ def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
 
 
 def _defined(record: "Record") -> "Iterator[tuple[str, str]]":
-    """Give what a study was defined as, line by line; without what every study has unless it says otherwise."""
+    """Give a study's definition, line by line, without defaults."""
     from damperlab.studies.definition import Study
 
     plain = Study(axes={"clearance_ratio": 1, "frequency_ratio": 1}).document() | {"damping_ratio": None}

@@ -1,4 +1,4 @@
-"""The question how likely a damper exceeds a limit as ground motions are scaled up."""
+"""The question for the probability that a damper exceeds a limit as ground motions are scaled up."""
 
 from typing import TYPE_CHECKING, NotRequired
 

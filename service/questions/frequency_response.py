@@ -1,4 +1,4 @@
-"""The question for a frequency response: one design followed along the frequency, in one study or in two."""
+"""The question for a frequency response: one design along the frequency, in one study or in two."""
 
 from typing import TYPE_CHECKING, NotRequired
 
@@ -26,7 +26,7 @@ class FrequencyResponse(OfMetric):
 
 
 def check(selection: Followed, second: Second) -> None:
-    """Refuse to interpolate where two studies are compared: their classes change at different places."""
+    """Refuse to interpolate in a comparison of two studies: their classes change at different places."""
     if selection.interpolate and second.with_ is not None:
         from damperlab.studies.answers.query_fault import refused
 
@@ -58,7 +58,7 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 
 
 def _tell(study: Subject, found: "xr.Dataset", details: bool, selection: Followed, second: Second) -> Words:
-    """Say where the curve is least and largest."""
+    """Say where the curve is smallest and largest."""
     from damperlab.service.cli import words
     from damperlab.service.cli.store import label
     from damperlab.studies.answers.phrases import Phrases

@@ -1,4 +1,4 @@
-"""Answers that were promised, at the place where they are fetched."""
+"""Deferred answers, at the address where they are fetched."""
 
 from typing import Annotated
 
@@ -55,10 +55,10 @@ ThePromise = Annotated[Promise, Depends(_promise)]
     summary="Fetch an answer that was promised",
 )
 async def fetch(promise: ThePromise) -> Response:
-    """Give what the request would have been answered, whatever its status; 202 while it is computed.
+    """Give the answer to the request, whatever its status; 202 while it is computed.
 
-    A request gets a promise where it prefers one (`Prefer: respond-async, wait=5`) and takes longer than it waits. The
-    answer is kept for ten minutes after it is there, for who asked for it.
+    A request is deferred if it asks for it (`Prefer: respond-async, wait=5`) and takes longer than it waits. The
+    answer is kept for ten minutes, for the caller who requested it.
     """
     if promise.ended is None:
         return promised(promise)
@@ -75,6 +75,6 @@ async def fetch(promise: ThePromise) -> Response:
     summary="Give up an answer that was promised",
 )
 async def give_up(promise: ThePromise, promises: Annotated[Promises, Depends(_promises)]) -> Response:
-    """Stop computing it, or forget it where it is there."""
+    """Stop computing it, or delete the stored answer."""
     promises.give_up(promise)
     return Response(status_code=204)

@@ -1,4 +1,4 @@
-"""Tags, notes and other names of studies and designs."""
+"""Tags, notes and new names of studies and designs."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -71,7 +71,7 @@ async def _read(request: Request, service: Service, known: Sequence[str]) -> Rem
     tags=["studies"],
 )
 async def remark(request: Request, service: TheService, study: TheExactStudy) -> Document:
-    """Keep tags, a note and another name with a study. They are no part of what it asks, and change nothing computed."""
+    """Store tags, a note and a new name with a study. They are not part of the definition, and change no result."""
     remarks = await _read(request, service, KNOWN)
     record = await run_sync(service.dispatcher.remark, study.id, remarks)
     return Document(record.document())
@@ -88,7 +88,7 @@ async def remark(request: Request, service: TheService, study: TheExactStudy) ->
     tags=["designs"],
 )
 async def rename(request: Request, service: TheService, design: TheExactDesign) -> Document:
-    """Keep another name with a design; the specification keeps its own."""
+    """Store a new name with a design; the specification keeps its own."""
     remarks = await _read(request, service, _NAME_ALONE)
     return await run_sync(_rename, service, design.id, remarks.name or "")
 
