@@ -32,8 +32,9 @@ class Hosts:
     ----------
     listens_on : str
         The address that the service listens on. Loopback names are always allowed. Beyond loopback the address
-        itself, this machine's name, and any numeric address are allowed: others can only direct a name here. names :
-        iterable of str More names; ``.example.org`` includes every name under it.
+        itself, this machine's name, and any numeric address are allowed: others can only direct a name here.
+    names : iterable of str
+        More names; ``.example.org`` includes every name under it.
     """
 
     def __init__(self, listens_on: str, names: Iterable[str] = ()) -> None:
