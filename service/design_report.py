@@ -173,8 +173,8 @@ def _masses(found: Found) -> Iterable[str]:
     yield table("Mass against response", columns, rows)
     yield drawing(
         draw_front(found),
-        "The best damper found of each mass, as drawn, of as many as were looked at: what else is chosen was followed from the "
-        "best of the neighbouring mass while it got better. The tuned mass damper is tuned without tolerances as well.",
+        "The best damper found for each mass, as drawn: the other quantities were improved step by step from "
+        "the best of the neighbouring mass. The tuned mass damper is tuned without tolerances as well.",
     )
 
 
@@ -208,8 +208,8 @@ def _starts(found: Found) -> Iterable[str]:
     yield "<h2>More than one response</h2>"
     yield table("More than one response", columns, rows)
     yield said(
-        "The damper as drawn under the largest amplitude, at the frequencies where starts lead to different responses; of "
-        "more than three at a frequency the three that most of them lead to. The class is known of the first, and of the one "
+        "The damper as drawn under the largest amplitude, at the frequencies where starts lead to different "
+        "responses; at most the three most frequent ones at each. The class is known of the first, and of the one "
         "from rest.",
         "quiet",
     )

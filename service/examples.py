@@ -33,7 +33,7 @@ _EITHER = [{"$ref": f"#/components/schemas/{kind}"} for kind in ("Study", "Suite
 
 STUDY_BODY: dict[str, Any] = {
     "required": True,
-    "description": "A study: what is varied, and how each point is computed; or a list of studies.",
+    "description": "A study: the varied quantities, and the method of computing each point; or a list of studies.",
     "content": {
         "application/json": {
             "schema": {
@@ -148,7 +148,7 @@ RECORD_BODY: dict[str, Any] = {
 
 SPECIFICATION_BODY: dict[str, Any] = {
     "required": True,
-    "description": "A specification: what must be quiet, what may be chosen, and how far what is built may be off.",
+    "description": "A specification: requirements, ranges of the damper, and tolerances.",
     "content": {
         "application/json": {
             "schema": {"$ref": "#/components/schemas/Specification"},
@@ -186,7 +186,7 @@ SPECIFICATION_BODY: dict[str, Any] = {
 
 COMPARISON_BODY: dict[str, Any] = {
     "required": True,
-    "description": "A record, and what of the paper's prototype is different. Physical units: kg, Hz, m, N.",
+    "description": "A record, and the values that differ from the paper's prototype. Physical units: kg, Hz, m, N.",
     "content": {
         "application/json": {
             "schema": {"$ref": "#/components/schemas/EarthquakeComparison"},
@@ -215,7 +215,8 @@ COMPARISON_BODY: dict[str, Any] = {
 
 FIT_BODY: dict[str, Any] = {
     "required": True,
-    "description": "A measured frequency response as a table of text, what is known of the prototype, and what is estimated.",
+    "description": "A measured frequency response as a table of text, known values of the prototype, and "
+    "parameters to estimate.",
     "content": {
         "application/json": {
             "schema": {"$ref": "#/components/schemas/Fit"},

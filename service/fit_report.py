@@ -63,7 +63,7 @@ class FittedDocument(FitDocument):
     study: Annotated[
         dict[str, Any] | None,
         Says(
-            description="The prototype with its estimated parameters, as a study; null where none can be made of it."
+            description="The prototype with its estimated parameters, as a study; null if this is impossible."
         ),
     ]
 

@@ -30,7 +30,8 @@ class FittedHistoryDocument(FitDocument):
     study: Annotated[
         dict[str, Any] | None,
         Says(
-            description="The prototype as a study around its natural frequency; null where nothing says how its base moves."
+            description="The prototype as a study around its natural frequency; null if nothing determines "
+            "the motion of its base."
         ),
     ]
 
@@ -72,8 +73,8 @@ def history_report(fitted: FittedHistory) -> str:
     title = f"{fitted.question.measured.name}, fitted"
     counted = f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} histories computed."
     caption = (
-        "The measured displacement, that with the estimated parameters, and what is left in standard deviations; what "
-        "lies in the shaded part does not count."
+        "The measured displacement, that with the estimated parameters, and the residuals in standard "
+        "deviations; the shaded part does not count."
     )
     parts = [
         f"<h1>{escape(title)}</h1>",

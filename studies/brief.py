@@ -41,9 +41,7 @@ class NoteDocument(TypedDict):
 
 Notes = Annotated[
     list[NoteDocument],
-    Says(
-        description="What is known beside it, as data: the gravest first; values in the units of this document."
-    ),
+    Says(description="Notes as data, the gravest first; values in the units of this document."),
 ]
 
 
@@ -77,7 +75,7 @@ class BriefDocument(TypedDict):
 
 InShort = Annotated[
     BriefDocument,
-    Says(description="What to do in short: the decision, what comes second, and one next step."),
+    Says(description="The short answer: the decision, the second best, and one next step."),
 ]
 
 

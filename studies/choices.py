@@ -94,8 +94,9 @@ ExcitationField = Annotated[
         {
             "type": ["string", "null"],
             "enum": [*EXCITATIONS, None],
-            "description": "what excites the structure: its base (the default), or a force F₀ sin ωt on it, where the base "
-            "stands still and the static displacement F₀/k takes the place of the base amplitude in every ratio",
+            "description": "what excites the structure: its base (the default), or a force F₀ sin ωt on it. "
+            "Under a force the base stands still, and the static displacement F₀/k replaces the base "
+            "amplitude in every ratio",
         },
     ),
 ]

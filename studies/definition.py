@@ -154,7 +154,7 @@ class Study(Choice):
                 "minItems": 1,
                 "uniqueItems": True,
                 "description": (
-                    "what to store, and status in any case; where left out, every variable of the start option but those "
+                    "variables to store, always with status; by default all of the start option except those "
                     "of the acceleration"
                 ),
             },

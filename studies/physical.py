@@ -109,8 +109,9 @@ class Physical(Choice):
             {
                 "type": ["string", "null"],
                 "enum": [*CONSTANT, None],
-                "description": "what of the base is the same at every frequency, in place of its displacement; only where "
-                "dampers are followed over base amplitudes, which are then those at the natural frequency",
+                "description": "quantity of the base that is constant over frequency instead of its "
+                "displacement; only in studies over base amplitudes, which are then those at the "
+                "natural frequency",
             },
         ),
     ] = None

@@ -53,14 +53,14 @@ class Judging:
 
     objective: Objective | None = asked(
         None,
-        "What designs are ranked by; peak by default, resonance where the study has one frequency.",
+        "Criterion of the ranking; peak by default, resonance if the study has one frequency.",
         meanings=OBJECTIVES,
     )
     band: Range | None = asked(None, "Consider only frequency ratios in this band.", form="LO,HI")
     exclude_locked: bool = asked(
         False,
         "Exclude designs in which friction locks the mass to its base near resonance: at the considered frequency ratio "
-        "nearest 1, and where the base amplitude varies, at every amplitude. Designs locked only at other ones stay.",
+        "nearest 1, and where the base amplitude varies, at every amplitude. Designs locked only at other frequencies stay.",
     )
     max_impact_speed: float | None = asked(
         None,
@@ -71,8 +71,8 @@ class Judging:
     ranges: Ranges = asked(
         NONE,
         "Keep only designs whose dimension, or whose result at every considered frequency (such as stick_fraction), lies "
-        "in this range. The impact speed of a response without impacts counts as 0; a Floquet multiplier is not defined, and "
-        "in no range, where the response does not repeat.",
+        "in this range. The impact speed of a response without impacts counts as 0; a response that does not "
+        "repeat has no Floquet multiplier, so it lies in no range of it.",
         form="NAME=LO,HI",
         options=("--within",),
     )
@@ -105,8 +105,8 @@ class Ranking(Listed):
     )
     metric: str | None = asked(
         None,
-        "Result that dampers are ranked by in their worst case: of a ground-motion suite, peak_relative_displacement_m by "
-        "default, or over base amplitudes, amplitude_m by default.",
+        "Result by whose worst case dampers are ranked; by default peak_relative_displacement_m for a ground-motion "
+        "suite, and amplitude_m over base amplitudes.",
         allowed=EVERY_VARIABLE,
     )
     records: tuple[str, ...] | None = asked(
@@ -173,7 +173,7 @@ class Fragile:
     )
     quantile: float = asked(
         0.9,
-        "Share of the records whose result stays below the quantile that is given.",
+        "Share of the records below the quantile.",
         least=0.01,
         most=0.99,
     )
@@ -201,7 +201,7 @@ class Second:
 
     with_: str | None = asked(
         None,
-        "A second study to compare with, such as the downward continuation of a hysteresis.",
+        "A second study to compare with, for example the downward continuation of a hysteresis.",
         form="ID",
         options=_WITH,
         studies=True,
@@ -227,7 +227,7 @@ class Tuning:
     criterion: Criterion = asked("minimax", "How the tuned mass damper is tuned.", meanings=CRITERIA)
     mass_ratio: float | None = asked(
         None,
-        "Mass ratio of both: of the tuned mass damper, and of the design, for which the nearest on the grid is taken.",
+        "Mass ratio of the tuned mass damper and of the design, for which the nearest grid value is taken.",
         least=0,
         most=MOST_ABSORBER_MASS,
     )
@@ -265,7 +265,7 @@ class FollowUps:
         # the command computes its follow-ups itself, and finds them again
         doors=("http", "client"),
     )
-    dry_run: bool = asked(False, "Say what is known and what would be computed; compute nothing.")
+    dry_run: bool = asked(False, "Report known results and the next points; compute nothing.")
 
 
 @dataclass(frozen=True)
@@ -300,7 +300,7 @@ class Boundary:
 
     along: str | None = asked(
         None,
-        "Locate where the response class changes along this dimension, in place of the optimum.",
+        "Locate where the response class changes along this dimension, instead of the optimum.",
         allowed=DIMENSIONS,
         form="DIMENSION",
         options=("--boundary",),

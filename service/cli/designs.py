@@ -23,7 +23,7 @@ DesignId = Annotated[
 def list_(
     data_dir: DataDir = None,
     trash: Annotated[
-        bool, typer.Option("--trash", help="List those instead that were deleted and can be restored.")
+        bool, typer.Option("--trash", help="List deleted designs that can be restored.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -45,7 +45,7 @@ def list_(
 @designs.command("rename")
 def rename(
     design: DesignId,
-    name: Annotated[str, typer.Argument(help="What it is called from now on.")],
+    name: Annotated[str, typer.Argument(help="The new name.")],
     data_dir: DataDir = None,
 ) -> None:
     """Rename a design; its specification keeps its own name."""
@@ -80,7 +80,9 @@ def delete(
 def undelete(
     design: Annotated[
         str,
-        typer.Argument(metavar="DESIGN", help="Id of a design that `damperlab designs list --trash` lists."),
+        typer.Argument(
+            metavar="DESIGN", help="Id of a deleted design, from `damperlab designs list --trash`."
+        ),
     ],
     data_dir: DataDir = None,
 ) -> None:

@@ -83,7 +83,9 @@ def records(
     ] = None,
     units: Annotated[
         str | None,
-        typer.Option(metavar="UNIT", help="Of a file that states none: g, m/s2 or cm/s2."),
+        typer.Option(
+            metavar="UNIT", help="Unit of the acceleration if the file states none: g, m/s2 or cm/s2."
+        ),
     ] = None,
     name: Annotated[str, typer.Option(help="Name of the stored record.")] = "",
     seed: Generate = None,
@@ -160,7 +162,9 @@ def earthquake(
     contact_time: ContactTime = None,
     units: Annotated[
         str | None,
-        typer.Option(metavar="UNIT", help="Of a file that states none: g, m/s2 or cm/s2."),
+        typer.Option(
+            metavar="UNIT", help="Unit of the acceleration if the file states none: g, m/s2 or cm/s2."
+        ),
     ] = None,
     kanai_tajimi: Generate = None,
     duration_s: Duration = None,

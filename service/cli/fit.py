@@ -61,7 +61,7 @@ def fit(
         Path,
         typer.Argument(
             metavar="MEASURED.csv",
-            help="Columns: frequency (Hz); amplitude (mm) or X/Z; what else is known of a row. Or a time history: time (s); "
+            help="Columns: frequency (Hz); amplitude (mm) or X/Z; other conditions of a row. Or a time history: time (s); "
             "displacement (mm); base acceleration (m/s2).",
             show_default=False,
         ),
@@ -71,14 +71,14 @@ def fit(
         typer.Option(
             "--fit",
             metavar="NAME",
-            help="Estimate this, or NAME=LOW,HIGH in a range. May be repeated.",
+            help="Parameter to estimate, or NAME=LOW,HIGH for a range. May be repeated.",
         ),
     ] = None,
     structure: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="What is known, as a study; an axis is a range.",
+            help="Known values, as a study; an axis is a range.",
         ),
     ] = None,
     no_particle: Annotated[
@@ -90,7 +90,7 @@ def fit(
         Direction | None,
         typer.Option(
             metavar="WAY",
-            help="Measured from rest, or swept up or down.",
+            help="Start of each response: from rest, or swept up or down.",
             show_default=False,
         ),
     ] = None,
@@ -106,7 +106,7 @@ def fit(
     study: Annotated[
         Path | None,
         file_option(
-            help="Write what was found as a study, for `run`.",
+            help="Write the fitted prototype as a study, for `run`.",
         ),
     ] = None,
     output: Annotated[

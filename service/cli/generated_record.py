@@ -16,7 +16,7 @@ Generate = Annotated[
     ),
 ]
 Duration = Annotated[
-    float | None, typer.Option(metavar="SECONDS", rich_help_panel=PANEL, help="How long it lasts.")
+    float | None, typer.Option(metavar="SECONDS", rich_help_panel=PANEL, help="Its duration.")
 ]
 PeakG = Annotated[
     float | None, typer.Option(metavar="G", rich_help_panel=PANEL, help="Its peak acceleration.")

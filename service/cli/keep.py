@@ -80,7 +80,7 @@ def gc(
         typer.Option(
             "--orphans-older-than",
             metavar="TIME",
-            help="Keep cubes of no study that are younger than this.",
+            help="Keep younger cubes without a study.",
         ),
     ] = "7d",
     dry_run: Annotated[

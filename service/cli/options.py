@@ -63,7 +63,7 @@ StudyId = Annotated[
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document, and nothing else.")]
-Details = Annotated[bool, typer.Option("--details", help="Print everything, not the short answer alone.")]
+Details = Annotated[bool, typer.Option("--details", help="Print all details, not only the short answer.")]
 Workers = Annotated[
     int | None,
     typer.Option(
@@ -79,7 +79,7 @@ Cluster = Annotated[
         "--cluster",
         metavar="SYSTEM",
         rich_help_panel=PLACE,
-        help=f"Jobs of {', '.join(get_args(BatchSystem))} in their place, at most --workers (16 by default).",
+        help=f"Use jobs of {', '.join(get_args(BatchSystem))} as workers, at most --workers (16 by default).",
         show_default=False,
     ),
 ]
@@ -101,7 +101,7 @@ Scheduler = Annotated[
         metavar="ADDRESS",
         callback=check_address,
         rich_help_panel=PLACE,
-        help="A Dask scheduler in their place, tcp://HOST:8786.",
+        help="Use the workers of this Dask scheduler, tcp://HOST:8786.",
     ),
 ]
 WAIT_SECONDS = 60.0
@@ -114,7 +114,7 @@ Wait = Annotated[
         metavar="SECONDS",
         min=0.0,
         rich_help_panel=PLACE,
-        help=f"Wait so long for a worker; {WAIT_SECONDS:g} by default, {QUEUE_SECONDS:g} with --cluster.",
+        help=f"Longest wait for a worker, in seconds; {WAIT_SECONDS:g} by default, {QUEUE_SECONDS:g} with --cluster.",
         show_default=False,
     ),
 ]
@@ -124,7 +124,7 @@ Budget = Annotated[
         "--budget",
         metavar="HOURS",
         min=0.0,
-        help="Stop once so many core hours are spent; `run ID` goes on.",
+        help="Stop after this many core hours; `run ID` continues.",
         show_default=False,
     ),
 ]
@@ -135,7 +135,7 @@ Priority = Annotated[
         min=PRIORITIES[0],
         max=PRIORITIES[1],
         metavar="N",
-        help="Of studies that wait, the one with the highest comes first.",
+        help="The waiting study with the highest priority starts first.",
     ),
 ]
 Until = Annotated[
@@ -143,7 +143,7 @@ Until = Annotated[
     typer.Option(
         "--until",
         metavar="TIME",
-        help="Begin nothing after this time, as in 06:30 or 2026-11-23T06:30; `run ID` goes on.",
+        help="Start no block after this time, as in 06:30 or 2026-11-23T06:30; `run ID` continues.",
         show_default=False,
     ),
 ]
@@ -163,7 +163,7 @@ Contact = Annotated[
 ]
 ContactTime = Annotated[
     str | None,
-    typer.Option(metavar="TIME", help="How long a contact lasts, in units of 1/ω_n."),
+    typer.Option(metavar="TIME", help="Contact time, in units of 1/ω_n."),
 ]
 
 CONTACT_OPTIONS = {

@@ -41,8 +41,8 @@ def run(
         str,
         typer.Argument(
             metavar="STUDY",
-            help="A .json or .yaml file; a named study (`damperlab studies --named` lists them); or a stored one, to go on "
-            "with, by its id or name.",
+            help="A .json or .yaml file; a named study (`damperlab studies --named` lists them); or the id "
+            "or name of a stored one, to continue it.",
         ),
     ],
     data_dir: DataDir = None,

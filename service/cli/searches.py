@@ -53,7 +53,7 @@ def refine(
 ) -> None:
     """Compute finer studies where better designs may lie.
 
-    Or at a boundary between two classes of response, to a tolerance.
+    It can also refine a boundary between two classes of response, to a tolerance.
     """
     along = boundary.along
     check_name("--boundary", along, DIMENSIONS)

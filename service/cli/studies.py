@@ -40,10 +40,10 @@ def studies(
         ),
     ] = None,
     designs: Annotated[
-        bool, typer.Option("--designs", help="List the studies too that designs and refinements asked for.")
+        bool, typer.Option("--designs", help="Also list the studies of designs and refinements.")
     ] = False,
     trash: Annotated[
-        bool, typer.Option("--trash", help="List those instead that were deleted and can be restored.")
+        bool, typer.Option("--trash", help="List deleted studies that can be restored.")
     ] = False,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Largest number of studies to list.")] = 50,
     cursor: Annotated[
@@ -165,9 +165,7 @@ def show(
     text: Annotated[
         str | None, typer.Option("--note", help="Change its note; an empty text for none.")
     ] = None,
-    name: Annotated[
-        str | None, typer.Option(help="Change what it is called; its definition stays as it is.")
-    ] = None,
+    name: Annotated[str | None, typer.Option(help="Rename it; its definition is unchanged.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Show a study: its state, progress and definition. It can also tag or rename it."""
@@ -239,7 +237,7 @@ def delete(
 
 def undelete(
     study: Annotated[
-        str, typer.Argument(metavar="STUDY", help="Id of a study that `damperlab studies --trash` lists.")
+        str, typer.Argument(metavar="STUDY", help="Id of a deleted study, from `damperlab studies --trash`.")
     ],
     data_dir: DataDir = None,
 ) -> None:

@@ -37,7 +37,7 @@ def warm(
         Target | None,
         typer.Option(
             help="Processor to compile for; generic runs on any processor of this architecture, but slower. "
-            "For clusters of which some processors lack AVX2; see the page on clusters."
+            "For clusters in which some processors lack AVX2; see the page on clusters."
         ),
     ] = None,
     as_json: AsJson = False,

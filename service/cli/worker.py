@@ -65,7 +65,7 @@ def worker(
         float | None,
         typer.Option(
             min=1.0,
-            help="Leave after so many seconds without a block, or without a scheduler that answers.",
+            help="Leave after this many seconds without a block, or without a scheduler that answers.",
             show_default=False,
         ),
     ] = None,
@@ -73,8 +73,8 @@ def worker(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Touch this file every ten seconds, having computed points whose values are known; leave where they come "
-            "out otherwise. For health checks.",
+            help="Every ten seconds compute points with known values and touch this file; leave if the "
+            "values are wrong. For health checks.",
             show_default=False,
         ),
     ] = None,

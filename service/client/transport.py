@@ -127,7 +127,7 @@ class Transport:
             raise
         if response.status_code == 404:
             # the service was restarted: what it had promised is computed again
-            detail = "The service no longer has the answer that it promised."
+            detail = "The service no longer has the deferred answer."
             raise problem({"status": 503, "title": "Service Unavailable", "detail": detail})
         _check(response)
         return response

@@ -123,8 +123,9 @@ def title_of(estimates: Iterable[Estimate]) -> str:
 def caption_of(question: FitQuestion) -> str:
     """Name the content of the figure."""
     return (
-        f"The measured amplitudes of {question.measured.name}, the response with the estimated parameters, and what is left "
-        "in standard deviations of measurement and model together; the band holds 95 % of them if the model is right."
+        f"The measured amplitudes of {question.measured.name}, the response with the estimated parameters, "
+        "and the residuals in combined standard deviations of measurement and model; the band "
+        "contains 95 % of them if the model is right."
     )
 
 

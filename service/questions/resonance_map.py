@@ -130,7 +130,8 @@ RESONANCE_MAP: "Question[answers.ResonanceMap]" = Question(
     first=True,
     summary="One metric over two dimensions",
     help="Show a result over two dimensions of a study.\n\n"
-    "As the amplitude at resonance over clearance and friction. With --minus the maps of two studies and their difference.",
+    "An example is the amplitude at resonance over clearance and friction."
+    " With --minus it shows the maps of two studies and their difference.",
     asks=(Axes, Selection, Subtracted, Window),
     answer=answer,
     gives=ResonanceMap,

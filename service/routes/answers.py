@@ -36,7 +36,7 @@ async def _promises(request: Request) -> Promises:
 async def _promise(
     promises: Annotated[Promises, Depends(_promises)],
     caller: TheCaller,
-    answer_id: Annotated[str, Path(description="As the promise names it.")],
+    answer_id: Annotated[str, Path(description="Id in the address of the deferred answer.")],
 ) -> Promise:
     return promises.find(answer_id, caller.name)
 
@@ -52,7 +52,7 @@ ThePromise = Annotated[Promise, Depends(_promise)]
         202: PROMISED,
         **documented(404, 413, 415, 422, 429, 503),
     },
-    summary="Fetch an answer that was promised",
+    summary="Fetch a deferred answer",
 )
 async def fetch(promise: ThePromise) -> Response:
     """Give the answer to the request, whatever its status; 202 while it is computed.
@@ -72,7 +72,7 @@ async def fetch(promise: ThePromise) -> Response:
     status_code=204,
     response_class=Response,
     responses=documented(404),
-    summary="Give up an answer that was promised",
+    summary="Cancel a deferred answer",
 )
 async def give_up(promise: ThePromise, promises: Annotated[Promises, Depends(_promises)]) -> Response:
     """Stop computing it, or delete the stored answer."""

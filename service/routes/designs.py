@@ -71,7 +71,7 @@ class DesignsQuery(BaseModel):
     )
     state: State | None = None
     name: str | None = Field(None, max_length=200, description="Only designs whose name contains this text.")
-    trash: bool = Field(False, description="List those instead that were deleted and can be restored.")
+    trash: bool = Field(False, description="List deleted designs that can be restored.")
 
 
 @router.post(
@@ -79,8 +79,8 @@ class DesignsQuery(BaseModel):
     status_code=201,
     response_class=Document,
     responses={
-        200: gives(DesignOrBudget, "The same was asked for before; or the answer to a dry run"),
-        201: gives(DesignDocument, "Kept, and about to be searched", Location="Address of the design."),
+        200: gives(DesignOrBudget, "The design existed already; or the answer to a dry run"),
+        201: gives(DesignDocument, "Stored, and about to be searched", Location="Address of the design."),
         **documented(413, 415, 422, 429, 503, 507),
     },
     openapi_extra={"requestBody": SPECIFICATION_BODY},

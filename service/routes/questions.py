@@ -40,9 +40,7 @@ class StudyAxes(TypedDict):
     variables: list[str]
     in_units: Annotated[
         dict[str, float],
-        Says(
-            description="What a ratio is multiplied with to be in SI units, where the study has a structure."
-        ),
+        Says(description="Factors from ratios to SI units, if the study has a structure."),
     ]
 
 

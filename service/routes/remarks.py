@@ -28,7 +28,7 @@ _PROPERTIES: dict[str, dict[str, Any]] = {
     "name": {
         "type": "string",
         "maxLength": MAX_NAME,
-        "description": "What it is called from now on; its definition stays as it is.",
+        "description": "The new name; the definition is unchanged.",
     },
 }
 _EXAMPLES = {
@@ -36,7 +36,7 @@ _EXAMPLES = {
         "summary": "Tags and a note",
         "value": {"tags": ["rig-2", "steel"], "note": "Measured on the shaker in May."},
     },
-    "none": {"summary": "No tag any more, the note as it is", "value": {"tags": []}},
+    "none": {"summary": "Remove all tags, keep the note", "value": {"tags": []}},
 }
 _NAME_ALONE = ("name",)
 
@@ -67,7 +67,7 @@ async def _read(request: Request, service: Service, known: Sequence[str]) -> Rem
     response_class=Document,
     responses={200: gives(RecordDocument), **documented(404, 413, 415, 422, 503)},
     openapi_extra=_body(KNOWN, _EXAMPLES),
-    summary="Tag a study, write a note to it, or call it something else",
+    summary="Tag or rename a study, or write a note to it",
     tags=["studies"],
 )
 async def remark(request: Request, service: TheService, study: TheExactStudy) -> Document:
@@ -84,7 +84,7 @@ async def remark(request: Request, service: TheService, study: TheExactStudy) ->
     openapi_extra=_body(
         _NAME_ALONE, {"name": {"summary": "Another name", "value": {"name": "pump, second draft"}}}
     ),
-    summary="Call a design something else",
+    summary="Rename a design",
     tags=["designs"],
 )
 async def rename(request: Request, service: TheService, design: TheExactDesign) -> Document:

@@ -53,8 +53,8 @@ class SubmitQuery(BaseModel):
         0,
         ge=PRIORITIES[0],
         le=PRIORITIES[1],
-        description="Of the studies that wait the one with the highest begins first; below 0 it gives way to those of "
-        "others, and above 0 needs a key of scope admin. A study that exists keeps its own.",
+        description="The waiting study with the highest priority starts first; below 0 it yields to those of "
+        "others, and above 0 needs a key of scope admin. An existing study keeps its own.",
     )
 
 
@@ -87,11 +87,11 @@ class ListQuery(BaseModel):
     )
     designs: bool = Field(
         False,
-        description="List the studies too that designs and refinements asked for; a name, a tag or a state other than done "
-        "finds them anyway.",
+        description="Also list the studies of designs and refinements; a name, a tag or a state other than "
+        "done finds them anyway.",
     )
 
-    trash: bool = Field(False, description="List those instead that were deleted and can be restored.")
+    trash: bool = Field(False, description="List deleted studies that can be restored.")
 
 
 class DifferencesQuery(BaseModel):
@@ -300,10 +300,10 @@ def retry(service: TheService, study: TheExactStudy) -> Document:
     response_class=Document,
     responses={
         200: gives(RecordDocument, "A version by today's solver exists already, or is queued"),
-        201: gives(RecordDocument, "Entered beside the older results", Location="Address of the version."),
+        201: gives(RecordDocument, "Entered; the older results are kept", Location="Address of the version."),
         **documented(404, 409, 429, 503, 507),
     },
-    summary="Recompute an outdated study, beside its results",
+    summary="Recompute an outdated study, and keep its results",
 )
 def recompute(service: TheService, study: TheExactStudy) -> Document:
     """Queue a new version of a study; the older one is kept until it is deleted."""

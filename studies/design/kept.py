@@ -58,7 +58,7 @@ class DesignSummary(TypedDict):
     budget_points: Annotated[Count, Says(description="Most points.")]
     known: Annotated[
         KnownDesign | None,
-        Says(description="The best so far, as drawn; of a design that is done the one it recommends."),
+        Says(description="The best so far, as drawn; of a completed design the recommended one."),
     ]
     created: str
     started: str | None
