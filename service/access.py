@@ -1,4 +1,4 @@
-"""Request ids and the access log: one line a request, and one id that client, log and problem share."""
+"""Request ids and the access log: one line per request, and one id for client, log and problem."""
 
 import logging
 import re

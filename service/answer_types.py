@@ -1,7 +1,8 @@
 """The types that routes declare for their answers, and the JSON schemas that follow from them.
 
-Each type is defined next to the code that makes the answer: a TypedDict, or a dataclass (`damperlab.studies.shapes.Like`).
-Answers are not checked when they are sent, since most of them is arrays. Tests check them.
+Each type is defined next to the function of the answer: a TypedDict, or a dataclass
+(`damperlab.studies.shapes.Like`). Answers are not validated when they are sent, since most of their content is
+arrays. Tests check them.
 """
 
 from typing import Any, get_args
@@ -16,16 +17,16 @@ _declared: dict[str, Any] = {}
 
 
 def gives(kind: Any, description: str = "The answer", **headers: str) -> Schema:
-    """Declare the type that a status answers with.
+    """Declare the type of the answer for a status.
 
     Parameters
     ----------
     kind : type
         A TypedDict, or an alias (`TypeAliasType`); the schema bears its name.
     description : str
-        When the status is answered.
+        Meaning of the status.
     **headers : str
-        What its headers mean.
+        Meaning of its headers.
     """
     declare(kind, *get_args(getattr(kind, "__value__", None)))
     content = {"application/json": {"schema": {"$ref": _REFERENCE + name_of(kind)}}}
@@ -39,7 +40,7 @@ def gives(kind: Any, description: str = "The answer", **headers: str) -> Schema:
 
 
 def declare(*kinds: Any) -> None:
-    """Give types schemas of their own, to which others refer; those of a union have them too."""
+    """Give types separate schemas, to which others refer; likewise those of a union."""
     for kind in kinds:
         if isinstance(kind, type | TypeAliasType) and _declared.setdefault(name_of(kind), kind) is not kind:
             raise ValueError(f"two types of answers have one name: {name_of(kind)}")

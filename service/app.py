@@ -1,4 +1,4 @@
-"""The HTTP service: its parts, put together and started."""
+"""The HTTP service: assembling and starting its parts."""
 
 import logging
 import os
@@ -74,15 +74,15 @@ from damperlab.worker.cores import core_count
 from damperlab.worker.provenance import code_version
 
 SUBMISSIONS = 16
-"""Most submissions that are worked on at once, and share a transaction; the threads that are left answer questions."""
+"""Most concurrent submissions, which share a transaction; the remaining threads answer questions."""
 EXPORTS = 2
-"""Most exports of one caller that are written at a time."""
+"""Most concurrent exports of one caller."""
 COMPILING = 8
 """Most requests that wait for kernels."""
 DRAIN_SECONDS = 10
-"""How long a shutdown waits for answers that are under way, before it stops the studies."""
+"""Longest wait of a shutdown for running answers, before it stops the studies."""
 SHUTDOWN_SECONDS = 85
-"""When the process ends whatever is still under way: after the answers, the studies and a little more."""
+"""Time until the process ends in any case: after the answers, the studies and a margin."""
 
 _log = logging.getLogger("damperlab.edge")
 
@@ -94,7 +94,7 @@ DESCRIPTION = (
 
 
 class Application(FastAPI):
-    """Makes its OpenAPI document when that is first asked for: half a second that a start need not wait for."""
+    """Creates its OpenAPI document on the first request, which saves half a second at the start."""
 
     _making = threading.Lock()
 
@@ -109,18 +109,18 @@ class Application(FastAPI):
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """Put the service together; nothing is opened before it starts.
+    """Assemble the service; nothing is opened before it starts.
 
     Parameters
     ----------
     settings : Settings
-        Where the data is, which cluster computes, and the limits.
+        Data directory, cluster, and limits.
 
     Returns
     -------
     FastAPI
-        An ASGI application. Its lifespan opens the store, picks up the studies that wait, and at the end
-        stops them so that the next start goes on.
+        An ASGI application. Its lifespan opens the store and resumes waiting studies. At the end it stops them so
+        that the next start continues them.
     """
     app = Application(
         title="damperlab",
@@ -252,15 +252,15 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
 
 
 def _prepare() -> None:
-    """Import what computing needs beside the questions."""
+    """Import the modules for computing, apart from those of questions."""
     import damperlab.service.work.functions  # noqa: F401
 
 
 class _Server(uvicorn.Server):
-    """A server that ends what is overdue, and tells its event streams to end before it waits for them."""
+    """A server that closes overdue connections, and ends its event streams before it waits for them."""
 
     async def on_tick(self, counter: int) -> bool:
-        """Look after the connections once a second; this is called ten times as often."""
+        """Check the connections once a second; the server calls this ten times as often."""
         if counter % 10 == 0:
             now = time.monotonic()
             for connection in list(self.server_state.connections):
@@ -292,7 +292,7 @@ def serve(settings: Settings) -> None:
     Raises
     ------
     SystemExit
-        With status 1 where the port or the data directory cannot be used, and 0 after SIGTERM.
+        With status 1 if the port or the data directory cannot be used, and 0 after SIGTERM.
     """
     start_logging(settings.log_level, settings.log_format)
     if threading.current_thread() is threading.main_thread():

@@ -1,4 +1,4 @@
-"""A list of studies in one request: all are valid and stored, or none."""
+"""A list of studies in one request: either all are valid and stored, or none."""
 
 from typing import Annotated, Any
 
@@ -21,17 +21,17 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 from damperlab.worker.provenance import provenance
 
 MOST_VALUES = 1_000_000
-"""Most values along all axes of a list's studies: they are in memory at once, as one study's are."""
+"""Most values along all axes of a list's studies, which are in memory together."""
 
 
 class SubmittedList(TypedDict):
-    """Studies that were submitted together; `created` says of each whether it is new."""
+    """Studies submitted together; `created` says for each whether it is new."""
 
     studies: list[Annotated[dict[str, Any], Like(Record, "definition", "provenance", created=bool)]]
 
 
 class EstimateList(TypedDict):
-    """What several studies would cost."""
+    """Cost of several studies."""
 
     studies: list[Estimate]
 
@@ -43,7 +43,7 @@ SubmittedBefore = TypeAliasType("SubmittedBefore", RecordDocument | SubmittedLis
 def submit_list(
     service: Service, documents: list[Any], *, reuse: bool, key: str | None, priority: int = 0
 ) -> Document:
-    """Store every study of a list, or none; the answer names them in the list's order.
+    """Store every study of a list, or none; the answer has them in the list's order.
 
     Parameters
     ----------
@@ -52,11 +52,11 @@ def submit_list(
     documents : list
         The studies as read from JSON or YAML.
     reuse : bool
-        Whether points may be taken from earlier studies.
+        Whether points of earlier studies may be reused.
     key : str, optional
-        Refused: a list is told by its definitions.
+        Refused: a list is identified by its definitions.
     priority : int
-        Of every study of it.
+        Owner of every study.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def submit_list(
 
 
 def estimate_list(store: Store, shelf: Shelf, documents: list[Any], key: str | None) -> Document:
-    """Say what each of several studies would cost; faults as of `submit_list`."""
+    """Estimate the cost of each of several studies; faults as of `submit_list`."""
     studies = _parse(documents, shelf, key)
     sizes = [estimate_document(each, make_plan(each, seconds_per_point), store) for each in studies]
     return Document({"studies": sizes})

@@ -1,4 +1,4 @@
-"""Request bodies: read in bounded fashion, and only in a format and an encoding that is understood."""
+"""Request bodies: bounded reading, and only in a known format and encoding."""
 
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
@@ -21,7 +21,7 @@ class DeleteQuery(BaseModel):
 
 
 class ComputeQuery(BaseModel):
-    """Parameters of a request that is computed at once."""
+    """Parameters of a request that is computed immediately."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -32,24 +32,24 @@ class ComputeQuery(BaseModel):
 
 JSON_TYPES = ("application/json",)
 NOTHING_BYTES = 1024
-"""Most bytes of a body where none is expected."""
+"""Most bytes of a body if none is expected."""
 YAML_TYPES = ("application/yaml", "application/x-yaml", "text/yaml", "text/x-yaml")
 
 
 def media_type(request: Request, allowed: tuple[str, ...]) -> str:
-    """Return the media type of the body, in small letters and without parameters.
+    """Return the media type of the body, in lower case and without parameters.
 
     Parameters
     ----------
     request : Request
-        The request, its body not read yet.
+        The request, whose body is not read yet.
     allowed : tuple of str
         Media types that the route understands.
 
     Raises
     ------
     Problem
-        415 where the type is missing or another one, where the text is not UTF-8, or where it is compressed.
+        415 if the type is missing or different, the text is not UTF-8, or the body is compressed.
     """
     found, _, rest = request.headers.get("content-type", "").lower().partition(";")
     found = found.strip()
@@ -101,7 +101,7 @@ async def read_body(request: Request, limit: int) -> bytes:
     Raises
     ------
     Problem
-        413 where the body is larger than `limit` bytes, announced or not.
+        413 if the body is larger than `limit` bytes, announced or not.
     """
     announced = request.headers.get("content-length", "")
     if announced.isascii() and announced.isdigit() and int(announced) > limit:
@@ -115,11 +115,11 @@ async def read_body(request: Request, limit: int) -> bytes:
 
 
 EMPTY = (b"", b"{}", b"null")
-"""Bodies that say nothing."""
+"""Bodies without content."""
 
 
 async def expected(request: Request) -> None:
-    """Refuse a body where the route takes none: what it asks for would be ignored without a word."""
+    """Refuse a body if the route takes none: it would be ignored silently."""
     takes_one = "requestBody" in (getattr(request.scope.get("route"), "openapi_extra", None) or {})
     sends_one = "transfer-encoding" in request.headers or request.headers.get("content-length", "0") != "0"
     if request.method in SAFE_METHODS or takes_one or not sends_one:

@@ -1,4 +1,4 @@
-"""The one cluster that all studies of a service share: opened when first needed, replaced when it is lost."""
+"""The cluster shared by all studies of a service: opened when first needed, replaced when it is lost."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -14,18 +14,18 @@ from damperlab.worker.cluster.cluster import connect
 from damperlab.worker.cluster.jobs import hire
 
 MOST_JOBS = 16
-"""Most jobs of a batch system, unless told otherwise."""
+"""Default for most jobs of a batch system."""
 
 
 def opening(settings: Settings, wanted: Callable[[], int]) -> Callable[[], AbstractContextManager[Client]]:
-    """Give what opens the cluster that the settings name.
+    """Give a function that opens the cluster of the settings.
 
     Parameters
     ----------
     settings : Settings
-        Of the service, or of a command.
+        Settings of the service, or of a command.
     wanted : callable
-        Gives how many workers would have something to do: what a batch system is asked for.
+        Gives how many workers could be busy: the number to request from a batch system.
     """
     if settings.cluster is None:
         return partial(connect, workers=settings.workers, scheduler=settings.scheduler)
@@ -46,7 +46,7 @@ ClusterState = Literal["idle", "running", "lost"]
 
 
 class SharedCluster:
-    """A cluster for many threads.
+    """A cluster shared by many threads.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class SharedCluster:
 
     @property
     def state(self) -> ClusterState:
-        """Whether no study has needed it yet, it runs, or its scheduler has gone away."""
+        """Whether it is not needed yet, running, or has lost its scheduler."""
         client = self._client
         if client is None:
             return "idle"
@@ -70,7 +70,7 @@ class SharedCluster:
 
     @contextmanager
     def borrow(self) -> Iterator[Client]:
-        """Lend the client; the cluster stays when the borrower is done.
+        """Lend the client; the cluster remains after its return.
 
         Raises
         ------

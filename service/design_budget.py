@@ -1,4 +1,4 @@
-"""What a design takes: core minutes as points."""
+"""Budget of a design: core minutes as points."""
 
 from typing_extensions import TypedDict
 
@@ -11,11 +11,11 @@ from damperlab.worker.dispatch.cost_model import seconds_per_point
 FEWEST, MOST = 100, 10_000_000
 """Points of a budget."""
 HERE_SECONDS = 2.0
-"""Expected work of one study of a design up to which whoever searches computes it: a cluster takes longer to hand it out."""
+"""Expected work of one study up to which the searching process computes it itself: a cluster would take longer."""
 
 
 class DesignSize(TypedDict):
-    """What a specification asks for, and how many points its budget allows."""
+    """Content of a specification, and the points within its budget."""
 
     name: str
     digest: str
@@ -25,7 +25,7 @@ class DesignSize(TypedDict):
 
 
 def size_document(asked: Specification, budget: int, understood: list[str]) -> DesignSize:
-    """Say what a specification asks for, without computing anything of it."""
+    """Describe a specification, without computing."""
     return {
         "name": asked.name,
         "digest": asked.digest,
@@ -36,9 +36,9 @@ def size_document(asked: Specification, budget: int, understood: list[str]) -> D
 
 
 def budget_of(asked: Specification) -> int:
-    """Turn the budget of a specification into points, by what the points of its first look are expected to take.
+    """Convert the budget of a specification into points, by the expected time of its first look.
 
-    Points are counted and seconds are not, so that a design is the same on every machine.
+    Points count and seconds do not, so that a design is the same on every machine.
     """
     if asked.budget_points is not None:
         return asked.budget_points

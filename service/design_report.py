@@ -1,4 +1,4 @@
-"""A design as one document to sign and to print: what to build, what it does, what else there is, and how it is known."""
+"""A design as one document to sign and to print: what to build, its results, the alternatives, and the method."""
 
 import json
 from collections.abc import Iterable
@@ -42,20 +42,20 @@ OF_THE_STRUCTURE = {
 
 
 def keep_answer(shelf: Shelf, design_id: str, found: Found, rounds: int, started: str) -> str:
-    """Keep what a search found, and give its report.
+    """Store the findings of a search, and give its report.
 
     Parameters
     ----------
     shelf : Shelf
         Where the design is.
     design_id : str
-        Its whole id.
+        Its complete id.
     found : Found
-        What the search found.
+        The findings of the search.
     rounds : int
-        Rounds of studies that it took.
+        Number of rounds of studies.
     started : str
-        When it began, in ISO 8601.
+        Time of its start, in ISO 8601.
     """
     answer, report = plain(answer_document(found)), design_report(found)
     known = KnownDesign(design=answer["design"], worst=answer["worst"], feasible=answer["feasible"])
@@ -65,7 +65,7 @@ def keep_answer(shelf: Shelf, design_id: str, found: Found, rounds: int, started
 
 
 def design_report(found: Found) -> str:
-    """Write a design as one page of HTML that loads nothing; figures are in it as SVG."""
+    """Write a design as one self-contained page of HTML; figures are embedded as SVG."""
     asked = found.asked
     title = asked.name or "design"
     parts = [
@@ -121,7 +121,7 @@ def design_report(found: Found) -> str:
 
 
 def _asked(found: Found) -> Iterable[tuple[str, str, str]]:
-    """Give the structure, what excites it, and what is judged: what a signature rests on."""
+    """List the structure, its excitation, and the measure: the basis of a signature."""
     asked = found.asked
     own = {"damping_ratio": f"{asked.structure.damping_ratio:.4g}"}
     if asked.in_units:
@@ -173,8 +173,8 @@ def _masses(found: Found) -> Iterable[str]:
     yield table("Mass against response", columns, rows)
     yield drawing(
         draw_front(found),
-        "The best damper found of each mass, as drawn, of as many as were looked at: what else is chosen was followed from the "
-        "best of the neighbouring mass while it got better. The tuned mass damper is tuned without tolerances as well.",
+        "The best damper found for each mass, as drawn: the other quantities were improved step by step from "
+        "the best of the neighbouring mass. The tuned mass damper is tuned without tolerances as well.",
     )
 
 
@@ -208,8 +208,8 @@ def _starts(found: Found) -> Iterable[str]:
     yield "<h2>More than one response</h2>"
     yield table("More than one response", columns, rows)
     yield said(
-        "The damper as drawn under the largest amplitude, at the frequencies where starts lead to different responses; of "
-        "more than three at a frequency the three that most of them lead to. The class is known of the first, and of the one "
+        "The damper as drawn under the largest amplitude, at the frequencies where starts lead to different "
+        "responses; at most the three most frequent ones at each. The class is known of the first, and of the one "
         "from rest.",
         "quiet",
     )

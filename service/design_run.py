@@ -1,6 +1,6 @@
-"""One design of a running service, searched in a process of its own.
+"""One design of a running service, searched in a separate process.
 
-Its rounds are studies. The small ones are computed in this process, without a cluster; the others the service runs.
+Its rounds are studies. Small ones are computed in this process, without a cluster; the service runs the others.
 """
 
 import logging
@@ -55,28 +55,28 @@ if TYPE_CHECKING:
     from damperlab.studies.kind import AnyStudy
 
 LOOK_SECONDS = 0.25
-"""Between two looks at a study that is waited for."""
+"""Interval between checks of a study."""
 ROOM_SECONDS = 5.0
-"""Between two attempts to enter studies where as many wait or run as may."""
+"""Interval between attempts to enter studies while the limit of waiting or running ones is reached."""
 TRY_AGAIN = 75
-"""Exit status where nothing is wrong with the design: the store could not be used just now."""
+"""Exit status if the store was temporarily unusable, and nothing is wrong with the design."""
 
 _log = logging.getLogger("damperlab.designs")
 
 
 class _Over(Exception):
-    """The design was ended by somebody else, or the service is gone."""
+    """Another process ended the design, or the service is gone."""
 
 
 class _Stop(Event):
-    """Set by SIGTERM: a study that is computed here is put down in order; what else is done is done again some time."""
+    """Set by SIGTERM: the present study is stopped cleanly; all else that is stored is found again."""
 
     computing = False
     withdrawn = False
-    """Whether the study that is computed here was cancelled or deleted."""
+    """Whether the present study was cancelled or deleted."""
 
     def is_set(self) -> bool:
-        """Whether to go on with no further block."""
+        """Whether to start no further block."""
         return self.withdrawn or super().is_set()
 
     def ask(self, *_: object) -> None:
@@ -87,11 +87,11 @@ class _Stop(Event):
 
 
 class _Unable(Exception):
-    """The design cannot go on; the message says why."""
+    """The design cannot continue; the message gives the reason."""
 
 
 def run_design(settings: Settings, design_id: str, wake: "Connection[object, object]") -> None:
-    """Search until the design has ended; for a process of its own, which may be killed at any moment.
+    """Search until the design has ended; in a separate process, which may be killed at any moment.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def run_design(settings: Settings, design_id: str, wake: "Connection[object, obj
     design_id : str
         The whole id.
     wake : Connection
-        Told when studies have been entered, so that the service looks for them at once.
+        Called when studies have been entered, so that the service checks for them immediately.
     """
     stop = _Stop()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the service, which ends this process
@@ -157,7 +157,7 @@ class _Search:
     stop: _Stop
 
     def run(self) -> None:
-        """Search to the end, and keep the answer."""
+        """Complete the search, and store the answer."""
         submitter.set(self.kept.owner)
         self._started = now() if self.kept.round is None else self.kept.round.started
         self._asked = parse_specification(self.kept.specification, self.settings.records)
@@ -199,9 +199,10 @@ class _Search:
         return [self._cube(self._ended(record.id)) for record in records]
 
     def _is_small(self, study: "AnyStudy") -> bool:
-        """Whether to compute a study in this process: a cluster of this machine takes longer to hand it out.
+        """Whether to compute a study in this process: a cluster of this machine would take longer.
 
-        One of other machines computes all of a design, so that no answer is put together from unlike machines.
+        A cluster with other machines computes all of a design, so that no answer combines results of different
+        machines.
         """
         elsewhere = self.settings.scheduler is not None or self.settings.cluster is not None
         if elsewhere or missing(scenes(study)):
@@ -209,7 +210,7 @@ class _Search:
         return make_plan(study, seconds_per_point).seconds <= HERE_SECONDS
 
     def _compute_together(self, ids: list[str]) -> None:
-        """Compute studies of one block that wait, on every core; what is out of the ordinary is left to `_compute`."""
+        """Compute waiting studies of one block, on every core; unusual ones are left to `_compute`."""
         for start in range(0, len(ids), AT_ONCE):
             self._require_wanted()
             self.stop.computing = True
@@ -219,7 +220,7 @@ class _Search:
                 raise _Over
 
     def _compute(self, study_id: str) -> None:
-        """Compute a study that waits, unless the service has begun it meanwhile; what became of it its record says."""
+        """Compute a waiting study, unless the service has started it meanwhile; its record has the outcome."""
 
         def look(_: object) -> None:
             try:
@@ -246,7 +247,7 @@ class _Search:
             raise _Over
 
     def _follow(self, ask: Ask, number: int, message: str | None = None) -> None:
-        """Note what is waited for, before it is entered: whoever ends the design finds its studies by it."""
+        """Record the wanted studies before they are entered, so that the process that ends the design finds them."""
         wanted = sum(study.points for study in ask.studies)
         ids = tuple(study.digest[:12] for study in ask.studies)
         known = None if ask.ahead is None else plain(known_document(self._asked, ask.ahead))
@@ -254,7 +255,7 @@ class _Search:
         self.shelf.follow(self.kept.id, at)
 
     def _entered(self, ask: Ask, number: int, stored: list[Record | None]) -> list[Record]:
-        """Enter the studies that are not stored, once there is room, and let those go on that were stopped."""
+        """Enter the studies that are not stored, once there is room, and resume those that were stopped."""
         known = {record.digest: record for record in stored if record is not None}
         by = provenance() | {DESIGNS: self._asked.digest}
         new = [
@@ -281,7 +282,7 @@ class _Search:
         return [known[study.digest] for study in ask.studies]
 
     def _enter(self, new: list[Submission]) -> tuple[list[Record], TooManyUnfinished | None]:
-        """Enter the first of some studies, as many as there is room for, and say what speaks against more."""
+        """Enter the first of some studies, as many as there is room for, and give the reason against more."""
         count, refused = len(new), None
         while count:
             try:
@@ -312,12 +313,12 @@ class _Search:
         return self.store.cube(study_id).load()
 
     def _pause(self, seconds: float) -> None:
-        """Wait a little; raise `_Over` where nobody wants this design any more."""
+        """Wait briefly; raise `_Over` if the design was ended."""
         time.sleep(seconds)
         self._require_wanted()
 
     def _require_wanted(self) -> None:
-        """Raise `_Over` where somebody has ended this design, here or elsewhere, or the service is gone."""
+        """Raise `_Over` if the design was ended, here or elsewhere, or the service is gone."""
         parent = multiprocessing.parent_process()
         if self.shelf.ended(self.kept.id) or (parent is not None and not parent.is_alive()):
             raise _Over

@@ -1,4 +1,4 @@
-"""Designs that wait are searched, a few side by side, each in a process of its own; no restart or crash forgets one."""
+"""Waiting designs are searched, a few in parallel, each in a separate process; none is lost by a restart or crash."""
 
 import logging
 import multiprocessing
@@ -18,11 +18,11 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.run.background import Background
 
 LOOK_SECONDS = 2.0
-"""Between two looks for designs that other processes left behind."""
+"""Interval between checks for designs of other processes."""
 AGAIN_SECONDS = 5.0
-"""How long a design waits before it is tried again whose process could not use the store, or was ended."""
+"""Time before a design is tried again whose process could not use the store, or was ended."""
 MOST_DEATHS = 3
-"""How often in a row the process of a design may be ended by others before the design is put down."""
+"""Most times in a row that the process of a design may be killed before the design fails."""
 STOP_SECONDS = 10.0
 
 _log = logging.getLogger("damperlab.designs")
@@ -37,8 +37,8 @@ class _Run:
 class Designer:
     """Searches the designs of a data directory, oldest first.
 
-    A design is picked up because it has not ended, whichever process died while at it. What its search asks for is stored
-    already, up to where it was.
+    A design is resumed because it has not ended, whichever process worked on it before. Its requests are stored
+    already, up to the interruption.
 
     Parameters
     ----------
@@ -60,25 +60,25 @@ class Designer:
         self._not_before: dict[str, float] = {}
         self._deaths: dict[str, int] = {}
         self.background = Background("designs", self._start_runs, LOOK_SECONDS)
-        """The thread that looks for designs."""
+        """The thread that checks for designs."""
         # a process starts with a fresh interpreter: this one has threads, and the catalogue's connections
         self._processes = multiprocessing.get_context("spawn")
 
     def start(self) -> None:
-        """Begin to look for designs."""
+        """Start checking for designs."""
         self.background.start()
 
     def wake(self) -> None:
-        """Look for designs now: one was asked for."""
+        """Check for designs now: one was submitted."""
         self.background.wake()
 
     def cancel(self, kept: Kept) -> Kept:
-        """End a design that waits or is searched, here or elsewhere; its studies that are done stay.
+        """End a waiting or running design, here or elsewhere; its completed studies stay.
 
         Returns
         -------
         Kept
-            As it is then; unchanged, if the design had ended before.
+            Its state afterwards; unchanged, if the design had ended before.
         """
         if self.shelf.end(kept.id, "cancelled"):
             with self._lock:
@@ -90,7 +90,7 @@ class Designer:
         return self.shelf.get(kept.id)
 
     def resume(self, kept: Kept) -> Kept:
-        """Go on with a design that was cancelled or has failed; studies that are done are not computed again."""
+        """Continue a design that was cancelled or has failed; completed studies are not computed again."""
         if kept.state in ("cancelled", "failed"):
             self.shelf.resume(kept.id)
             self._deaths.pop(kept.id, None)
@@ -99,7 +99,7 @@ class Designer:
         return self.shelf.get(kept.id)
 
     def close(self) -> None:
-        """Stop searching; what is not done goes on at the next start."""
+        """Stop searching; unfinished designs continue at the next start."""
         self.background.close()
         with self._lock:
             runs = list(self._runs.values())
@@ -144,7 +144,7 @@ class Designer:
             self.wake()
 
     def _searched(self, design_id: str, ready: threading.Event) -> BaseProcess:
-        """Search in a process; give it once it has ended."""
+        """Search in a process; return it once it has ended."""
         hears, tells = self._processes.Pipe(duplex=False)
         arguments = (self._settings, design_id, tells)
         process = self._processes.Process(target=run_design, args=arguments, daemon=True)
@@ -161,7 +161,7 @@ class Designer:
         return process
 
     def _note_end(self, design_id: str, status: int | None) -> None:
-        """See to a process that ended: the design has ended too, or is tried again."""
+        """Handle the end of a process: the design has ended too, or is tried again."""
         if self.background.closing or self.shelf.ended(design_id):
             self._deaths.pop(design_id, None)
             return
@@ -179,7 +179,7 @@ class Designer:
             self.shelf.end(design_id, "failed", told)
 
     def _cancel_studies(self, kept: Kept) -> None:
-        """Cancel the studies of the last round that were entered for this design, and for no other."""
+        """Cancel the studies of the last round that were entered only for this design."""
         for study_id in () if kept.round is None else kept.round.studies:
             with suppress(StudyNotFound):
                 record = self._store.find(study_id)

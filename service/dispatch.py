@@ -1,4 +1,4 @@
-"""Studies that wait meet the cluster: a few run side by side, and no restart or crash forgets one."""
+"""Waiting studies run on the cluster, a few in parallel; none is lost by a restart or crash."""
 
 import logging
 import threading
@@ -22,17 +22,19 @@ from damperlab.worker.run.runner import run_study
 from damperlab.worker.run.small_batch_on_cluster import MOST, run_small_studies
 
 LOOK_SECONDS = 2.0
-"""Between two looks for studies that other processes queued, or left behind when they died."""
+"""Interval between checks for studies that other processes queued, or left behind when they died."""
 WAIT_SECONDS = 20.0
-"""How long a study waits for workers before it makes room for another; it is queued then, and its record says for what."""
+"""Longest wait of a study for workers before it makes room for another; it is then queued, and its record gives the
+reason.
+"""
 CLEAN_SECONDS = 3600.0
-"""Between two looks for files that nobody needs."""
+"""Interval between checks for useless files."""
 AGAIN_SECONDS = 5.0
-"""How long a study that the cluster let down waits before it is tried again."""
+"""Time before a study is tried again whose cluster failed."""
 COMPANY = 4
-"""So many small studies that wait are run together."""
+"""Most small waiting studies that are run together."""
 STOP_SECONDS = 60.0
-"""How long a shutdown waits for runners; each gives its running blocks a shorter grace of its own."""
+"""Longest wait of a shutdown for runners; each gives its running blocks a shorter time."""
 
 _log = logging.getLogger("damperlab.dispatch")
 
@@ -44,27 +46,28 @@ class _Run:
 
 
 class Dispatcher:
-    """Runs what is queued in a store: the highest priority first; of one, who submits take turns, each with the oldest study.
+    """Runs the queued studies of a store: the highest priority first; within a priority submitters take turns, each
+    with the oldest study.
 
-    The catalogue is the queue: a study is picked up because its state says so, whoever put it there and
-    whichever process died while at it. A claim in the catalogue keeps two services from running one study.
+    The catalogue is the queue: a study is run because of its state, whichever process queued it or died with it. A
+    claim in the catalogue keeps two services from running one study.
 
     Parameters
     ----------
     store : Store
-        Studies and cubes, as requests see them: it waits for its turn at writing no longer than a request may.
+        Studies and cubes for requests: it waits for the write lock no longer than a request may.
     runs : Store
-        The same for the runners, which would rather wait than compute a block again.
+        The same for the runners, which rather wait longer than compute a block again.
     cluster : SharedCluster
-        Where blocks are computed.
+        The cluster.
     at_once : int
-        Most studies that run side by side.
+        Most studies that run in parallel.
     """
 
     def __init__(self, store: Store, runs: Store, cluster: SharedCluster, at_once: int) -> None:
         self.cluster = cluster
         self.trouble: str | None = None
-        """Why the cluster could not be used when it was last asked for; None while all is well."""
+        """Why the cluster could not be used at the last attempt; None if all is well."""
         self._store = store
         self._runners_store = runs
         self._at_once = at_once
@@ -88,16 +91,16 @@ class Dispatcher:
 
     @property
     def backgrounds(self) -> tuple[Background, ...]:
-        """The threads that work for all studies."""
+        """The threads shared by all studies."""
         return self._dispatching, self._removing, self._cleaning
 
     @property
     def running(self) -> list[str]:
-        """Ids of the studies that run here now."""
+        """Ids of the studies that run here."""
         return sorted(self._runs)
 
     def workload(self) -> tuple[dict[str, int], int, int]:
-        """Give workers by standing (of the study that sees most), blocks at workers, and blocks begun again so far."""
+        """Give workers by standing (from the study with most), blocks at workers, and repeated blocks so far."""
         with self._lock:
             now = list(self._progress.values())
             retries = self._retries + sum(each.retries for each in now)
@@ -108,7 +111,7 @@ class Dispatcher:
         return counts, sum(each.blocks_in_flight for each in now), retries
 
     def blocks_left(self) -> int:
-        """Count the blocks that the studies which run here have yet to compute."""
+        """Count the remaining blocks of the studies that run here."""
         with self._lock:
             return sum(each.blocks_total - each.blocks_done for each in self._progress.values())
 
@@ -117,17 +120,17 @@ class Dispatcher:
             self._progress[study_id] = progress
 
     def start(self) -> None:
-        """Begin to look for work."""
+        """Start checking for work."""
         self._dispatching.start()
         self._removing.start()
         self._cleaning.start(at_once=False)
 
     def wake(self) -> None:
-        """Look for work now: a study has been queued."""
+        """Check for work now: a study was queued."""
         self._dispatching.wake()
 
     def cancel(self, record: Record) -> Record:
-        """Cancel a study that is queued, or running here or elsewhere; what is done is kept.
+        """Cancel a study that is queued, or running here or elsewhere; finished blocks are kept.
 
         Parameters
         ----------
@@ -137,7 +140,7 @@ class Dispatcher:
         Returns
         -------
         Record
-            As it is then; unchanged, if the study had ended before.
+            Its state afterwards; unchanged, if the study had ended before.
         """
         cancelled = self._store.set_state(
             record.id, "cancelled", only_from=("queued", "running"), at_once=False
@@ -152,28 +155,28 @@ class Dispatcher:
         return cancelled
 
     def resume(self, record: Record) -> Record:
-        """Queue a cancelled or failed study again; only what is missing will be computed."""
+        """Queue a cancelled or failed study again; only missing points will be computed."""
         queued = self._store.set_state(record.id, "queued", only_from=("cancelled", "failed"))
         self._try_now(record.id)
         return queued
 
     def retry(self, record: Record) -> Record:
-        """Queue a study again for its blocks that failed as a whole; raise `NothingToDo` where there is none."""
+        """Queue a study again for its blocks that failed as a whole; raise `NothingToDo` if there are none."""
         queued = self._store.retry(record.id)
         self._try_now(record.id)
         return queued
 
     def remark(self, study_id: str, remarks: Remarks) -> Record:
-        """Keep remarks on a study; beside its blocks they are written in the background."""
+        """Store remarks on a study; they are written with its blocks in the background."""
         record = self._store.remark(study_id, remarks, at_once=False)
         self._tidy()
         return record
 
     def delete(self, record: Record, keep_seconds: float = 0.0) -> None:
-        """Delete a study that has ended or waits; for so long it can be restored.
+        """Delete a study that has ended or waits; it can be restored for the given time.
 
-        It is gone when this returns; its files are removed in the background, also after a restart, once its run here has
-        put away what it was at.
+        It is gone when this returns. Its files are removed in the background, also after a restart, once its runner
+        has stopped.
 
         Raises
         ------
@@ -188,12 +191,12 @@ class Dispatcher:
         self._tidy()
 
     def _tidy(self) -> None:
-        """Have written and removed in the background what no request waits for."""
+        """Write and remove in the background everything that no request waits for."""
         self._untidy.set()
         self._removing.wake()
 
     def close(self) -> None:
-        """Stop: running blocks may finish within the runner's grace; the rest stays queued for the next start."""
+        """Stop: running blocks may finish within the runner's time; the rest stays queued for the next start."""
         for background in self.backgrounds:
             background.tell_to_close()
         self._dispatching.close()
@@ -257,7 +260,7 @@ class Dispatcher:
             waiting = [one for one in waiting if one.id not in taken]
 
     def _begin(self, ids: list[str], owner: str | None, together: bool) -> None:
-        """Start a thread for some studies; whether one was cancelled since it looks up itself."""
+        """Start a thread for some studies; it checks itself whether one was cancelled since."""
         stop = threading.Event()
         work, about = (self._run_batch, ids) if together else (self._run, ids[0])
         thread = threading.Thread(target=work, args=(about, stop), name=f"study-{ids[0]}", daemon=True)
@@ -266,13 +269,13 @@ class Dispatcher:
         self._turns[owner] = 1 + max(self._turns.values(), default=0)
 
     def _busy(self) -> bool:
-        """Whether as many runs are under way as may be."""
+        """Whether the limit of parallel runs is reached."""
         # a thread that was ended from outside has not cleared up
         self._runs = {study_id: run for study_id, run in self._runs.items() if run.thread.is_alive()}
         return len({run.thread for run in self._runs.values()}) >= self._at_once
 
     def _waiting(self) -> list[Waiting]:
-        """The studies that nobody works on and somebody should, oldest first."""
+        """The studies that wait without an owner, oldest first."""
         with self._lock:
             if self._busy():
                 return []

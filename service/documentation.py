@@ -1,4 +1,6 @@
-"""The documentation site, where `make docs` has built it: its files, and a policy that lets each page run its own scripts."""
+"""The documentation site, if `make docs` has built it: its files, and a policy that allows each page its own
+scripts.
+"""
 
 import os
 import re
@@ -21,11 +23,11 @@ _POLICY = (
     "default-src 'none'; script-src 'self'{scripts}; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
     "font-src 'self'; connect-src 'self'; worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""Scripts from its own files, and those that stand in the page, by their hashes; its equations have attributes of style."""
+"""Scripts from its own files, and inline ones by their hashes; its equations have style attributes."""
 
 
 def built() -> Path | None:
-    """Give the folder into which `make docs` builds in a checkout; None where it has not, or this is no checkout."""
+    """Give the output folder of `make docs` in a checkout; None if it does not exist."""
     folder = Path(__file__).resolve().parents[1] / "site"
     return folder if (folder / FIRST).is_file() else None
 
@@ -36,14 +38,14 @@ class Documentation(StaticFiles):
     Parameters
     ----------
     folder : Path
-        What `mkdocs build` made.
+        The output of `mkdocs build`.
     """
 
     def __init__(self, folder: Path) -> None:
         super().__init__(directory=folder, html=True)
 
     async def get_response(self, path: str, scope: Scope) -> Response:
-        """Send what there is at a path; of what is not there a problem document tells, as everywhere."""
+        """Send the file at a path; a missing one gives a problem document, as everywhere."""
         response = await super().get_response(path, scope)
         if response.status_code == 404:
             raise HTTPException(404)
@@ -52,7 +54,7 @@ class Documentation(StaticFiles):
     def file_response(
         self, full_path: PathLike, stat_result: os.stat_result, scope: Scope, status_code: int = 200
     ) -> Response:
-        """Send a file; a page of HTML with the policy that fits it, also where it is only said not to have changed."""
+        """Send a file; a page of HTML has its own policy, also in an answer that it has not changed."""
         response = super().file_response(full_path, stat_result, scope, status_code)
         response.headers["Cache-Control"] = "no-cache"
         if str(full_path).endswith(".html"):
@@ -62,7 +64,7 @@ class Documentation(StaticFiles):
 
 @lru_cache(maxsize=64)
 def policy_of(path: str, changed_ns: int) -> str:
-    """Give the policy of a page: the scripts that it holds are named by their SHA-256, and no other may be put into it."""
+    """Give the policy of a page: its inline scripts are named by their SHA-256, so that no other can be injected."""
     scripts = _SCRIPT.findall(Path(path).read_bytes())
     hashes = sorted({b64encode(sha256(script).digest()).decode() for script in scripts})
     return _POLICY.format(scripts="".join(f" 'sha256-{each}'" for each in hashes))

@@ -1,4 +1,4 @@
-"""JSON documents: what every route answers with. JSON has no NaN and no infinity, so both become null."""
+"""JSON documents: the answers of all routes. JSON has no NaN and no infinity, so both become null."""
 
 import json
 import math
@@ -9,19 +9,19 @@ import numpy as np
 from starlette.responses import JSONResponse
 
 AT_ONCE = 10_000
-"""Numbers that are written in one go: the interpreter does nothing else meanwhile, for some milliseconds."""
+"""Numbers written in one step: the interpreter does nothing else meanwhile, for some milliseconds."""
 
 
 _ENCODER = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
 def plain(value: object) -> Any:
-    """Turn `value` into what JSON can hold.
+    """Convert `value` to JSON-able data.
 
     Parameters
     ----------
     value : object
-        Mappings, sequences, numpy arrays and scalars, numbers, strings, None, nested as one likes.
+        Mappings, sequences, numpy arrays and scalars, numbers, strings, None, at any depth.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def _listed(array: np.ndarray) -> list[Any]:
 
 
 def _pieces(value: Any) -> Iterator[str]:
-    """Write what JSON can hold piece by piece: what is written in one go stops every other thread."""
+    """Write JSON piece by piece: a single step would stop every other thread."""
     if _size(value) <= AT_ONCE:
         yield _ENCODER.encode(value)
     elif isinstance(value, dict):
@@ -83,14 +83,14 @@ def _pieces(value: Any) -> Iterator[str]:
 
 
 def _size(value: Any) -> int:
-    """Guess how many values there are, by the first of each list."""
+    """Estimate the number of values, from the first of each list."""
     if isinstance(value, dict):
         return sum(map(_size, value.values()))
     return len(value) * _size(value[0]) if isinstance(value, list) and value else 1
 
 
 class Document(JSONResponse):
-    """A JSON response in which NaN and infinities are null, whatever strings a client has sent."""
+    """A JSON response in which NaN and infinities are null, and client strings are escaped."""
 
     def render(self, content: Any) -> bytes:
         """Return the bytes of `content` as JSON in UTF-8."""

@@ -1,4 +1,4 @@
-"""What both doors answer about earthquakes: a comparison with its units, bounded in what it costs."""
+"""Answers about earthquakes, for all interfaces: a comparison with its units, bounded in cost."""
 
 from typing import Annotated, NotRequired
 
@@ -12,11 +12,11 @@ from damperlab.studies.vocabulary import CASES
 from damperlab.worker.ground.comparison import Comparison, compare, structure_of
 
 MOST_WINDOWS = 3_000_000
-"""Windows that one comparison may march through, all starts together: some seconds."""
+"""Most panels that one comparison may integrate, over all starts: some seconds."""
 
 
 class WithPaper(Comparison):
-    """A comparison beside the paper's own."""
+    """A comparison with the paper's own."""
 
     brief: InShort
     paper_table_a1: Annotated[dict[str, dict[str, Measured]], Says(propertyNames={"enum": list(CASES)})]
@@ -25,7 +25,7 @@ class WithPaper(Comparison):
 
 
 class ComparedDocument(WithPaper):
-    """The answer to a comparison, with time histories where they are asked for."""
+    """The answer to a comparison, with time histories on request."""
 
     histories: NotRequired[Annotated[dict[str, Table], Says(propertyNames={"enum": list(CASES)})]]
 
@@ -40,7 +40,7 @@ UNITS = {
 
 
 def answer_comparison(asked: Earthquake, samples: int = 0) -> WithPaper:
-    """Compute a comparison, bounded in what it may cost.
+    """Compute a comparison, bounded in its cost.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def answer_comparison(asked: Earthquake, samples: int = 0) -> WithPaper:
     Raises
     ------
     StudyFaults
-        Where it would take too long.
+        If it would take too long.
     """
     motion = asked.motion
     omega = structure_of(asked).omega

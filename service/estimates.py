@@ -1,6 +1,6 @@
-"""What a study will cost, and whether what a request needs is compiled, as documents: what HTTP sends and --json prints.
+"""Cost of a study, and state of the needed kernels, as documents for HTTP and --json.
 
-They ask what computes, so they load the compiler; what asks the store alone loads none.
+They use the solver, so they load the compiler; questions to the store alone load none.
 """
 
 from collections.abc import Sequence
@@ -22,12 +22,14 @@ from damperlab.worker.scenes import Scene, scenes
 from damperlab.worker.warm import missing
 
 DOUBT, DOUBT_KNOWING = 4.0, 2.5
-"""Factor either way within which a study takes what is expected, by the cost model alone and after one of its family: so in 27
-and 31 of 32 drawn at random (560 points of any hybrid scene, the earlier one of 180)."""
+"""Factor by which the time of a study may differ either way from the expected one: by the cost model alone, and
+after a study of its family. It covered 27 and 31 of 32 drawn at random (560 points of any hybrid scene, the earlier
+one of 180).
+"""
 
 
 class Estimate(TypedDict):
-    """What a study will cost."""
+    """Cost of a study."""
 
     digest: str
     points: Count
@@ -43,7 +45,7 @@ class Estimate(TypedDict):
 
 
 class Readiness(TypedDict):
-    """Whether what a request needs is compiled."""
+    """Whether the kernels of a request are compiled."""
 
     phase: Literal["ready", "compiling"]
     phase_done: Count
@@ -52,22 +54,22 @@ class Readiness(TypedDict):
 
 
 def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -> Estimate:
-    """Say what a study will cost, before it is stored.
+    """Estimate the cost of a study, before it is stored.
 
     Parameters
     ----------
     study, plan : AnyStudy, Plan
-        The study, and how it is cut.
+        The study, and the division of its grid.
     store : Store, optional
-        Where earlier studies of its family tell what points take; without them the cost model alone does.
+        Earlier studies of its family, whose times improve the estimate; without them the cost model alone is used.
 
     Returns
     -------
     dict
-        ``points``, ``blocks``, ``bytes`` (before compression), ``seconds`` (of one core, compiling included) and
-        ``seconds_low`` and ``seconds_high``, between which they may well be, ``compiling_seconds`` (the part of it that
-        compiling takes) and ``kernels_missing`` (scenes to compile on this machine), ``digest``, ``definition``, and
-        ``understood`` (what was assumed, the ratios that quantities make, and what is unusual, in sentences).
+        ``points``, ``blocks``, ``bytes`` (before compression); ``seconds`` (on one core, including compiling) and
+        its likely range ``seconds_low`` to ``seconds_high``; ``compiling_seconds`` (its part for compiling) and
+        ``kernels_missing`` (scenes to compile on this machine); ``digest``, ``definition``, and ``understood``
+        (assumptions, derived ratios, and unusual values, in sentences).
     """
     lacking = missing(scenes(study))
     compiling = sum(scene.seconds for scene in lacking)
@@ -92,18 +94,18 @@ def estimate_document(study: AnyStudy, plan: Plan, store: Store | None = None) -
 
 
 def readiness_document(wanted: Sequence[Scene]) -> Readiness:
-    """Say whether what a request needs is compiled, before it is computed.
+    """Say whether the kernels of a request are compiled, before it is computed.
 
     Parameters
     ----------
     wanted : sequence of Scene
-        What it needs.
+        Its needs.
 
     Returns
     -------
     dict
-        ``phase``: ready, or compiling where something must be compiled first; ``phase_done`` of ``phase_total``
-        scenes are compiled; ``compiling_seconds`` (of one core) is about what the others take.
+        ``phase``: ready, or compiling if something must be compiled first; ``phase_done`` of ``phase_total`` scenes
+        are compiled; ``compiling_seconds`` (on one core) estimates the time of the others.
     """
     lacking = missing(wanted)
     return {

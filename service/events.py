@@ -1,4 +1,4 @@
-"""Progress of a study as server-sent events: one when something changed, and a last one when it has ended."""
+"""Progress of a study as server-sent events: one at every change, and a last one when it has ended."""
 
 from collections.abc import AsyncIterator
 
@@ -10,9 +10,9 @@ from damperlab.studies.store.faults import StudyNotFound
 from damperlab.studies.store.record import Record
 
 LOOK_SECONDS = 0.5
-"""Between two looks at the record: the study may run in another process, so the catalogue is asked."""
+"""Interval between checks of the record in the catalogue: the study may run in another process."""
 RETRY_MILLISECONDS = 2000
-"""How long a browser waits before it connects again."""
+"""Time before a browser connects again."""
 
 _SHOWN = (
     "id",
@@ -34,7 +34,7 @@ _SHOWN = (
 
 
 def event_id(record: Record) -> str:
-    """Name what a client has seen: events are cumulative, so the last one it saw tells all that it knows."""
+    """Identify the client's last event: events are cumulative, so the last one gives its complete knowledge."""
     return f"{record.blocks_done}-{record.points_failed}-{record.phase}-{record.phase_done or 0}"
 
 
@@ -48,7 +48,7 @@ async def progress(service: Service, record: Record, last_seen: str | None) -> A
     record : Record
         The study as it is now.
     last_seen : str, optional
-        The ``Last-Event-ID`` of a client that connects again: what it knows is not repeated.
+        The ``Last-Event-ID`` of a reconnecting client, to which known events are not repeated.
 
     Yields
     ------

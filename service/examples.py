@@ -16,9 +16,9 @@ from damperlab.studies.specification.schema import specification_schema
 from damperlab.studies.text import MOST_STUDIES
 
 EDGE = (400, 408, 421, 422, 431, 503)
-"""What any request may be answered with: no HTTP, too slow, a foreign host, parameters, a long head, no data."""
+"""Possible answers to any request: no HTTP, too slow, an unknown host, parameters, a long head, no data."""
 WITH_KEY = (401, 403, 429)
-"""And any that asks for a key: none, not enough, too often."""
+"""And to any request that needs a key: no key, wrong scope, too often."""
 
 _LINEAR_YAML = """\
 name: no-damper
@@ -33,7 +33,7 @@ _EITHER = [{"$ref": f"#/components/schemas/{kind}"} for kind in ("Study", "Suite
 
 STUDY_BODY: dict[str, Any] = {
     "required": True,
-    "description": "A study: what is varied, and how each point is computed; or a list of studies.",
+    "description": "A study: the varied quantities, and the method of computing each point; or a list of studies.",
     "content": {
         "application/json": {
             "schema": {
@@ -148,7 +148,7 @@ RECORD_BODY: dict[str, Any] = {
 
 SPECIFICATION_BODY: dict[str, Any] = {
     "required": True,
-    "description": "A specification: what must be quiet, what may be chosen, and how far what is built may be off.",
+    "description": "A specification: requirements, ranges of the damper, and tolerances.",
     "content": {
         "application/json": {
             "schema": {"$ref": "#/components/schemas/Specification"},
@@ -186,7 +186,7 @@ SPECIFICATION_BODY: dict[str, Any] = {
 
 COMPARISON_BODY: dict[str, Any] = {
     "required": True,
-    "description": "A record, and what of the paper's prototype is different. Physical units: kg, Hz, m, N.",
+    "description": "A record, and the values that differ from the paper's prototype. Physical units: kg, Hz, m, N.",
     "content": {
         "application/json": {
             "schema": {"$ref": "#/components/schemas/EarthquakeComparison"},
@@ -215,7 +215,8 @@ COMPARISON_BODY: dict[str, Any] = {
 
 FIT_BODY: dict[str, Any] = {
     "required": True,
-    "description": "A measured frequency response as a table of text, what is known of the prototype, and what is estimated.",
+    "description": "A measured frequency response as a table of text, known values of the prototype, and "
+    "parameters to estimate.",
     "content": {
         "application/json": {
             "schema": {"$ref": "#/components/schemas/Fit"},
@@ -242,8 +243,8 @@ FIT_BODY: dict[str, Any] = {
 def complete(document: dict[str, Any]) -> None:
     """Correct the framework's OpenAPI document in place.
 
-    Bodies are read and answers made by hand, so their schemas are added by hand; in place of the framework's own form of a
-    validation error stands the one that is sent. What any request may be answered with is added to all operations.
+    Bodies are read and answers built by hand, so their schemas are added by hand; the actual form of a validation
+    error replaces the framework's. The common answers are added to all operations.
     """
     schemas = document.setdefault("components", {}).setdefault("schemas", {})
     for name in ("HTTPValidationError", "ValidationError"):

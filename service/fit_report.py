@@ -22,7 +22,7 @@ COLUMNS = ("parameter", "value", "low", "high", "deviation", "range")
 
 
 class Parameter(TypedDict):
-    """An estimated parameter with its interval, and the range in which it was looked for."""
+    """An estimated parameter with its interval, and the range of the search."""
 
     value: Number
     low: Number
@@ -40,7 +40,7 @@ class Estimates(TypedDict):
 
 
 class FitDocument(Estimates):
-    """What every fit gives, of a response or of a time history."""
+    """The common part of every fit, of a response or of a time history."""
 
     measured: str
     confidence: Number
@@ -55,7 +55,7 @@ class FitDocument(Estimates):
 
 
 class FittedDocument(FitDocument):
-    """What a fit of a frequency response gives."""
+    """The result of a fit of a frequency response."""
 
     rows: list[dict[str, Number]]
     outliers: list[Count]
@@ -63,13 +63,13 @@ class FittedDocument(FitDocument):
     study: Annotated[
         dict[str, Any] | None,
         Says(
-            description="The prototype with its estimated parameters, as a study; null where none can be made of it."
+            description="The prototype with its estimated parameters, as a study; null if this is impossible."
         ),
     ]
 
 
 def fit_document(fitted: Fitted) -> FittedDocument:
-    """Put a fit into a document of plain data: parameters, correlations, goodness, rows, a study, sentences."""
+    """Convert a fit into plain data: parameters, correlations, goodness, rows, a study, sentences."""
     question = fitted.question
     measured = question.measured
     return {
@@ -107,7 +107,7 @@ def fit_document(fitted: Fitted) -> FittedDocument:
 
 
 def study_of(fitted: Fitted | FittedHistory) -> dict[str, Any] | None:
-    """Write the prototype as a study; None where none can be made of it."""
+    """Write the prototype as a study; None if this is impossible."""
     try:
         return fitted.study()
     except StudyFaults:
@@ -115,7 +115,7 @@ def study_of(fitted: Fitted | FittedHistory) -> dict[str, Any] | None:
 
 
 def estimates_document(estimates: Sequence[Estimate], correlation: NDArray[np.float64]) -> Estimates:
-    """Put the parameters and their correlations into a document."""
+    """Convert the parameters and their correlations into a document."""
     names = [each.name for each in estimates]
     return {
         "parameters": {
@@ -137,7 +137,7 @@ def estimates_document(estimates: Sequence[Estimate], correlation: NDArray[np.fl
 
 
 def _heading(name: str) -> str:
-    """Name a parameter at the head of a row, with the unit that its values have there: lengths are in millimetres."""
+    """Name a parameter at the head of a row, with the unit of its values: lengths are in millimetres."""
     return f"{name.removesuffix('_m').replace('_', ' ')} [mm]" if unit_of(name) == "m" else name
 
 
@@ -160,7 +160,7 @@ def parameter_rows(estimates: Sequence[Estimate]) -> list[tuple[str, ...]]:
 
 
 def study_parts(fitted: Fitted | FittedHistory) -> list[str]:
-    """Give the parts of a page that show the prototype as a study, where one can be made of it."""
+    """Give the parts of a page with the prototype as a study, if there is one."""
     study = study_of(fitted)
     if study is None:
         return []
@@ -169,7 +169,7 @@ def study_parts(fitted: Fitted | FittedHistory) -> list[str]:
 
 
 def fit_report(fitted: Fitted, curves: list[FittedCurve]) -> str:
-    """Write a fit as one page of HTML that loads nothing.
+    """Write a fit as one self-contained page of HTML.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from damperlab.worker.scenes import Scene
 
 
 def histories_of(asked: Earthquake) -> dict[str, dict[str, NDArray[np.float64]]]:
-    """Compute `time_s`, `relative_displacement_m` and what else is known of the motion with each damper, by its case."""
+    """Compute `time_s`, `relative_displacement_m` and the other columns of the motion with each damper, by its case."""
     structure, absorber = structure_of(asked), absorber_of(asked)
     factor, tail = asked.values["scale"], asked.values["tail_s"]
     histories = {}
@@ -27,7 +27,7 @@ def histories_of(asked: Earthquake) -> dict[str, dict[str, NDArray[np.float64]]]
 
 
 def history_scenes(asked: Earthquake) -> list[Scene]:
-    """Scenes that these histories need."""
+    """Scenes of these histories."""
     return [scene._replace(purpose="record-history") for scene in scenes_of(asked)]
 
 
@@ -39,14 +39,14 @@ def sampled(asked: Earthquake, most: int) -> dict[str, dict[str, Any]]:
     asked : Earthquake
         The comparison.
     most : int
-        Samples of one case, at least 2. All are given where there are no more; else some at even places, and those of the
-        largest and smallest displacement against the base, so that a peak stays.
+        Samples of one case, at least 2. All are given if there are no more; else some at even positions, and those
+        of the largest and smallest displacement against the base, so that peaks stay.
 
     Returns
     -------
     dict
-        By case the columns, as `ground_history` names them; ``thinned`` says whether some were left out, and
-        ``spectrum`` how much of the displacement against the base there is at each frequency.
+        By case the columns, as `ground_history` names them. ``thinned`` says whether some were left out, and
+        ``spectrum`` is the displacement against the base over frequency.
     """
     found: dict[str, dict[str, Any]] = {}
     natural = asked.values["natural_frequency_hz"]

@@ -30,13 +30,14 @@ class FittedHistoryDocument(FitDocument):
     study: Annotated[
         dict[str, Any] | None,
         Says(
-            description="The prototype as a study around its natural frequency; null where nothing says how its base moves."
+            description="The prototype as a study around its natural frequency; null if nothing determines "
+            "the motion of its base."
         ),
     ]
 
 
 def history_document(fitted: FittedHistory) -> FittedHistoryDocument:
-    """Put a fit of a time history into a document of plain data."""
+    """Convert a fit of a time history into plain data."""
     question = fitted.question
     measured = question.measured
     return {
@@ -66,14 +67,14 @@ def history_document(fitted: FittedHistory) -> FittedHistoryDocument:
 
 
 def history_report(fitted: FittedHistory) -> str:
-    """Write a fit of a time history as one page of HTML that loads nothing."""
+    """Write a fit of a time history as one self-contained page of HTML."""
     from damperlab.service.figures.history_fit import draw_history_fit
 
     title = f"{fitted.question.measured.name}, fitted"
     counted = f"Intervals of {100 * fitted.question.confidence:g} %; {fitted.evaluations} histories computed."
     caption = (
-        "The measured displacement, that with the estimated parameters, and what is left in standard deviations; what "
-        "lies in the shaded part does not count."
+        "The measured displacement, that with the estimated parameters, and the residuals in standard "
+        "deviations; the shaded part does not count."
     )
     parts = [
         f"<h1>{escape(title)}</h1>",

@@ -1,4 +1,4 @@
-"""Parts of documents to keep or to print: pages of HTML that load nothing, with their figures in them."""
+"""Parts of documents to keep or to print: self-contained pages of HTML with their figures."""
 
 import base64
 import io
@@ -30,7 +30,7 @@ pre { white-space: pre-wrap; overflow-wrap: anywhere; font-size: .8rem; }
 
 
 SHORT = 12
-"""Letters up to which a cell of a table is one line."""
+"""Letters up to which a cell of a table stays on one line."""
 
 
 def page(title: str, parts: Iterable[str]) -> str:
@@ -41,7 +41,7 @@ def page(title: str, parts: Iterable[str]) -> str:
     title : str
         Plain text.
     parts : iterable of str
-        What stands in it, as HTML.
+        Its content, as HTML.
     """
     title = escape(title)
     return (
@@ -53,13 +53,13 @@ def page(title: str, parts: Iterable[str]) -> str:
 
 
 def said(text: str, kind: str = "") -> str:
-    """Write a paragraph of plain text, names in backticks as such; `quiet` is the kind of a remark."""
+    """Write a paragraph of plain text with names in backticks; `quiet` marks a remark."""
     named = re.sub("`([^`]+)`", r"<code>\1</code>", escape(text))
     return f"<p{f' class={kind}' if kind else ''}>{named}</p>"
 
 
 def table(label: str, head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Write a table of plain text; the label is for readers that do not see it."""
+    """Write a table of plain text; the label is for screen readers."""
     heads = "".join(f'<th scope="col">{escape(text)}</th>' for text in head)
     body = "".join("<tr>" + "".join(_cell(str(cell)) for cell in row) + "</tr>" for row in rows)
     region = f'class="wide" tabindex="0" role="region" aria-label="{label}"'
@@ -67,12 +67,12 @@ def table(label: str, head: Iterable[str], rows: Iterable[Iterable[str]]) -> str
 
 
 def _cell(text: str) -> str:
-    """Write a cell; a number with its unit stays on one line, as any short text does."""
+    """Write a cell; a number with its unit stays on one line, as does any short text."""
     return f"<td{' class=short' if 0 < len(text) <= SHORT else ''}>{escape(text)}</td>"
 
 
 def drawing(figure: "Figure", caption: str) -> str:
-    """Put a figure into the page, as SVG, above its caption."""
+    """Embed a figure as SVG, above its caption."""
     from damperlab.service.figures.style import styled
 
     drawn = io.BytesIO()

@@ -1,4 +1,4 @@
-"""Kernels of a running service: compiled in processes of their own, so that requests are answered meanwhile."""
+"""Kernels of a running service: compiled in separate processes, so that requests are answered meanwhile."""
 
 import logging
 import threading
@@ -14,12 +14,12 @@ _log = logging.getLogger("damperlab.kernels")
 
 
 class Kernels:
-    """Has kernels compiled, each by one process: in the background, and when a request needs them.
+    """Compiles kernels, each in one process: in the background, and when a request needs them.
 
     Parameters
     ----------
     at_once : int
-        Most processes at a time.
+        Most parallel processes.
     """
 
     def __init__(self, at_once: int) -> None:
@@ -33,18 +33,18 @@ class Kernels:
         self._thread = threading.Thread(target=self._warm, name="kernels", daemon=True)
 
     def compiled(self) -> tuple[int, float]:
-        """Give how many scenes were compiled here since the start, and the seconds that took, queues left out."""
+        """Give how many scenes were compiled here since the start, and the seconds for it, without queues."""
         with self._lock:
             return self._compiled, self._seconds
 
     def start(self) -> None:
-        """Begin to compile what studies, points and earthquakes need by default, in one process at a time."""
+        """Start to compile the kernels for default studies, points and earthquakes, in one process."""
         self._thread.start()
 
     def require(self, wanted: Iterable[Scene]) -> None:
         """Wait until the kernels of some scenes are compiled.
 
-        What cannot be compiled is logged and left to whoever computes, who compiles on the way or says what is wrong.
+        Failures are logged and left to the computing process, which compiles them itself or reports the error.
         """
         for scene, future in [(scene, self._begin(scene)) for scene in missing(wanted)]:
             try:
@@ -53,7 +53,7 @@ class Kernels:
                 _log.warning("%s: %s", scene.name, error)
 
     def close(self) -> None:
-        """End what compiles; nothing begins any more."""
+        """End all compiling; nothing further starts."""
         with self._lock:
             self._closed = True
             for process in self._processes:

@@ -1,4 +1,4 @@
-"""The service's log: lines for people, or a JSON object a line for what collects logs."""
+"""The service's log: lines for people, or one JSON object per line for log collectors."""
 
 import json
 import logging
@@ -15,7 +15,7 @@ _STUDY = re.compile(r"\bstudy ([0-9a-f]{12}(?:-\d+)?)\b")
 
 
 class JsonLines(logging.Formatter):
-    """Formats a record as one JSON object, with the ids that its sentence names in keys of their own."""
+    """Formats a record as one JSON object, with separate keys for the ids in its sentence."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Give one line."""
@@ -42,7 +42,7 @@ def start_logging(level: str, form: LogFormat) -> None:
     Parameters
     ----------
     level : str
-        The least that is logged.
+        The lowest level that is logged.
     form : str
         text or json.
     """

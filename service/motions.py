@@ -1,4 +1,4 @@
-"""What is read off a computed motion: forces on the structure, and how much of it there is at each frequency."""
+"""Derived quantities of a computed motion: forces on the structure, and its spectrum."""
 
 import math
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ from damperlab.worker.point import Design
 Column = NDArray[np.float64]
 
 FORCES = ("spring", "damping", "friction", "excitation")
-"""On a structure, over k·Z."""
+"""Forces on a structure, over k·Z."""
 
 SAMPLES_PER_CYCLE = 256
 HARMONICS = 8
@@ -19,26 +19,26 @@ HARMONICS = 8
 NATURAL = 4
 """Highest frequency in a spectrum under a record, over that of the structure."""
 HELD = 1e-9
-"""Of the largest speed: a structure that is slower is held by friction."""
+"""Share of the largest speed: a slower structure is held by friction."""
 AT_WALL = 1e-9
-"""Of the clearance: a particle that is nearer to a wall rests against it."""
+"""Share of the clearance: a particle closer to a wall rests against it."""
 
 
 def forces_on(history: Mapping[str, Column], design: Design) -> dict[str, Column]:
-    """Give the forces on the structure over k·Z, one value a sample.
+    """Give the forces on the structure over k·Z, one value per sample.
 
     Parameters
     ----------
     history : mapping of ndarray
         Columns of a motion, as `damperlab.worker.point.Simulation` has them.
     design : Design
-        The design point that moves.
+        The design point.
 
     Returns
     -------
     dict of ndarray
-        ``spring``, ``damping``, ``friction``, and ``excitation``, which is 0 on a shaken base. Friction that holds a structure
-        keeps it moving with its base. An instantaneous impact has no finite force.
+        ``spring``, ``damping``, ``friction``, and ``excitation``, which is 0 on a shaken base. Friction that locks a
+        structure moves it with its base. An instantaneous impact has no finite force.
     """
     u, v, v_rate = history["u"], history["v"], history["v_rate"]
     phase = design.frequency_ratio * (history["time"] - history["time"][0])
@@ -61,12 +61,13 @@ def forces_on(history: Mapping[str, Column], design: Design) -> dict[str, Column
 
 
 def harmonics_of(history: Mapping[str, Column], frequency_ratio: float) -> dict[str, Column]:
-    """Give the amplitudes of u at multiples of the excitation's frequency, over all whole cycles of a steady motion.
+    """Give the amplitudes of u at multiples of the excitation's frequency, over all complete cycles of a steady
+    motion.
 
     Returns
     -------
     dict of ndarray
-        ``multiple``, from the lowest that fits in steps of it, and ``amplitude`` over Z.
+        ``multiple``, from the lowest that fits in equal steps, and ``amplitude`` over Z.
     """
     time = history["time"]
     cycle = 2.0 * math.pi / frequency_ratio
@@ -95,6 +96,6 @@ def drift_spectrum(history: Mapping[str, Column], natural_frequency_hz: float) -
 
 
 def _amplitudes(time: Column, values: Column, span: float, count: int) -> Column:
-    """Give the discrete Fourier transform at even steps, straight between samples."""
+    """Give the discrete Fourier transform at even steps, with straight lines between samples."""
     even = np.interp(time[0] + span * np.arange(count) / count, time, values)
     return np.asarray(2.0 * np.abs(np.fft.rfft(even)) / count)

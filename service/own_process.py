@@ -1,4 +1,4 @@
-"""What this process takes of its machine, under the names that monitors know from other programs."""
+"""Resources of this process, under the names that monitors use for other programs."""
 
 import os
 import resource
@@ -10,12 +10,13 @@ _BEGAN = time.time()
 
 
 def own_process() -> dict[str, tuple[str, str, float]]:
-    """Give what a monitor asks of any process.
+    """Give the values that monitors collect for any process.
 
     Returns
     -------
     dict
-        By name the kind (counter or gauge), the meaning and the value; memory and files only where the system tells them.
+        By name the kind (counter or gauge), the meaning and the value; memory and files only if the system provides
+        them.
     """
     used = resource.getrusage(resource.RUSAGE_SELF)
     found = {

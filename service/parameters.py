@@ -1,4 +1,4 @@
-"""Questions over HTTP: the parameters of a query, made from the fields of the values that they are read into."""
+"""Questions over HTTP: query parameters, made from the fields of their values."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -26,7 +26,7 @@ LONGEST = 2000
 
 
 async def once(request: Request) -> None:
-    """Refuse a parameter that is given twice, and any where the route takes none: it would be ignored without a word."""
+    """Refuse repeated parameters, and any parameter if the route takes none: it would be ignored silently."""
     if request.query_params and request.url.path.startswith("/api/") and not _takes_any(request):
         raise StudyFaults(
             Fault(
@@ -48,7 +48,7 @@ async def once(request: Request) -> None:
 
 
 def _takes_any(request: Request) -> bool:
-    """Whether the route of a request takes parameters in its address."""
+    """Whether the route of a request takes query parameters."""
     known = [request.scope["route"].dependant]
     for each in known:
         known += each.dependencies
@@ -61,15 +61,16 @@ def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
     Parameters
     ----------
     *questions : type
-        Dataclasses whose fields `damperlab.studies.field.asked` defines; no two have a field of one name, except that a
-        dimension gives way to a field of its name.
+        Dataclasses whose fields `damperlab.studies.field.asked` defines. Their names are unique, except that a field
+        takes precedence over a dimension.
     dimensions : sequence of str
-        Those that may be named; of every kind of study, if not given. Those of a harmonic study in SI units go with them.
+        Dimensions that may be named; by default of every kind of study. Those of a harmonic study in SI units go
+        with them.
 
     Returns
     -------
     Depends
-        Of a tuple with one value of each. Unknown parameters are refused.
+        A tuple with one value of each. Unknown parameters are refused.
     """
     own = [each for question in questions for each in fields_of(question) if "http" in each.doors]
     taken = {each.key for each in own}.union(set(EVERY_AXIS).difference(dimensions, COORDINATES))
@@ -88,7 +89,7 @@ def asks(*questions: type, dimensions: Sequence[str] = EVERY_AXIS) -> Any:
 
 
 def _value(question: type, query: BaseModel, taken: Iterable[str]) -> Any:
-    """Read one value out of the parameters."""
+    """Read one value from the parameters."""
     values: dict[str, Any] = {}
     for each in fields_of(question):
         if "http" not in each.doors:
@@ -124,13 +125,13 @@ def read_range(text: str) -> str:
 
 
 def pair(text: str) -> tuple[float, float]:
-    """Read `lower,higher`, which was checked."""
+    """Read `lower,higher`, after its check."""
     low, _, high = text.partition(",")
     return float(low), float(high)
 
 
 def described(field: Field) -> str:
-    """Give the help of a field, with how a parameter is written where that is not plain from its type."""
+    """Give the help of a field, with the spelling of its parameter if the type does not show it."""
     sentences = [field.help]
     if field.is_range:
         sentences.append("Two numbers, `lower,higher`.")
@@ -172,13 +173,13 @@ def _single(field: Field) -> Any:
 
 
 def _names(field: Field, taken: Iterable[str]) -> Iterator[str]:
-    """Give the names that a field has values for, without those that are parameters of their own."""
+    """Give the names for which a field has values, without those that are separate parameters."""
     names = RANGED if field.core == Ranges else EVERY_AXIS
     return (name for name in names if name not in taken)
 
 
 def _named(field: Field, taken: Iterable[str]) -> Mapping[str, Any]:
-    """Define a parameter for each name that a field has values for."""
+    """Define a parameter for each name for which a field has values."""
     ranged = field.core == Ranges
     also = {name: AliasChoices(name, alias) for alias, name in ALIASES.items()}
     found: dict[str, Any] = {}

@@ -14,7 +14,7 @@ def require_printer() -> Any:
     Raises
     ------
     QueryFault
-        Where it is not installed, or finds no Pango.
+        If it is not installed, or finds no Pango.
     """
     try:
         with warnings.catch_warnings():
@@ -30,12 +30,12 @@ def require_printer() -> Any:
 
 
 def printed(text: str) -> bytes:
-    """Print a page of HTML that loads nothing on sheets of A4.
+    """Print a self-contained page of HTML on sheets of A4.
 
     Parameters
     ----------
     text : str
-        Of `damperlab.service.html.page`. An address in it is not followed, whatever it says.
+        Of `damperlab.service.html.page`. Addresses in it are never followed.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Errors as problem documents (RFC 9457): a refusal says what was found, what is allowed and what to do."""
+"""Errors as problem documents (RFC 9457): found and allowed values, and the remedy."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -42,10 +42,10 @@ from damperlab.studies.store.faults import (
 
 MEDIA_TYPE = "application/problem+json"
 RETRY_SECONDS = 10
-"""When a client may try again what the service could not do just now."""
+"""Time after which a client may repeat a request that the service could not serve now."""
 
 MOST_FAULTS = 10
-"""Most faults of an address that are told: each is compared with every name that there is."""
+"""Most faults of an address in a message: each is compared with every known name."""
 
 PROBLEM_SCHEMA: dict[str, Any] = {
     "type": "object",
@@ -83,13 +83,13 @@ class Problem(Exception):
     status : int
         HTTP status, 400 or above.
     kind : str
-        Short name that programs can tell problems apart by; ``type`` is ``urn:damperlab:problem:<kind>``.
+        Short name by which programs distinguish problems; ``type`` is ``urn:damperlab:problem:<kind>``.
     detail : str
-        One or two sentences for people: what happened and what to do.
+        One or two sentences for people: the event and the remedy.
     faults : iterable of Fault
-        One entry for each thing that is wrong with the request.
+        One entry for each fault of the request.
     headers : mapping, optional
-        Response headers that the status asks for.
+        Response headers that the status requires.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class Problem(Exception):
         self.headers = dict(headers or {})
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Travel from one process to another."""
+        """Pickle it, so that it survives transport between processes."""
         return type(self), (self.status, self.kind, self.detail, self.faults, self.headers)
 
 
@@ -132,14 +132,14 @@ def install(app: FastAPI) -> None:
 
 
 def invalid(entries: Sequence[Mapping[str, Any]], known: Sequence[str] = ()) -> tuple[Fault, ...]:
-    """Put pydantic's errors into the project's words.
+    """Translate pydantic's errors.
 
     Parameters
     ----------
     entries : sequence of mappings
-        As ``ValidationError.errors()`` gives them; the first `MOST_FAULTS` are told.
+        From ``ValidationError.errors()``; the first `MOST_FAULTS` are translated.
     known : sequence of str
-        Names that are allowed where a name was not.
+        Allowed names, for the fault of an unknown one.
     """
     return tuple(_fault(entry, known) for entry in entries[:MOST_FAULTS])
 
@@ -159,7 +159,7 @@ def _fault(entry: Mapping[str, Any], known: Sequence[str]) -> Fault:
 
 
 def respond(request: Request, problem: Problem) -> Response:
-    """Put a problem into its document."""
+    """Convert a problem into its document."""
     phrase = HTTPStatus(problem.status).phrase
     document: dict[str, object] = {
         "type": f"urn:damperlab:problem:{problem.kind}",
@@ -217,7 +217,7 @@ _STORE_PROBLEMS: dict[type[StoreFault], tuple[int, str, str]] = {
     CatalogueDamaged: (503, "catalogue-damaged", "The catalogue is damaged."),
     BlockDamaged: (503, "block-damaged", "Stored results cannot be read."),
 }
-"""Status, kind and detail of the problem that each fault of the store is; the first that fits."""
+"""Status, kind and detail of the problem for each fault of the store; the first match counts."""
 _TRY_AGAIN = ("too-many-studies", STORE_UNAVAILABLE)
 
 
@@ -235,7 +235,7 @@ def store_problem(request: Request, error: Exception) -> Response:
 
 
 def _deleted_meanwhile(request: Request) -> StudyNotFound | None:
-    """Say that a study whose results cannot be read was deleted while they were, where that is so."""
+    """If a study was deleted while its results were read, say so."""
     study_id = request.path_params.get("study_id")
     if study_id is None:
         return None
@@ -279,7 +279,7 @@ def _http(request: Request, error: Exception) -> Response:
 
 
 def _methods(request: Request) -> list[str]:
-    """Methods of a path; the framework names those of the first route that fits, and a path may have several."""
+    """Methods of a path; the framework names only those of the first matching route."""
     found = {
         method.upper()
         for path, operations in request.app.openapi()["paths"].items()
@@ -295,7 +295,7 @@ def _gone(request: Request, error: Exception) -> Response:
 
 
 def _disk(request: Request, error: Exception) -> Response:
-    """Answer a request that met a disk that is full, away, or not to be written; other errors are defects."""
+    """Answer a request that met a full, missing or read-only disk; other errors are defects."""
     assert isinstance(error, OSError)
     if error.errno is None or isinstance(error, ConnectionError | TimeoutError):
         raise error

@@ -1,4 +1,4 @@
-"""Whether the service can serve, as it was last seen: who asks waits for no store, no disk and no lock."""
+"""Whether the service can serve, as of the last check, so that a request waits for no store, disk or lock."""
 
 import os
 import time
@@ -16,11 +16,11 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.run.background import Background
 
 LOOK_SECONDS = 1.0
-"""Between two looks at the store and its folders."""
+"""Interval between checks of the store and its folders."""
 STALE_SECONDS = 5.0
-"""What was seen longer ago counts for nothing: the store or the disk hangs."""
+"""An older check is ignored: the store or the disk hangs."""
 PROBE = ".ready"
-"""The file that is written, and removed, to see whether a folder can be written."""
+"""The file that is written and removed to test whether a folder is writable."""
 _PROBE_BYTES = 8192  # more than a file system keeps without a block of the disk
 
 
@@ -31,19 +31,19 @@ class _Seen:
 
 
 class Readiness:
-    """Looks again and again whether the catalogue answers, the folders are those of the start and can be written.
+    """Checks repeatedly whether the catalogue answers, and whether the folders are those of the start and writable.
 
     Parameters
     ----------
     store : Store
         The service's.
     backgrounds : sequence of Background
-        Threads that must work.
+        Threads that must be running.
     """
 
     def __init__(self, store: Store, backgrounds: Sequence[Background]) -> None:
         self.background = Background("readiness", self._look, LOOK_SECONDS)
-        """The thread that looks."""
+        """The checking thread."""
         self._store = store
         self._backgrounds = (*backgrounds, self.background)
         places = [store.data_dir]
@@ -53,7 +53,7 @@ class Readiness:
         self._seen = _Seen(None, time.monotonic())
 
     def problem(self) -> Problem | None:
-        """Say why the service cannot serve; None where it can."""
+        """Give the reason why the service cannot serve; None if it can."""
         seen = self._seen
         if time.monotonic() - seen.at > STALE_SECONDS:
             told = f"The service's data has not answered within {STALE_SECONDS:g} s."

@@ -1,4 +1,4 @@
-"""The accuracy report that a data directory keeps: the last one that was made."""
+"""The accuracy report of a data directory: the latest one."""
 
 import json
 import os
@@ -12,7 +12,7 @@ NAME = "accuracy.json"
 
 
 class AccuracyReport(TypedDict):
-    """A report, as `damperlab.worker.accuracy.report` makes it."""
+    """A report, from `damperlab.worker.accuracy.report`."""
 
     created: str
     version: str
@@ -22,7 +22,7 @@ class AccuracyReport(TypedDict):
 
 
 class AboutReport(TypedDict):
-    """When a report was made, with which version, and whether it passed."""
+    """Time and version of a report, and whether it passed."""
 
     created: NotRequired[str]
     version: NotRequired[str]
@@ -36,12 +36,12 @@ class AccuracyReports(TypedDict):
 
 
 def keep_report(data_dir: Path, report: dict[str, Any]) -> Path:
-    """Keep a report in place of the one before; a reader sees either, never a half.
+    """Store a report, replacing the previous one; a reader sees one of them completely.
 
     Parameters
     ----------
     data_dir : Path
-        Made where it is missing.
+        Created if it is missing.
     report : dict
         JSON-able.
 
@@ -61,7 +61,7 @@ def keep_report(data_dir: Path, report: dict[str, Any]) -> Path:
 
 
 def last_report(data_dir: Path) -> dict[str, Any] | None:
-    """The report that was kept last; None where none was, or the file is no report."""
+    """The latest report; None if there is none, or the file is no report."""
     try:
         report = json.loads((data_dir / NAME).read_text(encoding="utf-8"))
     except (OSError, ValueError):

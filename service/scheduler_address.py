@@ -1,4 +1,4 @@
-"""How the address of a Dask scheduler is written."""
+"""Format of the address of a Dask scheduler."""
 
 import re
 
@@ -8,6 +8,6 @@ _MOST = 65535
 
 
 def is_address(text: str) -> bool:
-    """Whether a text names a host and a port; Dask looks for what is no address as long as for one that is away."""
+    """Whether a text names a host and a port; for an invalid address Dask waits as long as for an absent scheduler."""
     found = _WRITTEN.fullmatch(text)
     return found is not None and 0 < int(found[1]) <= _MOST

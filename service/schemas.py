@@ -13,7 +13,7 @@ from damperlab.studies.variables import DIMENSIONS
 from damperlab.studies.vocabulary import DEFAULTS
 
 TYPES: dict[Any, str] = {int: "integer", float: "number"}
-"""Of JSON, by that of a field; text without an entry."""
+"""JSON type for that of a field; text without an entry."""
 
 
 def _contact(*models: str) -> dict[str, Any]:
@@ -21,7 +21,7 @@ def _contact(*models: str) -> dict[str, Any]:
 
 
 def _fields(question: type, **defaults: Any) -> dict[str, Any]:
-    """Give the properties of a question's fields; `defaults` are those that only the reader of the body knows."""
+    """Give the properties of a question's fields; `defaults` are those that only the reader of the body has."""
     found: dict[str, Any] = {}
     for each in fields_of(question):
         about: dict[str, Any] = {"description": described(each)}
@@ -39,7 +39,7 @@ def _fields(question: type, **defaults: Any) -> dict[str, Any]:
 
 
 def _or_null(schema: dict[str, Any]) -> dict[str, Any]:
-    """Allow null for what may be left out."""
+    """Allow null for optional values."""
     return schema | {"type": [schema["type"], "null"]}
 
 

@@ -1,4 +1,4 @@
-"""Damage found before anybody asks: everything that is stored is read and compared, slowly, for as long as the service runs."""
+"""Early detection of damage: all stored data are read and compared, slowly, as long as the service runs."""
 
 import logging
 
@@ -9,9 +9,9 @@ from damperlab.studies.store.store import Store
 from damperlab.worker.run.background import Background
 
 PAUSE_SECONDS = 0.5
-"""Between two blocks: reading one takes milliseconds, so that nobody notices."""
+"""Pause between two blocks: reading one takes milliseconds, so the load is negligible."""
 ROUND_SECONDS = 3600.0
-"""Between the end of one round and the next."""
+"""Pause between two rounds."""
 
 _log = logging.getLogger("damperlab.scrub")
 
@@ -21,30 +21,30 @@ class _Closing(Exception):
 
 
 class Scrub:
-    """Reads every study that nobody works on, block by block, and says what is damaged.
+    """Reads every study without an owner, block by block, and reports damage.
 
     Parameters
     ----------
     store : Store
-        What is read.
+        The store.
     pause_seconds : float
-        Between two blocks [s].
+        Pause between two blocks [s].
     """
 
     def __init__(self, store: Store, pause_seconds: float = PAUSE_SECONDS) -> None:
         self.found: dict[str, list[str]] = {}
-        """What the last round found of each study, by its id; the catalogue's own under "catalogue"."""
+        """Findings of the last round for each study, by its id; the catalogue's own under "catalogue"."""
         self._store = store
         self._pause_seconds = pause_seconds
         self.background = Background("scrub", self._round, ROUND_SECONDS)
         """The thread that looks."""
 
     def start(self) -> None:
-        """Begin with the first round."""
+        """Start the first round."""
         self.background.start()
 
     def close(self) -> None:
-        """End after the block at hand."""
+        """Stop after the present block."""
         self.background.close()
 
     def look(self) -> None:

@@ -1,4 +1,4 @@
-"""What an operator can set: read from the environment (``DAMPERLAB_…``), overridden by the command line."""
+"""Settings of an operator: read from the environment (``DAMPERLAB_…``), overridden by the command line."""
 
 import json
 from ipaddress import ip_network
@@ -26,14 +26,14 @@ OTHER_VARIABLES = (
     # of tests
     *("DURATIONS", "PICTURES"),
 )
-"""What else is read of the environment, without the prefix."""
+"""Other variables of the environment, without the prefix."""
 
 
 class Settings(BaseSettings):
     """Settings of the service.
 
     Every field can be set by an environment variable of its name in capitals with the prefix ``DAMPERLAB_``
-    (``DAMPERLAB_DATA_DIR``, ``DAMPERLAB_PORT``, …); arguments win over the environment.
+    (``DAMPERLAB_DATA_DIR``, ``DAMPERLAB_PORT``, …); arguments take precedence over the environment.
     """
 
     model_config = SettingsConfigDict(
@@ -89,7 +89,8 @@ class Settings(BaseSettings):
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one and logs it.")
     access: Literal["auto", "keys", "open"] = Field(
         "auto",
-        description="Who may ask: `keys`, whoever has one; `open`, everybody; `auto`, `open` on loopback and `keys` elsewhere.",
+        description="Who may send requests: `keys`, callers with a key; `open`, everybody; `auto`, `open` on "
+        "loopback and `keys` elsewhere.",
     )
     hosts: Annotated[tuple[str, ...], NoDecode] = Field(
         (),
@@ -102,7 +103,7 @@ class Settings(BaseSettings):
         None,
         description="Header in which a trusted proxy names the user that it has let in, as in X-Forwarded-User.",
     )
-    proxy_scope: Scope = Field("submit", description="What such a user may do.")
+    proxy_scope: Scope = Field("submit", description="Scope of such a user.")
     docs_dir: Path | None = Field(
         default_factory=built,
         description="Folder of the documentation site, which the page links to; where `make docs` builds it by default. "
@@ -125,7 +126,7 @@ class Settings(BaseSettings):
         None, description="Name or address by which jobs reach this machine; its host name by default."
     )
     workers_min: int = Field(
-        0, ge=0, le=1024, description="So many jobs are kept although fewer blocks are left to compute."
+        0, ge=0, le=1024, description="Least number of jobs to keep, even if fewer blocks are left."
     )
     job_seconds: float = Field(3600.0, gt=0.0, description="Wall time of a job; its worker leaves before.")
     job_memory_bytes: ByteSize = Field(
@@ -183,8 +184,8 @@ class Settings(BaseSettings):
     address_connections_limit: int = Field(
         250,
         ge=1,
-        description="Largest number of them from one address, trusted proxies aside; one more closes the one that has been "
-        "idle longest.",
+        description="Largest number of them from one address, except trusted proxies; a further one closes "
+        "the one that has been idle longest.",
     )
     head_timeout_seconds: float = Field(
         10.0, gt=0.0, description="How long the head of a request may take, in seconds."
@@ -281,7 +282,7 @@ class Settings(BaseSettings):
         return Shelf(self.data_dir, KeptQuota(self.quota_records, self.key_quota_records))
 
     def open_store(self, **options: Any) -> "Store":
-        """Open the store that the settings name; see `Store.open`.
+        """Open the store of the settings; see `Store.open`.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""One design point on request: read from a document, bounded in what it may cost, and put into a document."""
+"""One design point on request: read from a document, bounded in cost, and written as a document."""
 
 import math
 from collections.abc import Mapping
@@ -46,18 +46,18 @@ FIELDS = {each.name: each for each in fields_of(Simulated)}
 KEYS = (*DIMENSIONS, "particle", "contact", *FIELDS)
 
 STEADY_CYCLES = 4000
-"""Excitation cycles after which a response that is not steady is given as it is."""
+"""Excitation cycles after which an unsteady response is returned unchanged."""
 HISTORY_PERIODS = 1000
 """Natural periods that a time history may cover: it is sampled in Python, some tens of samples each."""
 HISTORY_CYCLES = 10
 SAMPLES = 1000
 SETTLED = 0.01
-"""Share of a disturbance that is left when a response counts as settled."""
+"""Remaining share of a disturbance at which a response counts as settled."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """A simulation as it was asked for.
+    """A requested simulation.
 
     Parameters
     ----------
@@ -66,15 +66,15 @@ class Asked:
     cycles : int, optional
         Excitation cycles from rest; None for as many as the steady response needs.
     history : int
-        Cycles at the end whose time history is wanted.
+        Cycles at the end for the time history.
     samples : int
         Most samples of it.
     method : {"event", "rk4"}
         The solver.
     starts, seed : int
-        Start states whose responses are compared, rest the first; 0 for none. And the seed of their draw.
+        Initial states whose responses are compared, rest first; 0 for none. Seed of their draw.
     followed : bool
-        Whether the events of a cycle of the steady response are counted: see `damperlab.worker.simulate.simulate`.
+        Whether to count the events of a cycle of the steady response: see `damperlab.worker.simulate.simulate`.
     """
 
     design: Design
@@ -96,7 +96,7 @@ def read_simulation(document: object, cycles_limit: int, samples_limit: int) -> 
         As read from JSON: the ratios by name, ``particle``, ``contact``, ``excitation``, ``cycles``, ``history``, ``samples``,
         ``method``, ``starts``, ``seed``.
     cycles_limit : int
-        Most excitation cycles, for r ≥ 1; of a slower excitation, whose cycles cost more, natural periods.
+        Most excitation cycles, for r ≥ 1; for a slower excitation, whose cycles cost more, natural periods.
     samples_limit : int
         Most samples of the time history.
 
@@ -235,7 +235,7 @@ class Met(TypedDict):
 
 
 class SimulatedDocument(TypedDict):
-    """A design point that was computed."""
+    """A computed design point."""
 
     metrics: Annotated[
         dict[str, float | int],
@@ -272,14 +272,14 @@ class SimulatedDocument(TypedDict):
 
 
 def compute(asked: Asked, cycles_limit: int) -> SimulatedDocument:
-    """Compute what was asked for.
+    """Compute a request.
 
     Parameters
     ----------
     asked : Asked
         The request.
     cycles_limit : int
-        As for `read_simulation`; the search for a steady response keeps to it too.
+        As for `read_simulation`; they also limit the search for a steady response.
 
     Returns
     -------
@@ -308,7 +308,7 @@ def compute(asked: Asked, cycles_limit: int) -> SimulatedDocument:
 
 
 def scenes_asked(asked: Asked, cycles_limit: int) -> list[Scene]:
-    """Scenes whose kernels `compute` needs for the same arguments."""
+    """Scenes that `compute` needs for the same arguments."""
     followed = asked.followed or asked.history > 0
     return scenes_of(asked.design, asked.cycles, asked.method, _settings(asked, cycles_limit), followed)
 
@@ -319,7 +319,7 @@ def _settings(asked: Asked, cycles_limit: int) -> Steadiness:
 
 
 def simulation_document(answer: Simulation, samples: int) -> SimulatedDocument:
-    """Put a simulation into a document with at most `samples` samples of its time history."""
+    """Convert a simulation into a document with at most `samples` samples of its time history."""
     metrics = answer.metrics
     after = settles_after(metrics)
     found: SimulatedDocument = {
@@ -337,9 +337,9 @@ def simulation_document(answer: Simulation, samples: int) -> SimulatedDocument:
 
 
 def settles_after(metrics: Mapping[str, float]) -> float | None:
-    """Give the cycles in which a small disturbance falls to `SETTLED`: by the Floquet multiplier each period.
+    """Give the cycles in which a small disturbance falls to `SETTLED`, from the Floquet multiplier.
 
-    None where there is no multiplier, and where it is 0: what is disturbed is then back after a period.
+    None if there is no multiplier, and if it is 0: a disturbance then vanishes after a period.
     """
     multiplier = metrics.get("floquet_multiplier", math.nan)
     if not 0.0 < multiplier < 1.0:
@@ -348,7 +348,7 @@ def settles_after(metrics: Mapping[str, float]) -> float | None:
 
 
 def attractors_document(found: Attractors, rubbing: bool) -> Met:
-    """Put the responses that many starts lead to into a document; `rubbing` where the particle has friction of its own."""
+    """Convert the responses to many starts into a document; `rubbing` means friction of the particle."""
     return {
         "starts": found.starts,
         "failed": found.failed,
@@ -371,14 +371,14 @@ def attractors_document(found: Attractors, rubbing: bool) -> Met:
 
 
 def decimated(history: Mapping[str, NDArray[np.float64]], samples: int) -> dict[str, NDArray[np.float64]]:
-    """Thin a time history out, keeping the extrema of u: every n-th sample would miss the peaks.
+    """Thin out a time history, keeping the extrema of u: every n-th sample would miss the peaks.
 
     Parameters
     ----------
     history : mapping of ndarray
-        Columns of one length, ``u`` among them.
+        Columns of one length, including ``u``.
     samples : int
-        Most samples that stay, 2 or more.
+        Most samples to keep, 2 or more.
 
     Returns
     -------
@@ -406,7 +406,7 @@ def _read_count(raw: object, name: str) -> int:
 
 
 def _caught(faults: list[Fault], read: Any, raw: object, field: str, instead: Any) -> Any:
-    """Read a value; note what is wrong with it and go on, so that every fault is named at once."""
+    """Read a value; collect its faults and continue, so that every fault is reported."""
     try:
         return read(raw, field)
     except StudyFaults as error:

@@ -1,4 +1,4 @@
-"""What all requests of one running service share."""
+"""State shared by all requests of one running service."""
 
 import threading
 from dataclasses import dataclass, field
@@ -34,27 +34,27 @@ class Service:
     Parameters
     ----------
     settings : Settings
-        As it was started.
+        Settings.
     store : Store
         Studies and cubes.
     dispatcher : Dispatcher
         Runs the queued studies.
     work : Work
-        Computes what requests ask for, in processes.
+        Computes for requests, in processes.
     exports : Work
-        Writes exports, which keep nobody's questions waiting.
+        Writes exports, without delaying questions.
     compiling : CapacityLimiter
-        Bounds the requests that wait for kernels, so that they leave threads to the queries.
+        Limits the requests that wait for kernels, so that threads remain for the queries.
     submissions : CapacityLimiter
-        Bounds those that wait for a turn at writing, for the same reason.
+        Limits those that wait for the write lock, for the same reason.
     kernels : Kernels
-        Has kernels compiled that requests need.
+        Compiles kernels that requests need.
     designer : Designer
         Searches the designs.
     scrub : Scrub
-        Compares what is stored.
+        Compares stored data.
     closing : Event
-        Set when the service shuts down: streams end.
+        Set at the shutdown of the service: streams end.
     """
 
     settings: Settings
@@ -71,7 +71,7 @@ class Service:
 
     @property
     def backgrounds(self) -> tuple[Background, ...]:
-        """The threads that work for the service as a whole."""
+        """The threads of the service as a whole."""
         return *self.dispatcher.backgrounds, self.designer.background, self.scrub.background
 
     @cached_property
@@ -81,7 +81,7 @@ class Service:
 
     @cached_property
     def looks(self) -> Shared[Record]:
-        """Looks at records, in threads of their own: they wait for nothing that others do."""
+        """Reads records, in separate threads without other waits."""
         return Shared(self.store.find)
 
 
@@ -98,7 +98,7 @@ TheService = Annotated[Service, Depends(_service)]
 StudyId = Annotated[
     str, Path(description="Id of a study, its name, or at least the first four digits of its id.")
 ]
-"""What names a study in an address."""
+"""Name of a study in an address."""
 
 
 async def _study(request: Request, service: TheService, study_id: StudyId) -> Record:
@@ -122,10 +122,10 @@ def _exact_study(
 
 
 TheStudy = Annotated[Record, Depends(_study)]
-"""The record of the study that the path names, as a parameter of a route; 404 where there is none."""
+"""The record of the study in the path, as a parameter of a route; 404 if there is none."""
 
 TheExactStudy = Annotated[Record, Depends(_exact_study)]
-"""The same, for routes that change the study: only its whole id will do, and only its owner or an admin may."""
+"""The same for routes that change the study: it needs the complete id, and the owner or an admin."""
 
 
 DesignId = Annotated[
@@ -134,7 +134,7 @@ DesignId = Annotated[
         max_length=200, description="Id of a design, its name, or at least the first four digits of its id."
     ),
 ]
-"""What names a design in an address."""
+"""Name of a design in an address."""
 
 
 def _design(service: TheService, design_id: DesignId) -> Kept:
@@ -156,7 +156,7 @@ def _exact_design(
 
 
 TheDesign = Annotated[Kept, Depends(_design)]
-"""The design that the path names, as a parameter of a route; 404 where there is none."""
+"""The design in the path, as a parameter of a route; 404 if there is none."""
 
 TheExactDesign = Annotated[Kept, Depends(_exact_design)]
-"""The same, for routes that change it: only its whole id will do, and only its owner or an admin may."""
+"""The same for routes that change it: it needs the complete id, and the owner or an admin."""

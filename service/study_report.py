@@ -1,4 +1,6 @@
-"""A study as one document to keep or to print: maps, designs, a tuned mass damper beside them, accuracy, cost, versions."""
+"""A study as one document to keep or to print: maps, designs, comparison with a tuned mass damper, accuracy, cost,
+versions.
+"""
 
 import json
 import re
@@ -29,22 +31,22 @@ from damperlab.studies.units import InUnits, coordinates_in_units, place_in_unit
 
 TOP = 5
 MAPS = 3
-"""Most maps: of the first three axes, each with each."""
+"""Most maps: of the first three axes, in pairs."""
 _SUFFIX = re.compile(r"_(m|n|kg|hz)$")
 
 
 def study_report(record: Record, cube: xr.Dataset) -> str:
-    """Write a study as one page of HTML that loads nothing.
+    """Write a study as one self-contained page of HTML.
 
     Parameters
     ----------
     record, cube : Record, Dataset
-        The study, and its results as they are now.
+        The study, and its present results.
 
     Returns
     -------
     str
-        HTML; figures are in it as SVG. A study in SI units is told in them.
+        HTML; figures are in it as SVG. A study in SI units is described in them.
     """
     title = escape(record.name or record.id)
     worst_case = kind_of(cube.sizes) is not HARMONIC
@@ -105,7 +107,7 @@ def _row(
     row: Mapping[str, Any],
     columns: Iterable[tuple[str, str]],
 ) -> list[str]:
-    """Spell one design, its error by a word where that is rounding."""
+    """Write one design; an error that is rounding is a word."""
     return [
         ROUNDING_WORD
         if column == "error" and is_rounding(row["value"], row["error"])
@@ -139,7 +141,7 @@ def _units(cube: xr.Dataset) -> dict[str, InUnits]:
 
 
 def _maps(cube: xr.Dataset, best: Mapping[str, Any] | None) -> Iterable[str]:
-    """Draw maps through the design that the ranking leads to."""
+    """Draw maps through the leading design of the ranking."""
     from damperlab.service.figures.resonance_map import draw_map
 
     kind = kind_of(cube.sizes)
@@ -187,12 +189,12 @@ def _best(cube: xr.Dataset, ranked: xr.Dataset) -> Iterable[str]:
 
 
 def _captioned(cube: xr.Dataset, answer: xr.Dataset, shown: str) -> str:
-    """Name what a figure shows, with its unit."""
+    """Name the quantity of a figure, with its unit."""
     return Phrases.of(cube).as_named(shown).shown(shown, answer[shown])
 
 
 def _over_hertz(answer: xr.Dataset, units: Mapping[str, InUnits]) -> xr.Dataset:
-    """Give a curve over the frequency in Hz, where the study is given in units."""
+    """Give a curve over the frequency in Hz, if the study is given in units."""
     if "frequency_ratio" not in units:
         return answer
     each = units["frequency_ratio"]

@@ -1,4 +1,4 @@
-"""How many requests were answered, how, and how fast: what the access log counts for the metrics."""
+"""Number, status and duration of requests: counted by the access log for the metrics."""
 
 import threading
 from bisect import bisect_left
@@ -7,23 +7,23 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 METHODS = frozenset(("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"))
-"""Counted by name; a client may send any word."""
+"""Methods counted by name; a client may send any word."""
 BOUNDS = (0.005, 0.025, 0.1, 0.5, 2.5, 10.0, 60.0)
-"""Upper bounds of the durations that are counted together [s]; a last class has none."""
+"""Upper bounds of the classes of durations [s]; the last class has none."""
 NO_ROUTE = "none"
-"""Stands for the route of a request that none was found for."""
+"""Name for requests without a route."""
 
 
 @dataclass(frozen=True)
 class Durations:
-    """How long the requests of one method to one route took.
+    """Durations of one method on one route.
 
     Parameters
     ----------
     within : tuple of int
-        How many took no longer than each of `BOUNDS`, and how many there were.
+        Numbers within each of `BOUNDS`, and the total number.
     seconds : float
-        All of them together.
+        Total duration.
     """
 
     within: tuple[int, ...]
@@ -31,7 +31,7 @@ class Durations:
 
 
 class Traffic:
-    """Requests answered since the start: by method and status, and the time that they took by method and route."""
+    """Requests answered since the start: by method and status, and their durations by method and route."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -45,13 +45,13 @@ class Traffic:
         Parameters
         ----------
         method : str
-            As it was sent.
+            As sent.
         status : int
-            Of the answer; 0 where the client left before there was one.
+            Status; 0 if the client left before the answer.
         seconds : float
-            Until the answer was complete.
+            Time until the answer was complete.
         route : str
-            The path with its parameters' names in place of their values, of which there are only so many.
+            The path with placeholders for its parameters, so that the number of routes is finite.
         """
         method = method if method in METHODS else "other"
         with self._lock:

@@ -1,1 +1,1 @@
-"""What is asked and what is answered: studies, plans, cubes and queries; no compiler, no cluster, no web."""
+"""Definitions and answers: studies, plans, cubes and queries; no compiler, no cluster, no web."""

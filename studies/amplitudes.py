@@ -1,4 +1,4 @@
-"""Studies over base amplitudes: dampers that keep their force and clearance while the base moves more or less."""
+"""Studies over base amplitudes: the damper keeps its force and clearance while the amplitude of the base varies."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,17 +6,19 @@ from typing import Any
 from damperlab.studies.variables import DIMENSION_LONG_NAMES
 
 AMPLITUDE = "base_amplitude_m"
-"""The dimension that no study in ratios has."""
+"""The dimension that only such a study has."""
 
 RATIOS_OF: dict[str, str] = {"clearance_m": "clearance_ratio", "friction_force_n": "friction_ratio"}
-"""What a damper keeps, and the ratio that falls as the base amplitude grows."""
+"""The quantity that a damper keeps, and the ratio that falls as the base amplitude grows."""
 
 CONSTANT: dict[str, int] = {"velocity": 1, "acceleration": 2}
-"""What of the base may be the same at every frequency in place of its displacement, and which derivative that is."""
+"""Derivatives of the base motion that may be constant over the frequency instead of its displacement, and their
+order.
+"""
 
 AT_NATURAL = "base amplitude Z at the natural frequency"
 STATIC = "static displacement Z of the force"
-"""What the dimension is where a velocity or an acceleration is the same at every frequency."""
+"""Meaning of the dimension if a velocity or an acceleration is constant."""
 
 DIMENSIONS: dict[str, tuple[str, str]] = {
     "damping_ratio": ("1", DIMENSION_LONG_NAMES["damping_ratio"]),
@@ -30,7 +32,7 @@ DIMENSIONS: dict[str, tuple[str, str]] = {
 """Unit and meaning of every dimension, in the cube's order."""
 
 DAMPER = ("restitution", "mass_ratio", "clearance_m", "friction_force_n")
-"""What somebody chooses; the other dimensions are what a damper meets."""
+"""The dimensions that a designer chooses; the others are conditions that a damper must withstand."""
 
 
 def is_axis(raw: object) -> bool:
@@ -39,15 +41,15 @@ def is_axis(raw: object) -> bool:
 
 
 def over_amplitudes(physical: object, particle: bool) -> bool:
-    """Whether a physical block asks for dampers over base amplitudes, and not for an axis of one ratio.
+    """Whether a physical block describes dampers over base amplitudes, and not an axis of one ratio.
 
-    It does where the base amplitude is an axis that changes both ratios of a damper, or crosses an axis of its force
+    This is so if the base amplitude is an axis that changes both ratios of a damper, or crosses an axis of its force
     or clearance. An axis that changes one ratio alone is an axis of that ratio.
 
     Parameters
     ----------
     physical : mapping or None
-        As written in a document, or as kept with a study.
+        As written in a document, or as stored with a study.
     particle : bool
         Whether the scene has a particle; without one there is no clearance.
     """
@@ -71,6 +73,6 @@ def base_amplitudes(amplitude_m: Any, frequency_ratio: Any, constant: str | None
 
 
 def kept_by_damper(physical: Mapping[str, Any], particle: bool) -> dict[str, Any]:
-    """Give the entries of a physical block that a damper keeps while the base amplitude changes."""
+    """Give the entries of a physical block that stay constant while the base amplitude changes."""
     names = [name for name in RATIOS_OF if particle or name != "clearance_m"]
     return {name: physical[name] for name in names if physical.get(name) is not None}

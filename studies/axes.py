@@ -30,10 +30,10 @@ MAX_AXIS_VALUES = 1_000_000
 """Values on one axis."""
 
 LARGEST = 1e15
-"""Beyond it a step says nothing."""
+"""Above this factor the number of values cannot be inferred from a step."""
 
 MAX_FAULTS_PER_AXIS = 20
-"""Faulty values listed for one axis, so that one bad axis does not hide the faults of the others."""
+"""Most faulty values listed for one axis, so that one bad axis does not hide the faults of the others."""
 
 
 class Range(BaseModel):
@@ -49,8 +49,8 @@ class Range(BaseModel):
     def values(self) -> NDArray[np.float64]:
         """Return the values, float64 of shape (num,), each the double nearest to the exact one.
 
-        The ends count as the shortest decimals that read back to them, so equal steps give equal doubles in
-        whatever range, and on every machine.
+        The ends count as the shortest decimals that parse to them, so equal steps give equal doubles in any range and
+        on any machine.
         """
         if self.spacing == "log":
             return log_spaced(self.start, self.stop, self.num)
@@ -69,7 +69,7 @@ def axis_values(spec: AxisSpec) -> NDArray[np.float64]:
 
 
 class Coordinates(dict[str, NDArray[Any]]):
-    """The values along every dimension, not to be written to; equal where all of them are."""
+    """The values along every dimension, read-only; two are equal if all their values are."""
 
     def __init__(self, values: dict[str, NDArray[Any]]) -> None:
         super().__init__(values)
@@ -77,7 +77,7 @@ class Coordinates(dict[str, NDArray[Any]]):
             axis.flags.writeable = False
 
     def __eq__(self, other: object) -> bool:
-        """Compare value by value, because arrays have no truth value of their own."""
+        """Compare value by value, because an array has no truth value."""
         if not isinstance(other, Coordinates) or self.keys() != other.keys():
             return NotImplemented if not isinstance(other, Coordinates) else False
         return all(np.array_equal(values, other[name]) for name, values in self.items())
@@ -101,9 +101,9 @@ def read_axis(raw: object, quantity: Quantity, field: str = "") -> AxisSpec:
         A number; a list of numbers in any order (an axis is a set of values: it is sorted here); or a mapping
         ``{start, stop, num, spacing}``.
     quantity : Quantity
-        What is measured along the axis.
+        The quantity along the axis.
     field : str
-        Where `raw` stands, for the faults.
+        Path of `raw` in the document, for the faults.
 
     Raises
     ------
@@ -217,11 +217,11 @@ def _read_range(raw: dict[Any, Any], quantity: Quantity, field: str) -> Range:
 
 
 _COUNTS = ("step", "steps", "n", "count", "points", "number", "nums")
-"""What other programs call the number of values of a range, or give in its place."""
+"""Names that other programs use for the number of values of a range, or instead of it."""
 
 
 def _unknown_of_range(field: str, key: object, raw: dict[Any, Any]) -> Fault:
-    """Return the fault of a key that no range has; a step becomes the number of values that it makes."""
+    """Return the fault of an unknown key of a range; a step is converted to the number of values."""
     known = tuple(Range.model_fields)
     fault = unknown_key(field, key, known, raw)
     if key not in _COUNTS:
@@ -243,7 +243,7 @@ def _unknown_of_range(field: str, key: object, raw: dict[Any, Any]) -> Fault:
 
 
 def _distinct(span: Range) -> bool:
-    """Return whether double precision tells all values of a range apart."""
+    """Return whether double precision distinguishes all values of a range."""
     if span.num == 1:
         return True
     width = (

@@ -1,4 +1,4 @@
-"""Keys that a specification of a design has for the motion of the base: what a study writes in their place."""
+"""Keys of a specification for the motion of the base, and the equivalent keys of a study."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -9,11 +9,11 @@ from damperlab.studies.amplitudes import AMPLITUDE, CONSTANT, RATIOS_OF
 from damperlab.studies.faults import NOTHING, Fault, describe
 
 KEYS = {"base_velocity_m_per_s": "velocity", "base_acceleration_m_per_s2": "acceleration"}
-"""The keys, and the entry of `constant` that each of them stands for."""
+"""The keys, and the entry of `constant` that each one means."""
 
 
 def named_after_motion(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterator[Fault]:
-    """Say how a study writes a velocity or an acceleration of the base; leave out the faults that follow from the key."""
+    """Say how a study writes a velocity or an acceleration of the base; drop faults that follow from the key."""
     physical = raw.get("physical")
     written = [key for key in KEYS if isinstance(physical, dict) and key in physical]
     if not isinstance(physical, dict) or not written:
@@ -58,7 +58,9 @@ def _as_constant(fault: Fault, key: str, physical: Mapping[str, Any], particle: 
 
 
 def _amplitude(level: object, frequency_hz: object, power: int) -> str | None:
-    """Give the amplitudes at the natural frequency as they are written; None where the two numbers do not make them."""
+    """Give the amplitudes at the natural frequency as a document has them; None if the two numbers do not determine
+    them.
+    """
     levels = level if isinstance(level, list | tuple) else [level]
     numbers = [
         each

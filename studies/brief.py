@@ -10,17 +10,18 @@ from typing_extensions import TypedDict
 from damperlab.studies.shapes import Says, Sentences, Table
 
 Damper = Literal["hybrid", "friction_alone", "particle_alone", "tuned_mass_damper", "no_damper"]
-"""What a verdict may be for."""
+"""The uses of a verdict."""
 Severity = Literal["danger", "caution", "hint"]
-"""Of a note: it changes what is built; it changes the number; it says where to look further."""
+"""Effects of a note: it changes what is built, it changes the number, or it says where to look further."""
 DoubtKind = Literal[
     "one_frequency", "hidden_peak", "cut_off", "end_of_range", "neighbourhood_unknown", "rugged", "error"
 ]
-"""Kinds of doubt, the gravest first; those after `hidden_peak` are about the optimum alone, not about the best with impacts."""
+"""Kinds of doubt, the gravest first; those after `hidden_peak` concern only the optimum, not the best with impacts.
+"""
 DOUBTS: tuple[DoubtKind, ...] = get_args(DoubtKind)
 MOST_SENTENCES, MOST_ROWS = 3, 6
 PLACES = ("best", "second", "third", "fourth")
-"""What rows of a ranking are called."""
+"""Names of the rows of a ranking."""
 
 
 def damper_of(acts: bool, rubs: bool) -> Damper:
@@ -40,20 +41,18 @@ class NoteDocument(TypedDict):
 
 Notes = Annotated[
     list[NoteDocument],
-    Says(
-        description="What is known beside it, as data: the gravest first; values in the units of this document."
-    ),
+    Says(description="Notes as data, the gravest first; values in the units of this document."),
 ]
 
 
 @dataclass(frozen=True)
 class Note:
-    """Something that is known of an answer, as data: a sentence is made of it where somebody reads it.
+    """A remark on an answer, as data; its sentence is formed where it is displayed.
 
     Parameters
     ----------
     kind : str
-        What it is about, such as ``end_of_range``.
+        Its kind, for example ``end_of_range``.
     severity : str
         See `Severity`.
     values : mapping
@@ -76,7 +75,7 @@ class BriefDocument(TypedDict):
 
 InShort = Annotated[
     BriefDocument,
-    Says(description="What to do in short: the decision, what comes second, and one next step."),
+    Says(description="The short answer: the decision, the second best, and one next step."),
 ]
 
 
@@ -87,11 +86,11 @@ class Brief:
     Parameters
     ----------
     damper : str or None
-        The damper that is recommended; None where none is.
+        The recommended damper; None if there is none.
     sentences : tuple of str
-        The decision first, then what it depends on; the first `MOST_SENTENCES` are kept.
+        The decision first, then its conditions; the first `MOST_SENTENCES` are shown.
     rows : tuple of tuple of str
-        What comes second: name, value, what it is; the first `MOST_ROWS` are kept.
+        The other candidates: name, value, description; the first `MOST_ROWS` are shown.
     next : str
         One next step.
     """
@@ -102,7 +101,7 @@ class Brief:
     next: str = ""
 
     def __post_init__(self) -> None:
-        """Keep what an engineer reads."""
+        """Drop lines beyond those that an engineer reads."""
         kept = tuple(filter(None, self.sentences))[:MOST_SENTENCES]
         object.__setattr__(self, "sentences", kept)
         object.__setattr__(self, "rows", self.rows[:MOST_ROWS])
@@ -118,12 +117,12 @@ class Brief:
 
 
 def command(verb: str, name: str, options: str = "") -> str:
-    """Write a command about a study as a shell takes it; `STUDY` stands for one without a name."""
+    """Write a command about a study with shell quoting; `STUDY` stands for one without a name."""
     return f"damperlab {verb} {shlex.quote(name) if name else 'STUDY'} {options}".rstrip()
 
 
 def listed(words: Iterable[str]) -> str:
-    """Write a list: a, b and c."""
+    """Write a list as ``a, b and c``."""
     *most, last = words
     return f"{', '.join(most)} and {last}" if most else last
 

@@ -1,4 +1,4 @@
-"""How the cavity of a particle lies and what it is made of: what acts on the particle between impacts."""
+"""The cavity of a particle, its tilt and friction: the forces on the particle between impacts."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -27,19 +27,19 @@ class Cavity:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """What a document writes, by name, in the order of `BEFORE`."""
+        """The numbers of a document by name, in the order of `BEFORE`."""
         return {name: getattr(self, name) for name in MADE_BY.values()}
 
     @property
     def words(self) -> str:
-        """How it lies and rubs."""
+        """Its tilt and friction in words."""
         lies = f"tilted by {self.tilt_deg:.3g}°" if self.tilt_deg else "lying"
         coefficient = self.particle_friction_coefficient
         return f"{lies}, {f'μ_i = {coefficient:.3g}' if coefficient else 'frictionless'}"
 
     @property
     def acts(self) -> bool:
-        """Whether anything acts on the particle between impacts."""
+        """Whether friction or gravity acts on the particle between impacts."""
         return any(self.numbers.values())
 
     def ratios(self, natural_frequency_hz: float, base_amplitude_m: float) -> tuple[float, ...]:
@@ -53,12 +53,12 @@ class Cavity:
 
 
 LEVEL = Cavity()
-"""One that lies level, in which the particle slides freely."""
+"""The default: level, and without friction."""
 
 
 def cavity_of(values: Mapping[str, float | None]) -> Cavity:
     """Give the cavity of a document's numbers.
 
-    A number that is missing is 0. One beyond its bound, by a tolerance's rounding, is the bound.
+    A missing number is 0. A number beyond its bound by the rounding of a tolerance is set to the bound.
     """
     return Cavity(*(min(values.get(each.name) or 0.0, each.highest) for each in OF_CAVITY))

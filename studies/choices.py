@@ -1,4 +1,4 @@
-"""The choices of a study that are no axes: contact, steady state, solver, start."""
+"""The choices of a study that are not axes: contact, steady state, solver, start."""
 
 from typing import Annotated, Any, Literal
 
@@ -73,13 +73,13 @@ PERIODIC_TOLERANCE = Quantity(
 
 
 class Choice(BaseModel):
-    """What the parts of a study have in common: immutable, no unknown keys."""
+    """Common base of the parts of a study: immutable, without unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 def read_excitation(raw: object) -> Literal["force"] | None:
-    """Read what excites the structure; None for a shaken base, which need not be said."""
+    """Read the excitation of the structure; None for a shaken base, which is the default."""
     if raw is None or raw == "base":
         return None
     if raw == "force":
@@ -94,8 +94,9 @@ ExcitationField = Annotated[
         {
             "type": ["string", "null"],
             "enum": [*EXCITATIONS, None],
-            "description": "what excites the structure: its base (the default), or a force F₀ sin ωt on it, where the base "
-            "stands still and the static displacement F₀/k takes the place of the base amplitude in every ratio",
+            "description": "what excites the structure: its base (the default), or a force F₀ sin ωt on it. "
+            "Under a force the base stands still, and the static displacement F₀/k replaces the base "
+            "amplitude in every ratio",
         },
     ),
 ]
@@ -115,9 +116,9 @@ class DwellContact(Choice):
 
 
 class CompliantContact(Choice):
-    """A wall of a spring and a dashpot that push and never pull, with this e and contact time in free space.
+    """A wall of a spring and a dashpot that push but never pull, with this e and contact time in free space.
 
-    As the contact time goes to 0 it tends to `instant`. Its e must not be 0, which takes endless damping.
+    As the contact time goes to 0 it tends to `instant`. Its e must not be 0, which would take infinite damping.
     """
 
     model: Literal["compliant"]
@@ -139,16 +140,18 @@ class EventSolver(Choice):
 
 
 class Rk4Solver(Choice):
-    """The paper's method, to compare with: classical Runge-Kutta with a fixed step, impacts noticed at the ends of steps."""
+    """The paper's method, for comparison: classical Runge-Kutta with a fixed step; impacts are detected at the ends
+    of steps.
+    """
 
     method: Literal["rk4"]
     steps_per_cycle: Annotated[int, whole(20, 1_000_000, "steps per excitation cycle")] = 400
 
 
 class Ensemble(Choice):
-    """Start from rest and from `n` − 1 drawn states; the response that most of them lead to is stored.
+    """Start from rest and from `n` − 1 drawn states; store the response that most of them lead to.
 
-    The draw depends on the seed and on the point's own coordinates, on nothing else; see `damperlab.worker.steady.ensemble`.
+    The draw depends only on the seed and on the point's own coordinates; see `damperlab.worker.steady.ensemble`.
     """
 
     kind: Literal["ensemble"]
@@ -168,8 +171,8 @@ def _choice(
 ) -> tuple[Discriminator, BeforeValidator]:
     """Return the two annotations that pick one model of several by the text under `key`.
 
-    The first of `tags` is the default. A choice without settings is written as a mapping, or, where the keys of the
-    others are given as `settings`, as its bare name.
+    The first of `tags` is the default. A choice without settings is written as a mapping. If `settings` gives the
+    keys of the others, its bare name is allowed too.
     """
     plain = bool(settings)
 
@@ -203,7 +206,7 @@ def _choice(
 def _without_key(
     raw: dict[Any, Any], key: str, tags: tuple[str, ...], settings: tuple[str, ...]
 ) -> list[Fault]:
-    """Say that a mapping does not name its choice, and which of its keys are none."""
+    """Report that a mapping does not name its choice, and which of its keys belong to none."""
     meant = next((tag for tag in tags if tag in raw), None)
     advice = f"write `{key}: {meant}`, with its settings beside it" if meant else f"add `{key}`"
     unknown = [one for one in raw if one not in settings]

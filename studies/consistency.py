@@ -1,4 +1,4 @@
-"""What must hold between the fields of a study; checked on the raw document, so no fault hides another."""
+"""Rules between the fields of a study, checked on the raw document, so that no fault hides another."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -31,11 +31,11 @@ MAX_POINTS = 1_000_000_000
 """Design points of one study."""
 
 LEAST_COMPLIANT = 1e-6
-"""Smallest e of a compliant wall: less takes a dashpot whose rates differ by more than double precision tells apart."""
+"""Smallest e of a compliant wall: below it the rates of the dashpot differ by more than double precision resolves."""
 
 
 def compliant_fault(restitution: float, field: str) -> Fault | None:
-    """Find what is wrong with the smallest e asked of compliant walls: 0 would take endless damping."""
+    """Find faults of the smallest e for compliant walls: 0 would take infinite damping."""
     if restitution >= LEAST_COMPLIANT:
         return None
     allowed = f"a number from {LEAST_COMPLIANT:g} to 1 with compliant contact"
@@ -54,18 +54,19 @@ NOT_WITH_RUBBING = {
     "amplitudes": ("several base amplitudes", "give the coefficient or the tilt as one number in `physical`"),
     "ratios": ("a specification in ratios", "give the structure and its excitation in units"),
 }
-"""What friction of a particle, and gravity along its cavity, are not computed with, and what to do."""
+"""Features that cannot be combined with friction of a particle or gravity along its cavity, and the advice for each.
+"""
 
 
 def rubbing_faults(field: str, found: str, beside: Mapping[str, bool]) -> Iterator[Fault]:
-    """Refuse what is not computed with friction of the particle or gravity.
+    """Refuse features that cannot be combined with friction of the particle or gravity.
 
     Parameters
     ----------
     field, found : str
-        Where the friction or the tilt is given, and what.
+        The field that gives the friction or the tilt, and its value.
     beside : mapping of bool
-        Whether the document has it, by the names of `NOT_WITH_RUBBING`.
+        Whether the document has the feature, by the names of `NOT_WITH_RUBBING`.
     """
     for name in (name for name, stands in beside.items() if stands):
         words, advice = NOT_WITH_RUBBING[name]
@@ -76,16 +77,16 @@ def rubbing_faults(field: str, found: str, beside: Mapping[str, bool]) -> Iterat
 def cavity_faults(
     document: Mapping[str, Any], numbers: Mapping[str, float], contact: Contact
 ) -> Iterator[Fault]:
-    """Refuse friction of a particle, or a tilt of its cavity, beside a contact that takes time.
+    """Refuse friction of a particle, or a tilt of its cavity, with a contact that takes time.
 
     Parameters
     ----------
     document : mapping
-        As it was given.
+        The raw value.
     numbers : mapping of float
-        What was read of it.
+        The parsed value.
     contact : Contact
-        What an impact is.
+        The model of an impact.
     """
     if not cavity_of(numbers).acts:
         return
@@ -94,7 +95,7 @@ def cavity_faults(
 
 
 def assumed(document: Mapping[str, Any]) -> tuple[str, ...]:
-    """Name the dimensions that a document neither gives nor makes of physical quantities, and that its scene has."""
+    """Name the dimensions that a document neither gives nor derives from physical quantities, and that its scene has."""
     axes, physical = document.get("axes") or {}, document.get("physical") or {}
     particle = document.get("particle", True) is not False
     made = {each.ratio for each in derivations(physical, particle=True)}
@@ -103,7 +104,9 @@ def assumed(document: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the document with defaults for ratios that it neither gives nor makes of physical quantities, and metrics."""
+    """Return the document with defaults for metrics and for ratios that it neither gives nor derives from physical
+    quantities.
+    """
     physical = document.get("physical")
     made = {d.ratio for d in derivations(physical, particle=True)} if isinstance(physical, dict) else set()
     filled = dict(document)
@@ -128,7 +131,7 @@ def with_defaults(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def faults_between(document: Mapping[str, Any]) -> list[Fault]:
-    """Find what is wrong between the fields of a document whose fields may themselves be faulty."""
+    """Find violated rules between the fields of a document whose fields may themselves be faulty."""
     axes, physical = document.get("axes", {}), document.get("physical")
     physical = {} if physical is None else physical
     particle = document.get("particle", True) is not False
@@ -181,7 +184,7 @@ def _is_stepped(document: Mapping[str, Any]) -> bool:
 
 
 def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """What the fixed-step method of the paper does not know."""
+    """Features that the paper's fixed-step method does not support."""
     if not _is_stepped(document):
         return
     contact = document.get("contact")
@@ -204,7 +207,7 @@ def _not_stepped(document: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _not_rubbing(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """What does not go with a particle that rubs or falls, and what needs one."""
+    """Features that exclude a particle with friction or gravity, and features that require one."""
     before, metrics = before_of({**document, "particle": True}), document.get("metrics")
     for index, name in enumerate(metrics if isinstance(metrics, list | tuple) else ()):
         needs = isinstance(name, str) and name in VARIABLES and VARIABLES[name].rubbing
@@ -250,7 +253,7 @@ def _given_twice(given: Mapping[str, Any], made: list[Derivation]) -> Iterator[F
 
 
 def _kept_as_ratio(given: Mapping[str, Any], physical: Mapping[str, Any], particle: bool) -> Iterator[Fault]:
-    """What a damper keeps over base amplitudes is a force and a length: a ratio would change the damper with the base."""
+    """Over base amplitudes a damper keeps a force and a length: a ratio would change the damper with the base."""
     for source, ratio in RATIOS_OF.items():
         if source in physical or (ratio in OF_PARTICLE and not particle):
             continue
@@ -273,7 +276,7 @@ def _required(name: str) -> Fault:
 
 
 def _size(raw: object) -> int:
-    """Return how many values an axis as written asks for; 1 where it is too faulty to tell."""
+    """Return how many values an axis as written has; 1 if it is too faulty to tell."""
     if isinstance(raw, list | tuple):
         return max(len(raw), 1)
     num = raw.get("num") if isinstance(raw, dict) else None

@@ -1,4 +1,4 @@
-"""A contact model read by itself, for whatever is no study but has one."""
+"""A contact model alone, for documents that are not studies."""
 
 from pydantic import ValidationError
 

@@ -1,4 +1,4 @@
-"""What the conventions CF-1.11 want said of a cube beside names and units, so that programs that know them read it.
+"""Attributes that the conventions CF-1.11 require of a cube, apart from names and units.
 
 https://cfconventions.org: ancillary variables (3.4), cell methods (7.3), attributes of a file (2.6.2).
 """
@@ -33,7 +33,7 @@ _PREFIXES = {"peak_": "time: maximum", "impact_speed_max_": "time: maximum", "rm
 
 
 def of_file(version: str, created: str) -> dict[str, str]:
-    """Give the attributes of a whole cube: what it follows, where it comes from, what the model is taken from.
+    """Give the attributes of a complete cube: its conventions, its history, and references for the model.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def of_file(version: str, created: str) -> dict[str, str]:
 
 
 def of_variable(name: str, stored: Collection[str]) -> dict[str, str]:
-    """Give the attributes of one result of a cube that holds the variables `stored`."""
+    """Give the attributes of one result of a cube with the variables `stored`."""
     beside = [each for each in (_ERROR.get(name), "status") if each in stored and each != name]
     by_prefix = (method for prefix, method in _PREFIXES.items() if name.startswith(prefix))
     method = _METHODS.get(name) or next(by_prefix, "")
@@ -60,7 +60,7 @@ def of_variable(name: str, stored: Collection[str]) -> dict[str, str]:
 
 
 def of_variable_in_units(attributes: Mapping[str, Any]) -> dict[str, str]:
-    """Give those of `of_variable` for the same result in units, of the attributes of the result in ratios."""
+    """Give `of_variable` for the same result in units, from the attributes of the result in ratios."""
     kept = {
         name: str(attributes[name]) for name in ("ancillary_variables", "cell_methods") if name in attributes
     }

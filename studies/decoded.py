@@ -1,4 +1,4 @@
-"""The lines of a file in any of the encodings that spreadsheets and old programs write."""
+"""The lines of a file in any of the encodings of spreadsheets and old programs."""
 
 from damperlab.studies.faults import Fault, StudyFaults
 
@@ -7,7 +7,7 @@ _MARKS = (b"\xff\xfe", b"\xfe\xff")
 
 
 def lines_in(text: bytes | str, field: str) -> list[str]:
-    """Cut a text into lines; raises StudyFaults where `field` is none. Bytes are UTF-16, UTF-8 or Latin-1."""
+    """Split a text into lines; raises StudyFaults for `field` if it has none. Bytes are UTF-16, UTF-8 or Latin-1."""
     # Only these end a line: splitlines() would also split at odd characters and miscount.
     return _decoded(text, field).replace("\r\n", "\n").replace("\r", "\n").split("\n")
 

@@ -1,4 +1,4 @@
-"""A study: the question that is asked, as validated data."""
+"""A study, as validated data."""
 
 import math
 from collections.abc import Mapping
@@ -101,7 +101,7 @@ def _read_metrics(raw: object) -> tuple[str, ...]:
 
 
 class Axes(Choice):
-    """What is varied: each a number, a list of numbers, or ``{start, stop, num, spacing}``."""
+    """The varied quantities: each a number, a list of numbers, or ``{start, stop, num, spacing}``."""
 
     restitution: Restitution = None
     mass_ratio: MassRatio = None
@@ -111,11 +111,11 @@ class Axes(Choice):
 
 
 class Study(Choice):
-    """A study: a grid of design points, how each is computed, and what is stored.
+    """A study: a grid of design points, the method of computing each, and the results to store.
 
     ``Study(name=…, axes={…})`` checks everything and raises `StudyFaults` with every fault, as `parse_study` does; an
-    instance is always valid. A ratio that is None is made of the physical block, or
-    belongs to a particle that is not there; `coordinates` has the values of every dimension.
+    instance is always valid. A ratio is None if the physical block gives it, or if it belongs to an absent particle.
+    `coordinates` has the values of every dimension.
     """
 
     model_config = ConfigDict(
@@ -154,7 +154,7 @@ class Study(Choice):
                 "minItems": 1,
                 "uniqueItems": True,
                 "description": (
-                    "what to store, and status in any case; where left out, every variable of the start option but those "
+                    "variables to store, always with status; by default all of the start option except those "
                     "of the acceleration"
                 ),
             },
@@ -178,7 +178,7 @@ class Study(Choice):
     @model_validator(mode="wrap")
     @classmethod
     def _every_fault(cls, raw: Any, handler: ModelWrapValidatorHandler["Study"]) -> "Study":
-        """Validate the fields and what holds between them, and raise all faults together."""
+        """Validate the fields and the rules between them, and raise all faults together."""
         if isinstance(raw, Study):
             return raw
         given, faults = guard(raw)
@@ -206,14 +206,14 @@ class Study(Choice):
 
     @cached_property
     def assumed(self) -> tuple[str, ...]:
-        """The dimensions that whoever wrote the study left out, and that have their defaults."""
+        """The dimensions that the document leaves out, and that have their defaults."""
         return ()
 
     @cached_property
     def coordinates(self) -> Coordinates:
-        """The dimensions in the cube's order: float64, 1-D, increasing, length 1 where fixed; not to be written to.
+        """The dimensions in the cube's order: float64, 1-D, increasing, length 1 if fixed; read-only.
 
-        Kept: an axis may hold a million values, and every block asks for a slice of it.
+        Cached: an axis may hold a million values, and every block takes a slice of it.
         """
         given = self.physical.values() if self.physical is not None else {}
         made = {d.ratio: d for d in derivations(given, self.particle)}
@@ -232,11 +232,11 @@ class Study(Choice):
 
     @cached_property
     def over_amplitudes(self) -> bool:
-        """Whether dampers are followed over base amplitudes, see `damperlab.studies.amplitudes`."""
+        """Whether base amplitudes are a dimension, see `damperlab.studies.amplitudes`."""
         return self.physical is not None and self.physical.over_amplitudes(self.particle)
 
     def ratios(self, points: Mapping[str, NDArray[Any]]) -> Mapping[str, NDArray[Any]]:
-        """Return points given along the dimensions, with all six ratios among them; arrays of one shape."""
+        """Return points given along the dimensions, with all six ratios; arrays of one shape."""
         if not self.over_amplitudes or self.physical is None:
             return points
         return {**points, **self.physical.ratios_at(points, self.particle)}
@@ -255,7 +255,7 @@ class Study(Choice):
 
     @property
     def forced(self) -> bool:
-        """Whether a force on the structure excites it, in place of a shaken base."""
+        """Whether a force on the structure excites it, instead of a shaken base."""
         return self.excitation == "force"
 
     @property
@@ -270,7 +270,7 @@ class Study(Choice):
 
     @property
     def whole_rows(self) -> bool:
-        """Whether a response is carried from frequency to frequency, so that a block holds them all."""
+        """Whether a response is continued from frequency to frequency, so that a block holds them all."""
         return isinstance(self.start, Continuation)
 
     @property
@@ -285,11 +285,13 @@ class Study(Choice):
 
     @cached_property
     def digest(self) -> str:
-        """Digest of what the study asks for, 64 hexadecimal digits; see `damperlab.studies.digest`."""
+        """Digest of the study's content, 64 hexadecimal digits; see `damperlab.studies.digest`."""
         return study_digest(self)
 
     def settings(self) -> dict[str, Any] | None:
-        """Return what a point's values depend on besides its coordinates; None where they depend on its neighbours."""
+        """Return everything that a point's values depend on except its coordinates; None if they depend on its
+        neighbours.
+        """
         if self.start != "rest":
             return None
         settings: dict[str, Any] = self.model_dump(
@@ -313,15 +315,15 @@ class Study(Choice):
 
     @property
     def attached(self) -> dict[str, str]:
-        """No files: the definition says it all."""
+        """No files: the definition is complete."""
         return {}
 
     def attachments(self) -> dict[str, bytes]:
-        """Return no files: the definition says it all."""
+        """Return no files: the definition is complete."""
         return {}
 
     def _repr_html_(self) -> str:
-        """Show a notebook what the study varies and how many points that makes."""
+        """Show in a notebook the varied quantities and the number of points."""
         sizes = [(name, _spelled(values)) for name, values in self.coordinates.items()]
         return card(f"Study {self.name}".strip(), [("points", f"{self.points:,}"), *sizes])
 
@@ -343,19 +345,19 @@ def _spelled(values: NDArray[np.float64]) -> str:
 
 
 def parse_study(document: object, shelf: Shelf | None = None) -> Study | Suite:
-    """Validate a study of either kind: one that names `records` is a suite.
+    """Validate a study of either kind: one with `records` is a suite.
 
     Parameters
     ----------
     document : object
         The study as read from JSON or YAML.
     shelf : Shelf, optional
-        Where a suite's records are looked up. A definition that a store has kept needs none.
+        Source of a suite's records. A stored definition needs none.
 
     Returns
     -------
     Study or Suite
-        Valid, with its defaults filled in.
+        Valid, with all defaults.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The digest of a study: equal for equal questions, however they were written."""
+"""The digest of a study: equal studies have equal digests, however they are written."""
 
 import hashlib
 import json
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
     from damperlab.studies.definition import Study
 
 _SCHEME = b"damperlab study 1"
-"""To be changed when the same study gets computed or stored differently, lest old answers pass for new."""
+"""Change it when the same study is computed or stored differently, so that old answers do not pass for new ones."""
 
 
 def study_digest(study: "Study") -> str:
     """Return SHA-256 over the canonical content of a study, in hexadecimal.
 
-    Axes count by their expanded values (float64, little endian), so a range and the equal list are one study.
-    Key order, the spelling of numbers and the name do not count, nor does what the scene ignores: without a
-    particle its dimensions, its contact and its physical quantities. The physical block counts, because it is
-    kept with the answer and gives the coordinates their units.
+    Axes count by their expanded values (float64, little endian), so a range and the equal list are one study. Key
+    order, the spelling of numbers and the name do not count. Nor does anything that the scene ignores: without a
+    particle its dimensions, its contact and its physical quantities. The physical block counts, because it is stored
+    with the answer and gives the coordinates their units.
     """
     content = hashlib.sha256(_SCHEME)
     for name, values in study.coordinates.items():
@@ -47,10 +47,10 @@ def study_digest(study: "Study") -> str:
 
 
 def family_digest(study: AnyStudy, provenance: dict[str, str]) -> str:
-    """Return SHA-256 over what a point's values depend on besides its coordinates, in hexadecimal.
+    """Return SHA-256 over everything that a point's values depend on except its coordinates, in hexadecimal.
 
-    Studies of one family differ in their grids and metrics alone: a point that both have is the same bits. It is
-    empty, of no family, where a point depends on its neighbours or it is not known what computes.
+    Studies of one family differ only in their grids and metrics: a common point has the same bits. It is empty, for
+    no family, if a point depends on its neighbours or if the solver is unknown.
     """
     identity = provenance.get("identity")
     settings = study.settings()

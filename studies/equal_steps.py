@@ -1,4 +1,4 @@
-"""The step between times that are equally spaced and were rounded when they were written."""
+"""The step between equally spaced times that were rounded when they were written."""
 
 import math
 import re
@@ -12,15 +12,15 @@ UNEVEN = 0.02
 TOO_FEW_DIGITS = "The times have too few digits: they leave open how far apart the samples are."
 """The sentence for a step that is NaN."""
 KNOWN = 1e-3
-"""Largest uncertainty of a step, over the step, where it is no whole number of samples a second."""
+"""Largest relative uncertainty of a step that is no whole number of samples a second."""
 MOST_LIKELY = 3.0
-"""Whole numbers of samples a second between which one is sought, at most."""
+"""Most whole numbers of samples a second that are tried."""
 LEAST_ROUNDED = 3
-"""Steps that rounding makes longer or shorter, at least: fewer may as well be samples that are missing."""
+"""Fewest steps that rounding lengthens or shortens: fewer may as well be missing samples."""
 
 
 def resolution_of(written: Iterable[str]) -> float:
-    """Give the last digit of numbers as they are written: 0.01 of 0.25; 0 where one has an exponent."""
+    """Give the last digit of numbers as written: 0.01 for 0.25; 0 if one has an exponent."""
     decimals = 0
     for text in written:
         if re.search(r"[eEdD]", text):
@@ -42,11 +42,11 @@ def equal_step(time: NDArray[np.float64], resolution: float) -> tuple[float, int
     Returns
     -------
     step : float
-        In the unit of the times. Where rounding makes them unequal, that of the whole number of samples a second (or per
-        unit) which alone agrees with all of them, else of a whole number in ten seconds, or a whole number of milliseconds;
-        NaN where none does, or several do. Before a sample that does not follow, the usual step.
+        In the unit of the times. If rounding makes the steps unequal, take the only whole number of samples a second
+        (or per unit) that agrees with all of them. Else take a whole number in ten seconds, or a whole number of
+        milliseconds. NaN if none agrees, or several do. The usual step before a sample that does not follow.
     wrong : int or None
-        Sample that does not follow the others; None where all steps are equal.
+        First sample that does not follow the others; None if all steps are equal.
     """
     counts = np.arange(time.size)
     steps = np.diff(time)

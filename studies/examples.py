@@ -1,4 +1,4 @@
-"""Studies that can be submitted as they stand, shown beside the schema."""
+"""Studies that can be submitted unchanged, shown with the schema."""
 
 from typing import Any
 
@@ -31,7 +31,7 @@ EXAMPLES: tuple[dict[str, Any], ...] = (
         },
     },
 )
-"""Studies that can be submitted as they stand."""
+"""Studies that can be submitted unchanged."""
 
 SUITE: dict[str, Any] = {
     "name": "dampers under two earthquakes",
@@ -43,4 +43,4 @@ SUITE: dict[str, Any] = {
     },
     "starts": 2,
 }
-"""A suite that can be submitted as it stands."""
+"""A suite that can be submitted unchanged."""

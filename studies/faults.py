@@ -1,4 +1,4 @@
-"""A fault: what is wrong with a study, where, and what to do about it."""
+"""A fault: an error in a study, its place, and the remedy."""
 
 import difflib
 import json
@@ -15,16 +15,16 @@ T = TypeVar("T")
 U = TypeVar("U")
 
 MAX_FAULTS = 100
-"""Faults listed in one answer; the rest is counted. Keeps the answer to a hostile document small."""
+"""Most faults listed in one answer; the rest is counted. This keeps the answer to a hostile document small."""
 
 WHOLE = "document"
-"""The field of what is wrong with a document as a whole."""
+"""Field name for an error of the document as a whole."""
 
 NOTHING = "nothing"
-"""What was found where something is missing."""
+"""Text for a missing value."""
 
 PARTS = ("field", "found", "allowed", "advice", "message")
-"""What a problem document says of a fault."""
+"""Fields of a fault in a problem document."""
 
 _TEXT_SHOWN = 60
 _FIELD_SHOWN = 300
@@ -40,14 +40,14 @@ class Fault:
     field : str
         Where, as a path into the document: ``axes.clearance_ratio[3]``; `WHOLE` for all of it.
     found : str
-        What stands there.
+        The value found there.
     allowed : str
-        What may stand there.
+        The values allowed there.
     advice : str
-        What to do.
+        The remedy.
     message : str
-        What is wrong and what is allowed, as a sentence; made of the three before where it is empty. ``{field}`` stands
-        for the field, which may be seen from a larger document later.
+        The error and the allowed values as a sentence; if empty, formed from the three before. ``{field}`` stands for
+        the field, since a larger document may contain this one later.
     """
 
     field: str
@@ -57,17 +57,17 @@ class Fault:
     message: str = ""
 
     def __post_init__(self) -> None:
-        """Shorten a name that is not ours: a document may have keys of megabytes."""
+        """Shorten a name from the document, which may have keys of megabytes."""
         if len(self.field) > _FIELD_SHOWN:
             object.__setattr__(self, "field", f"{self.field[:_FIELD_SHOWN]}…")
 
     def __str__(self) -> str:
-        """Say what is wrong, what is allowed, and what to do."""
+        """Describe the error, the allowed values, and the remedy."""
         return f"{self.sentence} {sentence(self.advice)}".rstrip()
 
     @property
     def sentence(self) -> str:
-        """What is wrong and what is allowed."""
+        """The error and the allowed values."""
         field = f"`{self.field}`" if self.field else "The value"
         if self.message:
             return self.message.replace("{field}", field)
@@ -76,11 +76,11 @@ class Fault:
         return f"{field} must be {self.allowed}, not {self.found}."
 
     def document(self) -> dict[str, str]:
-        """Give the fault as problem documents list it; `message` is its sentence."""
+        """Give the fault as in problem documents; `message` is its sentence."""
         return {name: getattr(self, name) for name in PARTS} | {"message": self.sentence}
 
     def under(self, parent: str) -> "Fault":
-        """Return the same fault, seen from a document that holds this one at ``parent``."""
+        """Return the same fault, as seen from a document that contains this one at ``parent``."""
         return replace(self, field=parent if parent and self.field == WHOLE else join(parent, self.field))
 
 
@@ -111,12 +111,12 @@ class StudyFaults(UserError, ValueError):
         super().__init__("\n".join(str(fault) for fault in listed))
 
     def __reduce__(self) -> tuple[type["StudyFaults"], tuple[tuple[Fault, ...]]]:
-        """Let the faults travel between processes."""
+        """Make faults pickleable between processes."""
         return StudyFaults, (self.faults,)
 
 
 def attempt(reading: Callable[[], T], otherwise: U, faults: list[Fault]) -> T | U:
-    """Read something; where it is refused, add what is wrong with it to `faults`, and give something else."""
+    """Read something; if it is refused, append its faults to `faults` and return a substitute."""
     try:
         return reading()
     except StudyFaults as refused:
@@ -145,13 +145,13 @@ def path(parts: Iterable[object]) -> str:
 
 
 def printable(text: str) -> str:
-    """Return text as every encoder and terminal takes it: quoted, shortened, odd characters escaped."""
+    """Return text that every encoder and terminal accepts: quoted, shortened, odd characters escaped."""
     shown = json.dumps(text[:_TEXT_SHOWN], ensure_ascii=not text[:_TEXT_SHOWN].isprintable())
     return shown if len(text) <= _TEXT_SHOWN else f"{shown}… ({len(text)} characters)"
 
 
 def describe(value: object) -> str:
-    """Say what was found in a few words, whatever it is; never fails and never grows with the value."""
+    """Describe a found value in a few words; never fails and never grows with the value."""
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -181,11 +181,11 @@ MEANT: dict[str, tuple[str, ...]] = {
     "excitation_frequency_hz": ("frequency_hz", "frequency_ratio"),
     **{ratio: (quantity,) for ratio, quantity in MADE_BY.items()},
 }
-"""Names of other documents, and what means the same here: the nearest spelling means something else."""
+"""Names from other programs, with the equivalent here; the nearest spelling would be wrong."""
 
 
 UNITS = {"m": "m", "n": "N", "kg": "kg", "hz": "Hz", "s": "s", "deg": "degrees"}
-"""How the names of quantities end, and the unit that it says."""
+"""Endings of the names of quantities, and their units."""
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:
@@ -198,13 +198,13 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 
 
 def write_nearest(word: object, known: Iterable[str], otherwise: str = "choose one of these") -> str:
-    """Advise to write the known word that was probably meant; where none is near, no word is advised."""
+    """Advise a known word that is near; without a near one, give no word."""
     near = nearest(word, known) if isinstance(word, str) else None
     return f"write {near}" if near else otherwise
 
 
 def sentence(text: str) -> str:
-    """Write an advice as a sentence: with a capital letter at its start and a full stop at its end."""
+    """Write an advice as a sentence, with a capital letter and a full stop."""
     return text[:1].upper() + text[1:] + ("." if text and text[-1] not in ".?!" else "")
 
 
@@ -214,18 +214,18 @@ def listing(names: Iterable[str]) -> str:
 
 
 def unknown_key(field: str, key: object, known: tuple[str, ...], beside: Container[Any] = ()) -> Fault:
-    """Return the fault of a key that no document has here, with the near name where there is one.
+    """Return the fault of an unknown key, with the near name if there is one.
 
     Parameters
     ----------
     field : str
-        Where the key stands.
+        Path of the key.
     key : object
         The key.
     known : tuple of str
-        The keys that may stand there.
+        The keys that are allowed there.
     beside : container
-        The keys that stand there: none of them can have been meant.
+        The keys that are present there, which are not suggested.
     """
     left = [name for name in known if name not in beside]
     near = nearest(key, left) if isinstance(key, str) else None

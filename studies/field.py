@@ -1,6 +1,6 @@
-"""A field of a question: written once, where the question's value is defined, and offered by every door.
+"""A field of a question: defined once, with the question, and offered by every interface.
 
-The HTTP query, the command line and the client take their names, types, defaults, limits and help from here.
+The HTTP query, the command line and the client derive their names, types, defaults, limits and help from it.
 """
 
 import math
@@ -23,41 +23,41 @@ Door = Literal["http", "command", "client"]
 DOORS: tuple[Door, ...] = get_args(Door)
 
 NONE: Mapping[str, Any] = MappingProxyType({})
-"""Nothing by name; it cannot be written to."""
+"""Empty mapping; read-only."""
 
 _T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
 class Field:
-    """What every door says about one field.
+    """Description of one field, for every interface.
 
     Parameters
     ----------
     help : str
-        What it is, in sentences; with the unit and the default where they are not plain from the type.
+        Its meaning, in sentences; with the unit and the default if the type does not show them.
     least, above, most : float, optional
-        Limits of a number; `above` itself is not allowed.
+        Limits of a number; `above` itself is excluded.
     allowed : tuple of str
-        Names that are allowed; none where every name is.
+        Allowed names; empty if every name is allowed.
     meanings : mapping of str
-        What each of its names is.
+        Meaning of each name.
     form : str
-        How a value is written on the command line, as in ``LO,HI``.
+        How the command line writes a value, as in ``LO,HI``.
     example : str
         A value for the HTTP reference.
     key : str
         Its name in a query.
     options : tuple of str
-        Its spellings on the command line; a list is given by repeating it.
+        Its spellings on the command line; a list repeats the option.
     doors : tuple of str
-        Who offers it; what a door does itself needs no field there.
+        The interfaces that offer it; an interface that handles it itself needs no field.
     studies : bool
-        Whether it names further studies, whose results the answer is made of too.
+        Whether it names other studies, whose results are part of the answer.
     default : object
         Its default; `MISSING` for none.
     name, type
-        Of the dataclass' field; filled in by `fields_of`.
+        Name of the dataclass field; filled in by `fields_of`.
     """
 
     help: str
@@ -101,12 +101,12 @@ class Field:
 
     @property
     def is_repeated(self) -> bool:
-        """Whether an option is given once for each value; else they are one text, as in ``A,B``."""
+        """Whether an option is repeated for each value; else one text has them, as in ``A,B``."""
         return self.is_list and "," not in self.form
 
     @property
     def is_range(self) -> bool:
-        """Whether it is a lowest and a highest value."""
+        """Whether it is a pair of lowest and highest value."""
         return bool(self.core == Range)
 
 
@@ -127,13 +127,13 @@ def asked(default: Any, help: str, **more: Any) -> Any:
 
 
 def asked_at() -> Any:
-    """Define the field of a design, or another point of a study: the same in every question."""
+    """Define the field of a design or another point of a study, the same in every question."""
     return asked(NONE, "Fix a dimension at the grid point nearest to a value.", form="DIMENSION=VALUE")
 
 
 @cache
 def fields_of(question: type) -> tuple[Field, ...]:
-    """Give the fields of a question in their order, with all that the dataclass itself says of them."""
+    """Give the fields of a question in order, with the types and defaults of the dataclass."""
     hints = get_type_hints(question)
     found = []
     for each in fields(question):
@@ -147,7 +147,7 @@ def fields_of(question: type) -> tuple[Field, ...]:
 
 
 def words_of(limited: Field) -> str:
-    """Put the limits of a number into words; empty where it has none."""
+    """Describe the limits of a number in words; empty without limits."""
     below = "" if limited.most is None else f"at most {limited.most:g}"
     if limited.above is not None:
         above = f"above {limited.above:g}"
@@ -175,7 +175,7 @@ def option_of(name: str) -> str:
 def given(question: object) -> dict[str, Any]:
     """Give the fields of a question that differ from their defaults, by name.
 
-    What is left as it is goes unsaid: each kind of study refuses what only the other has.
+    Defaults are omitted: each kind of study refuses fields that only the other has.
     """
     kind: Any = type(question)
     values = ((each, getattr(question, each.name)) for each in fields_of(kind))

@@ -1,4 +1,4 @@
-"""A guard before the study's model: no document of any size, depth or shape may cost more than a moment."""
+"""A guard before the model of a study: a document of any size, depth or shape is rejected quickly."""
 
 from typing import Any, Literal
 
@@ -11,10 +11,10 @@ MAX_CONTAINERS = 500
 """Lists and mappings in one document."""
 
 MAX_VALUES = 20_000
-"""Values in all lists of one document; a longer axis is written as a range."""
+"""Most values in all lists of one document; a longer axis is written as a range."""
 
 MAX_KEYS = 100
-"""Keys of one mapping."""
+"""Most keys of one mapping."""
 
 
 Kind = Literal["study", "specification"]
@@ -22,20 +22,20 @@ OTHER: dict[Kind, tuple[Kind, str]] = {
     "study": ("specification", "damperlab design"),
     "specification": ("study", "damperlab run"),
 }
-"""What may be given in place of each kind of document, and the command that takes it."""
+"""The other kind of document that may be given by mistake, and the command that takes it."""
 
 
 class Repeated(dict[str, Any]):
-    """A mapping that was written with the same key more than once.
+    """A mapping that was written with a repeated key.
 
-    JSON and YAML readers keep the last of them without a word; the keys are remembered here to be refused.
+    JSON and YAML readers silently keep the last value; this one remembers the keys so that they can be refused.
     """
 
     keys_repeated: tuple[str, ...] = ()
 
 
 def mapping(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
-    """Build a mapping from its pairs as they were written, and remember repeated keys."""
+    """Build a mapping from its pairs as written, and remember repeated keys."""
     built = dict(pairs)
     if len(built) == len(pairs):
         return built
@@ -51,7 +51,7 @@ def mapping(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
 
 
 def repeated_keys(document: object) -> list[Fault]:
-    """Find the keys that were written more than once, anywhere in a document."""
+    """Find repeated keys anywhere in a document."""
     faults: list[Fault] = []
     pending: list[tuple[tuple[object, ...], Any]] = [((), document)]
     while pending:
@@ -65,12 +65,12 @@ def repeated_keys(document: object) -> list[Fault]:
 
 
 def refuse_the_other(document: object, wanted: Kind) -> None:
-    """Refuse a specification in place of a study, or the other way round, in one fault that names the command for it.
+    """Refuse a specification given as a study, or the other way round, in one fault that names the right command.
 
     Raises
     ------
     StudyFaults
-        Where its keys belong to the other kind alone.
+        If its keys belong only to the other kind.
     """
     keys = document.keys() if isinstance(document, dict) else ()
     is_study, is_specification = (
@@ -85,19 +85,19 @@ def refuse_the_other(document: object, wanted: Kind) -> None:
 
 
 def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:
-    """Return the document as a mapping of bounded depth and size, with the faults that only a reader can see.
+    """Return the document as a mapping of bounded depth and size, with the faults that only the reader can detect.
 
     Returns
     -------
     document : dict
         The document itself.
     faults : list of Fault
-        Keys that were written more than once.
+        Repeated keys.
 
     Raises
     ------
     StudyFaults
-        Where the document is no mapping, or is too deep, too large or too odd to look at closely.
+        If the document is no mapping, or is too deep, too large or too odd to examine.
     """
     if not isinstance(document, dict):
         raise StudyFaults([_no_mapping(document)])
@@ -136,7 +136,7 @@ def guard(document: object) -> tuple[dict[str, Any], list[Fault]]:
 
 
 def _oddities(where: tuple[object, ...], key: object, value: object) -> list[Fault]:
-    """Find keys and values that no JSON or YAML study has, and that later code need not expect."""
+    """Find keys and values that no JSON or YAML study has, so that later code need not handle them."""
     if not isinstance(key, str) or not key.isprintable():
         return [
             Fault(

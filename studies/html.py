@@ -1,4 +1,4 @@
-"""How an object shows itself in a notebook: a heading and a small table, all of it escaped."""
+"""Notebook display of an object: a heading and a small table, escaped."""
 
 from collections.abc import Iterable
 from html import escape
@@ -10,9 +10,9 @@ def card(heading: str, rows: Iterable[tuple[str, object]]) -> str:
     Parameters
     ----------
     heading : str
-        What it is.
+        Heading of the object.
     rows : iterable of (str, object)
-        Name and value; rows whose value is None are left out.
+        Name and value; rows whose value is None are dropped.
     """
     cells = "".join(
         f'<tr><th style="text-align:left">{escape(name)}</th><td style="text-align:left">{escape(str(value))}</td></tr>'

@@ -1,4 +1,4 @@
-"""What every kind of study has in common: all that planning, storing and scheduling know of one."""
+"""The interface of every kind of study, on which planning, storing and scheduling rely."""
 
 from collections.abc import Mapping
 from typing import Any, Protocol
@@ -9,7 +9,7 @@ from damperlab.studies.variables import Variable
 
 
 class AnyStudy(Protocol):
-    """A grid of points over named dimensions, and what is stored of each point."""
+    """A grid of points over named dimensions, and the results stored for each point."""
 
     @property
     def name(self) -> str:
@@ -25,7 +25,7 @@ class AnyStudy(Protocol):
 
     @property
     def identities(self) -> Mapping[str, NDArray[Any]]:
-        """The coordinates as they are told apart from those of other studies, in the same order."""
+        """The coordinates that distinguish points of different studies, in the same order."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -45,18 +45,22 @@ class AnyStudy(Protocol):
 
     @property
     def whole_rows(self) -> bool:
-        """Whether no block may cut the last dimension, because a point there begins where the one before ended."""
+        """Whether a block must contain the complete last dimension, because each point there starts from the previous
+        one.
+        """
 
     @property
     def digest(self) -> str:
-        """Digest of what the study asks for, 64 hexadecimal digits."""
+        """Digest of the study's content, 64 hexadecimal digits."""
 
     def settings(self) -> dict[str, Any] | None:
-        """Give what a point's values depend on besides its coordinates; None where they depend on its neighbours."""
+        """Give everything that a point's values depend on except its coordinates; None if they depend on its
+        neighbours.
+        """
 
     @property
     def attached(self) -> Mapping[str, str]:
-        """The files that workers need beside the definition: their keys in the cube, and the SHA-256 of each."""
+        """The files that workers need as well as the definition: their keys in the cube, and the SHA-256 of each."""
 
     def attachments(self) -> dict[str, bytes]:
         """Give these files by their keys.
@@ -64,7 +68,7 @@ class AnyStudy(Protocol):
         Raises
         ------
         StudyFaults
-            Where what they are made of is not at hand.
+            If their sources are not available.
         """
 
     def document(self) -> dict[str, Any]:

@@ -1,6 +1,6 @@
-"""The kinds of study: one table of all in which they differ to whoever asks or keeps their results.
+"""The kinds of study: one table of all their differences in questions and storage.
 
-How a point is computed is the worker's, which tells definitions apart by their class.
+The worker decides how a point is computed, by the class of the definition.
 """
 
 from collections.abc import Collection, Container, Mapping
@@ -19,32 +19,32 @@ from damperlab.studies.variables import BEFORE, DIMENSIONS, MADE_BY, VARIABLES, 
 
 @dataclass(frozen=True)
 class Kind:
-    """What holds for every study of a kind.
+    """Properties of every study of a kind.
 
     Parameters
     ----------
     words : str
-        What a study of it is called in a sentence.
+        Its name in a sentence.
     dimensions : tuple of str
-        Of its cube, in their order.
+        The dimensions of its cube, in order.
     variables : mapping of Variable
         Every result variable that it may store, by name.
     metric : str
-        What a question is about that names no result.
+        The result that a question uses by default.
     designs : tuple of str
-        The dimensions that somebody chooses; the others are what a design meets.
+        The dimensions that a designer chooses; the others are conditions.
     uncontrolled : str
-        The dimension that no designer chooses; a result is the worst over it where the question leaves it open.
+        The dimension that no designer controls; an unspecified result is the worst over it.
     worst : str
-        That sentence about a result; with ``{count}`` of the uncontrolled dimension and ``{band}`` of frequencies.
+        The sentence for such a result; with ``{count}`` of the uncontrolled dimension and ``{band}`` of frequencies.
     also : tuple of str
-        Further dimensions that no designer chooses; a map shows the worst over them too where nothing else is said.
+        Further uncontrolled dimensions; by default a map shows the worst over them too.
     axes : tuple of str
-        Dimensions in the order in which a map shows them where nobody names any; those of the other kind follow.
+        Default order of dimensions for the axes of a map; those of the other kind follow.
     ranking : frozenset of str
         Fields of `Judging` and `Ranking` that apply to it.
     instead : str
-        What to ask it in place of what it cannot answer.
+        Advice for questions that it cannot answer.
     """
 
     words: str
@@ -149,7 +149,7 @@ def kind_of_definition(definition: Mapping[str, Any]) -> Kind:
 
 
 def before_of(definition: Mapping[str, Any]) -> tuple[str, ...]:
-    """Name the dimensions that a harmonic study has before the others, by its definition."""
+    """Name the additional leading dimensions of a harmonic study, from its definition."""
     physical = definition.get("physical")
     given = physical if isinstance(physical, Mapping) else {}
     if definition.get("particle", True) is False:
@@ -168,14 +168,14 @@ def dimensions_of_definition(definition: Mapping[str, Any]) -> tuple[str, ...]:
 def shown_axes(
     sizes: Mapping[str, int], x: str | None, y: str | None, taken: Collection[str | None]
 ) -> tuple[str, str]:
-    """Fill in the axes that were not named with dimensions that vary and are not spoken for.
+    """Complete the unnamed axes with dimensions that vary and are not used otherwise.
 
     Parameters
     ----------
     sizes : mapping of int
         Points along each dimension.
     x, y : str, optional
-        What was named.
+        The named axes.
     taken : collection of str
         Dimensions that the question uses otherwise.
     """

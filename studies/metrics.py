@@ -11,16 +11,16 @@ def read_metrics(raw: object, variables: Collection[str], field: str = "") -> tu
     Parameters
     ----------
     raw : object
-        As it stands in the document.
+        The value in the document.
     variables : collection of str
-        Every name that is allowed, in the cube's order.
+        Every allowed name, in the cube's order.
     field : str
         Where `raw` stands, for the faults.
 
     Returns
     -------
     tuple of str
-        In the cube's order, `status` in any case: without it no value of a point can be judged.
+        In the cube's order, always with `status`: without it no value can be judged.
 
     Raises
     ------

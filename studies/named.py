@@ -1,4 +1,4 @@
-"""The studies and specifications that the package names, as they were written: YAML in UTF-8 with comments."""
+"""The named studies and specifications of the package, in their original text: YAML in UTF-8 with comments."""
 
 from functools import cache
 from importlib.resources import files

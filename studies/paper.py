@@ -1,4 +1,4 @@
-"""The numbers that the paper prints, read from the one file that holds them."""
+"""The numbers that the paper prints, read from a single file."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -14,7 +14,7 @@ class PaperNumber:
     Parameters
     ----------
     value : float
-        In the unit that the name ends in; a ratio without one.
+        In the unit in which the name ends; a ratio without one.
     place : str
         Where the paper prints it.
     """

@@ -1,4 +1,4 @@
-"""A physical case: masses, forces and lengths in SI units, and the ratios that they make."""
+"""A physical case: masses, forces and lengths in SI units, and the ratios that follow."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -84,11 +84,11 @@ def _read_constant(raw: object) -> str | None:
 class Physical(Choice):
     """A physical case; each entry is a number or an axis.
 
-    A ratio is made where its own quantity is given: `clearance_m` makes the clearance ratio, and needs
-    `base_amplitude_m` for it. Where the base amplitude is an axis of a damper whose force and clearance stay, the study
-    is one over base amplitudes, see `damperlab.studies.amplitudes`; there `constant` may say that the velocity or the
-    acceleration of the base is the same at every frequency, and `base_amplitude_m` is its amplitude at the natural one.
-    Under a force on the structure the static displacement F₀/k is in the place of the base amplitude; `force_n` makes it.
+    A ratio is derived if its own quantity is given: `clearance_m` gives the clearance ratio, and needs
+    `base_amplitude_m`. If the base amplitude is an axis of a damper with fixed force and clearance, the study is one
+    over base amplitudes (`damperlab.studies.amplitudes`). There `constant` may keep the velocity or the acceleration
+    of the base the same at every frequency; `base_amplitude_m` is then the amplitude at the natural frequency. Under
+    a force on the structure the static displacement F₀/k replaces the base amplitude; `force_n` determines it.
     """
 
     mass_kg: Annotated[AxisSpec | None, along(MASS)] = None
@@ -109,8 +109,9 @@ class Physical(Choice):
             {
                 "type": ["string", "null"],
                 "enum": [*CONSTANT, None],
-                "description": "what of the base is the same at every frequency, in place of its displacement; only where "
-                "dampers are followed over base amplitudes, which are then those at the natural frequency",
+                "description": "quantity of the base that is constant over frequency instead of its "
+                "displacement; only in studies over base amplitudes, which are then those at the "
+                "natural frequency",
             },
         ),
     ] = None
@@ -121,7 +122,7 @@ class Physical(Choice):
         return {name: axis_values(spec) for name, spec in given.items() if spec is not None}
 
     def over_amplitudes(self, particle: bool) -> bool:
-        """Whether it asks for dampers over base amplitudes."""
+        """Whether it describes dampers over base amplitudes."""
         return over_amplitudes(dict(self), particle)
 
     def ratios_at(self, points: Values, particle: bool) -> dict[str, NDArray[np.float64]]:
@@ -130,7 +131,7 @@ class Physical(Choice):
         Parameters
         ----------
         points : mapping of ndarray
-            `clearance_m`, `friction_force_n`, `base_amplitude_m`, and `frequency_ratio` where something else than the
+            `clearance_m`, `friction_force_n`, `base_amplitude_m`, and `frequency_ratio` if something other than the
             displacement of the base is constant; arrays that broadcast.
         particle : bool
             Whether the scene has one.
@@ -138,8 +139,8 @@ class Physical(Choice):
         Returns
         -------
         dict of ndarray
-            `clearance_ratio` and `friction_ratio`, with the bits that a study of the point alone has; 0 where the damper
-            has no particle or no friction. Those of `BEFORE` too, where the block gives what makes them.
+            `clearance_ratio` and `friction_ratio`, with the same bits as in a study of that point alone; 0 if the
+            damper has no particle or no friction. Also those of `BEFORE`, if the block determines them.
         """
         given = {**self.values(), **points}
         given[AMPLITUDE] = base_amplitudes(given[AMPLITUDE], points.get(_FREQUENCY), self.constant)
@@ -154,20 +155,20 @@ class Physical(Choice):
 
 @dataclass(frozen=True)
 class Derivation:
-    """How one ratio is made of physical quantities.
+    """Derivation of one ratio from physical quantities.
 
     Parameters
     ----------
     ratio : str
-        The ratio that is made.
+        The derived ratio.
     source : str
-        The quantity whose presence asks for it.
+        The quantity whose presence triggers the derivation.
     partners : tuple of str
         The other quantities that it needs.
     law : callable
-        From the expanded quantities to the ratio.
+        Function from the expanded quantities to the ratio.
     of_particle : bool
-        True where a scene without a particle ignores it.
+        Whether a scene without a particle ignores it.
     """
 
     ratio: str
@@ -179,7 +180,7 @@ class Derivation:
     def values(self, given: Values) -> NDArray[np.float64]:
         """Return the ratio's values in increasing order, float64 of one dimension.
 
-        At most one of the quantities may be an axis; a ratio may fall while that quantity grows.
+        At most one of the quantities may be an axis; the ratio may fall while that quantity grows.
         """
         return np.sort(self.law(given)) + 0.0
 
@@ -198,7 +199,7 @@ def _weight(of: Values) -> NDArray[np.float64]:
 
 
 def lying(of: Values) -> float | NDArray[np.float64]:
-    """Give the share of its weight with which the particle lies on the floor of its cavity."""
+    """Give the component of its weight that presses the particle on the floor of its cavity."""
     if "tilt_deg" not in of:
         return 1.0
     return np.where(of["tilt_deg"] == 90.0, 0.0, cos(RADIAN * of["tilt_deg"]))
@@ -237,16 +238,16 @@ DERIVATIONS: dict[str, Derivation] = {
         ),
     )
 }  # fmt: skip
-"""How each ratio is made of physical quantities, where it can be; k = M·ω_n²."""
+"""The derivation of each ratio from physical quantities; k = M·ω_n²."""
 
 
 def derivations(given: Mapping[str, object], particle: bool) -> list[Derivation]:
-    """Return the derivations that a physical block asks for in a scene with or without a particle."""
+    """Return the derivations that a physical block triggers in a scene with or without a particle."""
     return [d for d in DERIVATIONS.values() if d.source in given and (particle or not d.of_particle)]
 
 
 def physical_faults(raw: Mapping[str, Any], particle: bool) -> list[Fault]:
-    """Find what is wrong between the entries of a physical block; raw entries may be faulty on their own."""
+    """Find faults between the entries of a physical block; raw entries may be faulty on their own."""
     faults: list[Fault] = []
     made = derivations(raw, particle)
     crossed = over_amplitudes(raw, particle)
@@ -311,7 +312,7 @@ def _constant_alone(raw: Mapping[str, Any], particle: bool) -> Fault:
 
 
 def derived_faults(physical: Physical, particle: bool, band: NDArray[np.float64]) -> list[Fault]:
-    """Find the ratios that a physical block, valid in itself, takes out of their bounds.
+    """Find derived ratios that exceed their bounds, of a physical block that is valid in itself.
 
     Parameters
     ----------
@@ -344,7 +345,7 @@ def derived_faults(physical: Physical, particle: bool, band: NDArray[np.float64]
 
 
 def _corners(physical: Physical, source: str, band: NDArray[np.float64]) -> Values:
-    """Return the quantities with the ends of an axis of a damper at the ends of base amplitudes and band, 8 values each."""
+    """Return the quantities at the ends of a damper's axis, of the base amplitudes and of the band, 8 values each."""
     given = physical.values()
     own, amplitude, r = (
         ends.ravel()

@@ -1,4 +1,4 @@
-"""A plan: the grid of a study cut into blocks, lazily, as a function of the study alone."""
+"""A plan: the grid of a study divided into blocks, lazily, as a function of the study alone."""
 
 import math
 from collections.abc import Callable
@@ -15,20 +15,20 @@ Cost = Callable[[AnyStudy, dict[str, NDArray[Any]]], NDArray[np.float64]]
 """From a study and the coordinates of N points, each (N,), to positive seconds per point, (N,)."""
 
 BLOCK_SECONDS = 2.0
-"""Expected time of a block of a long study: long beside scheduling and storing, short to a person."""
+"""Expected time of a block of a long study: long compared with scheduling and storing, short for a person."""
 
 SHORTEST_BLOCK_SECONDS = 0.125
-"""Below this a block is mostly overhead, so a small study gets few blocks."""
+"""Below this time a block is mostly overhead, so a small study gets few blocks."""
 
 SLOWEST_BLOCK_SECONDS = 10.0
-"""Expected time of a block that lies where the study is slowest."""
+"""Expected time of a block in the slowest part of a study."""
 
 BALANCED_BLOCKS = 32
-"""Blocks that a study of a few seconds or more gets at least: the last one then leaves few workers idle."""
+"""Fewest blocks of a study of a few seconds or more: then the last one leaves few workers idle."""
 
 MAX_BLOCK_POINTS = 65_536
 MAX_BLOCKS = 50_000
-"""More would come faster than one scheduler hands them out; see docs/scheduling.md."""
+"""More blocks would arrive faster than one scheduler distributes them; see docs/scheduling.md."""
 
 _SAMPLES = {
     "clearance_ratio": 7,
@@ -37,12 +37,13 @@ _SAMPLES = {
     "record": 16,
     "base_amplitude_m": 7,
 }
-"""Values along a dimension at which the cost is looked at."""
+"""Values along a dimension at which the cost is sampled."""
 _FEWEST_SAMPLES = 3
 _SAMPLED = 16
-"""Points of a block at which the cost is looked at: its middle may be the resonance."""
+"""Points of a block at which the cost is sampled: its middle may be the resonance."""
 _MOST_SAMPLED, _FEWEST_SAMPLED = 1 << 16, 2
-"""Most points at which the cost of a plan is computed, and the fewest in each of its blocks, which take precedence."""
+"""Most points at which the cost of a plan is computed, and the fewest in each of its blocks, which take precedence.
+"""
 _BLOCKS_AT_ONCE = 1024
 
 
@@ -79,14 +80,14 @@ class Block:
 
 
 class Plan:
-    """The blocks of a study: equal boxes, those at the upper edges smaller where the shape does not divide.
+    """The blocks of a study: equal boxes, smaller at the upper edges if the shape does not divide.
 
     Holds no list of points or blocks; its only arrays have one number per block.
 
     Parameters
     ----------
     study : AnyStudy
-        What is computed.
+        The study.
     chunk : tuple of int
         Shape of a block.
     cost : callable
@@ -109,7 +110,7 @@ class Plan:
         Raises
         ------
         IndexError
-            Where there is no block of that number.
+            If there is no block of that number.
         """
         if not 0 <= index < self.count:
             raise IndexError(f"block {index} of a plan of {self.count} blocks")
@@ -139,7 +140,7 @@ class Plan:
         return seconds
 
     def _within(self, indices: NDArray[np.int64], places: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-        """Return the coordinates of points at the same relative places of each block, one block after the other."""
+        """Return the coordinates of points at the same relative positions of each block, one block after the other."""
         points: dict[str, NDArray[Any]] = {}
         for (name, values), position, size, place in zip(
             self._coordinates.items(), np.unravel_index(indices, self.grid), self.chunk, places.T, strict=True
@@ -165,7 +166,7 @@ class Plan:
         return float(self.block_seconds.sum())
 
     def order(self, indices: ArrayLike | None = None) -> NDArray[np.int64]:
-        """Return block indices, the longest expected first; equals in the order of their numbers.
+        """Return block indices, the longest expected first; equal ones in the order of their numbers.
 
         Parameters
         ----------
@@ -181,8 +182,8 @@ def make_plan(study: AnyStudy, cost: Cost) -> Plan:
     """Cut a study into blocks of about two seconds.
 
     A short study gets shorter blocks, to keep `BALANCED_BLOCKS` of them. No block has more than
-    `MAX_BLOCK_POINTS` points, and there are no more than `MAX_BLOCKS` blocks, which then take longer. Rows that
-    must stay whole (`AnyStudy.whole_rows`) do, however long.
+    `MAX_BLOCK_POINTS` points, and there are no more than `MAX_BLOCKS` blocks, which then take longer. Rows that must
+    not be divided (`AnyStudy.whole_rows`) stay complete, however long.
     """
     mean, most = _sampled_cost(study, cost)
     shape = study.shape
@@ -202,12 +203,12 @@ def make_plan(study: AnyStudy, cost: Cost) -> Plan:
 
 
 def plan_with_chunk(study: AnyStudy, chunk: tuple[int, ...], cost: Cost) -> Plan:
-    """Return the plan of a study whose block shape is known, as of a cube that exists already.
+    """Return the plan of a study with a known block shape, as of an existing cube.
 
     Raises
     ------
     ValueError
-        Where `chunk` is no shape of a block of this study, or cuts rows that must stay whole.
+        If `chunk` is no shape of a block of this study, or divides rows that must not be divided.
     """
     shape = study.shape
     if study.whole_rows and chunk[-1] != shape[-1]:
@@ -218,10 +219,10 @@ def plan_with_chunk(study: AnyStudy, chunk: tuple[int, ...], cost: Cost) -> Plan
 
 
 def chunk_of(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
-    """Return the shape of boxes of at most `size` points that cut a grid evenly.
+    """Return the shape of boxes of at most `size` points that divide a grid evenly.
 
-    The last dimensions are kept whole longest. The very last is the frequency: a response curve is then
-    read from few chunks.
+    The last dimensions stay complete longest. The very last is the frequency: a response curve is then read from few
+    chunks.
     """
     chunk = []
     for length in reversed(shape):

@@ -1,9 +1,9 @@
 """Arithmetic that has the same bits on every processor.
 
-numpy has code of its own for exponentials, logarithms, sines and powers on processors with AVX-512, and hands products
-of matrices to OpenBLAS, which has code for each family of processors. The last bits differ; and so, in the end, would
-a record that a seed makes, or a fit, whose way through chaotic responses turns on them. Here the C library computes each
-value, and a product of arrays that are laid out alike is summed in one order, whatever row it stands in.
+On processors with AVX-512 numpy uses its own code for exponentials, logarithms, sines and powers. It passes products
+of matrices to OpenBLAS, which has different code for each family of processors. The last bits differ. In the end so
+would a record from a seed, or a fit, whose search through chaotic responses depends on them. Here the C library
+computes each value. A product of arrays with the same layout is summed in one order, for any row.
 """
 
 import math
@@ -18,23 +18,23 @@ _POWER = np.frompyfunc(math.pow, 2, 1)
 
 
 def exp(x: ArrayLike) -> Floats:
-    """Exponential of each element; an OverflowError where that is above the largest number."""
+    """Exponential of each element; an OverflowError if it exceeds the largest number."""
     return _each(math.exp, x)
 
 
 def expm1(x: ArrayLike) -> Floats:
-    """Exponential less 1 of each element; an OverflowError where that is above the largest number."""
+    """Exponential minus 1 of each element; an OverflowError if it exceeds the largest number."""
     return _each(math.expm1, x)
 
 
 def log(x: ArrayLike) -> Floats:
-    """Logarithm of each element: -inf of 0, NaN of what is below or NaN."""
+    """Logarithm of each element: -inf of 0, NaN of negative numbers and NaN."""
     values = np.asarray(x, np.float64)
     return _each(math.log if (values > 0.0).all() else _log, values)
 
 
 def log1p(x: ArrayLike) -> Floats:
-    """Logarithm of 1 more than each element; a ValueError where one is -1 or less."""
+    """Logarithm of 1 plus each element; a ValueError if one is -1 or less."""
     return _each(math.log1p, x)
 
 
@@ -64,7 +64,7 @@ def product(a: ArrayLike, b: ArrayLike) -> Floats:
     Parameters
     ----------
     a : array, shape (..., k)
-        Equal rows give equal sums, which a library that computes several rows at once does not promise.
+        Equal rows give equal sums, which a library that computes several rows together does not guarantee.
     b : array, shape (k,) or (k, m)
     """
     subscripts = "...i,i->..." if np.ndim(b) == 1 else "...i,ij->...j"

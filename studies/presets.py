@@ -1,13 +1,14 @@
-"""The contact times that the paper measured, by name, in both readings: as printed, and in real time if its 20x slow
-motion was not taken into account."""
+"""The contact times that the paper measured, by name. Each has two readings: as printed, and in real time, if the 20x
+slow motion was overlooked.
+"""
 
 from dataclasses import dataclass
 from math import pi
 
 NATURAL_FREQUENCY_HZ = 2.5
-"""Of the paper's structure; its contact times are turned into units of 1/ω_n with it."""
+"""Natural frequency of the paper's structure, which converts its contact times into units of 1/ω_n."""
 SLOW_MOTION = 20.0
-"""How much slower than life the film ran that the contact times were read off."""
+"""Factor by which the film for the contact times was slowed down."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What pydantic found wrong, as faults of the study."""
+"""Errors of pydantic, as faults of the study."""
 
 import re
 from collections.abc import Mapping
@@ -31,18 +31,18 @@ _ALLOWED = {
     "byte_size": "a size, such as 50GB",
     "byte_size_unit": "a size, such as 50GB",
 }
-"""What may stand where an error of this kind was found."""
+"""Allowed values for an error of this kind."""
 _NUMBER = re.compile(r"\s*[-+]?[0-9.]{1,30}(e[-+]?[0-9]{1,3})?\s*", re.IGNORECASE)
 _CHOSEN = ("literal_error", "enum")
 
 
 def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
-    """Word what pydantic says of one value, wherever it was written.
+    """Translate pydantic's message about one value, wherever it was written.
 
     Parameters
     ----------
     field : str
-        As whoever wrote the value knows it: a key, a parameter of a request, an option.
+        Its name for the author of the value: a key, a parameter of a request, an option.
     found : mapping
         One of ``ValidationError.errors()``.
     """
@@ -64,7 +64,7 @@ def value_fault(field: str, found: Mapping[str, Any]) -> Fault:
 
 
 def _given(value: object) -> str:
-    """Describe a value; a number stays one where all that is written is text, as in an address or an option."""
+    """Describe a value; a number stays one if everything is text, as in an address or an option."""
     return value.strip() if isinstance(value, str) and _NUMBER.fullmatch(value) else describe(value)
 
 
@@ -76,11 +76,11 @@ def faults_of(
     Parameters
     ----------
     error : ValidationError
-        What was raised.
+        The exception.
     keys : mapping of str to tuple of str
         The keys that the mapping at each path may have, for advice; ``""`` is the document.
     document : object
-        What was validated: a key that it has is not advised in place of another one.
+        The validated document: keys that it has are not suggested.
     """
     faults: list[Fault] = []
     for found in error.errors(include_url=False):

@@ -1,4 +1,4 @@
-"""A quantity: a number of a study, the bounds it must keep, and how it is read from a document."""
+"""A quantity: a number of a study, its bounds, and how it is read from a document."""
 
 from dataclasses import dataclass
 from math import isnan
@@ -10,7 +10,7 @@ from damperlab.studies.spelled_numbers import number_advice
 
 @dataclass(frozen=True)
 class Quantity:
-    """A real quantity and the numbers that it may be.
+    """A real quantity and its allowed numbers.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class Quantity:
     below : bool
         True where `highest` itself is excluded.
     advice : str
-        What to do about a number outside the bounds.
+        Advice for a number outside the bounds.
     """
 
     name: str
@@ -42,11 +42,11 @@ class Quantity:
 
     @property
     def unit(self) -> str:
-        """The unit as the meaning ends with it; empty for a ratio."""
+        """The unit at the end of the meaning; empty for a ratio."""
         return self.meaning[self.meaning.rindex("[") + 1 : -1] if self.meaning.endswith("]") else ""
 
     def schema(self, default: float | None = None) -> dict[str, Any]:
-        """JSON schema of one such number; without a default where there is none, or it is none of its own (NaN)."""
+        """JSON schema of one such number; without a default if there is none, or if it is NaN."""
         found: dict[str, Any] = {"type": "number", "description": self.meaning, "minimum": self.lowest}
         found["exclusiveMaximum" if self.below else "maximum"] = self.highest
         if default is not None and not isnan(default):
@@ -63,7 +63,7 @@ class Quantity:
         Raises
         ------
         StudyFaults
-            Where `raw` is no number (a boolean and a text are none), or out of bounds.
+            If `raw` is no number (a boolean and a text are none), or out of bounds.
         """
         if isinstance(raw, bool) or not isinstance(raw, int | float):
             raise StudyFaults([Fault(field, describe(raw), self.allowed, number_advice(raw, self.unit))])
@@ -74,12 +74,12 @@ class Quantity:
 
 
 def read_count(raw: object, lowest: int, highest: int, field: str = "") -> int:
-    """Read a whole number; ``49.0`` is one, because JSON does not tell the two spellings apart.
+    """Read a whole number; ``49.0`` is one, because JSON does not distinguish the two spellings.
 
     Raises
     ------
     StudyFaults
-        Where `raw` is no whole number within the bounds.
+        If `raw` is no whole number within the bounds.
     """
     allowed = f"a whole number from {lowest:,} to {highest:,}"
     whole = isinstance(raw, int) or (isinstance(raw, float) and raw.is_integer())
@@ -128,7 +128,7 @@ PARTICLE_FRICTION = Quantity(
 )
 TILT = Quantity("tilt_deg", "tilt α of the cavity [°]: 0 lies, 90 stands", 0.0, 90.0, "give it in degrees")
 OF_CAVITY = (PARTICLE_FRICTION, TILT)
-"""The quantities of a cavity. Each makes one of the two ratios below, in this order."""
+"""The quantities of a cavity. Each determines one of the two ratios below, in this order."""
 PARTICLE_FRICTION_RATIO = Quantity(
     "particle_friction_ratio",
     "friction of the particle κ = μ_i g/(ω_n²·Z)",

@@ -1,4 +1,4 @@
-"""What is asked of a study's results, as frozen values; their fields are what every door offers."""
+"""The inputs of questions about a study, as frozen values; every interface offers their fields."""
 
 from dataclasses import MISSING, dataclass
 
@@ -21,19 +21,19 @@ from damperlab.studies.vocabulary import (
 )
 
 EVERY_AXIS: tuple[str, ...] = tuple(dict.fromkeys((*EVERY_DIMENSION, *COORDINATES)))
-"""Whatever a point may be named by: dimensions, and coordinates of studies in SI units."""
+"""All names that may locate a point: dimensions, and coordinates of studies in SI units."""
 EVERY_METRIC: tuple[str, ...] = (*EVERY_VARIABLE, *RESULTS)
-"""Whatever may be shown: results, and those in units."""
+"""All results that may be shown, also in units."""
 RANGED: tuple[str, ...] = (
     *(name for name in EVERY_AXIS if name != RECORD),
     *(name for name, variable in VARIABLES.items() if variable.flags is None),
     *RESULTS,
 )
-"""What may be kept within a range: dimensions, and results that are quantities."""
+"""All names that may be limited to a range: dimensions, and results that are quantities."""
 MOST_DESIGNS = 10_000
 """Most designs in one answer."""
 FINEST = 1e-9
-"""Smallest step to which a parameter may be searched."""
+"""Smallest allowed step of a search for a parameter."""
 MOST_ABSORBER_MASS = 10.0
 """Largest mass ratio of a tuned mass damper."""
 MOST_DETUNING = 10.0
@@ -46,21 +46,21 @@ _WITH = ("--with",)
 
 @dataclass(frozen=True)
 class Judging:
-    """What designs are judged by, and which of them.
+    """How designs are judged, and which of them.
 
-    The same in every ranking: of one study, of several, over base amplitudes, in a refinement.
+    The same fields for every ranking: of one study, of several, over base amplitudes, in a refinement.
     """
 
     objective: Objective | None = asked(
         None,
-        "What designs are ranked by; peak by default, resonance where the study has one frequency.",
+        "Criterion of the ranking; peak by default, resonance if the study has one frequency.",
         meanings=OBJECTIVES,
     )
     band: Range | None = asked(None, "Consider only frequency ratios in this band.", form="LO,HI")
     exclude_locked: bool = asked(
         False,
         "Exclude designs in which friction locks the mass to its base near resonance: at the considered frequency ratio "
-        "nearest 1, and where the base amplitude varies, at every amplitude. Designs locked only at other ones stay.",
+        "nearest 1, and where the base amplitude varies, at every amplitude. Designs locked only at other frequencies stay.",
     )
     max_impact_speed: float | None = asked(
         None,
@@ -71,8 +71,8 @@ class Judging:
     ranges: Ranges = asked(
         NONE,
         "Keep only designs whose dimension, or whose result at every considered frequency (such as stick_fraction), lies "
-        "in this range. The impact speed of a response without impacts counts as 0; a Floquet multiplier is not defined, and "
-        "in no range, where the response does not repeat.",
+        "in this range. The impact speed of a response without impacts counts as 0; a response that does not "
+        "repeat has no Floquet multiplier, so it lies in no range of it.",
         form="NAME=LO,HI",
         options=("--within",),
     )
@@ -87,7 +87,7 @@ class Listed:
 
 @dataclass(frozen=True)
 class Ranking(Listed):
-    """What a ranking lists besides, and over which studies."""
+    """Additions to a ranking, and the studies that it covers."""
 
     pareto: tuple[str, ...] | None = asked(
         None,
@@ -105,8 +105,8 @@ class Ranking(Listed):
     )
     metric: str | None = asked(
         None,
-        "Result that dampers are ranked by in their worst case: of a ground-motion suite, peak_relative_displacement_m by "
-        "default, or over base amplitudes, amplitude_m by default.",
+        "Result by whose worst case dampers are ranked; by default peak_relative_displacement_m for a ground-motion "
+        "suite, and amplitude_m over base amplitudes.",
         allowed=EVERY_VARIABLE,
     )
     records: tuple[str, ...] | None = asked(
@@ -120,7 +120,7 @@ class Ranking(Listed):
 
 @dataclass(frozen=True)
 class Selection:
-    """What is shown of a study, and where."""
+    """The shown result of a study, and its place."""
 
     metric: str | None = asked(
         None,
@@ -133,7 +133,7 @@ class Selection:
 
 @dataclass(frozen=True)
 class Followed(Selection):
-    """What is shown along the frequency, and of which design; a ground-motion suite has no such curve."""
+    """The result along the frequency, and its design; a ground-motion suite has no such curve."""
 
     metric: str | None = asked(
         None,
@@ -144,7 +144,7 @@ class Followed(Selection):
 
 @dataclass(frozen=True)
 class Plane:
-    """The two dimensions of a map, and what becomes of a third one."""
+    """The two dimensions of a map, and the treatment of a third one."""
 
     x: str | None = asked(
         None, "Dimension on the horizontal axis.", allowed=EVERY_AXIS, example="friction_ratio"
@@ -158,7 +158,7 @@ class Plane:
 
 @dataclass(frozen=True)
 class Fragile:
-    """Which limit is exceeded, by what, and of which damper of a ground-motion suite."""
+    """The limit, the result that exceeds it, and the damper of a ground-motion suite."""
 
     threshold: float = asked(
         MISSING, "Limit that the result exceeds, in its SI unit; 0.02 for 20 mm.", above=0
@@ -170,7 +170,7 @@ class Fragile:
     )
     quantile: float = asked(
         0.9,
-        "Share of the records whose result stays below the quantile that is given.",
+        "Share of the records below the quantile.",
         least=0.01,
         most=0.99,
     )
@@ -194,11 +194,11 @@ class Window:
 
 @dataclass(frozen=True)
 class Second:
-    """A second study beside the first."""
+    """A second study for comparison."""
 
     with_: str | None = asked(
         None,
-        "A second study to compare with, such as the downward continuation of a hysteresis.",
+        "A second study to compare with, for example the downward continuation of a hysteresis.",
         form="ID",
         options=_WITH,
         studies=True,
@@ -224,7 +224,7 @@ class Tuning:
     criterion: Criterion = asked("minimax", "How the tuned mass damper is tuned.", meanings=CRITERIA)
     mass_ratio: float | None = asked(
         None,
-        "Mass ratio of both: of the tuned mass damper, and of the design, for which the nearest on the grid is taken.",
+        "Mass ratio of the tuned mass damper and of the design, for which the nearest grid value is taken.",
         least=0,
         most=MOST_ABSORBER_MASS,
     )
@@ -251,7 +251,7 @@ class Tuning:
 
 @dataclass(frozen=True)
 class FollowUps:
-    """Follow-up studies that are there, and whether more are submitted."""
+    """Finished follow-up studies, and whether more are submitted."""
 
     with_: tuple[str, ...] = asked(
         (),
@@ -262,19 +262,19 @@ class FollowUps:
         # the command computes its follow-ups itself, and finds them again
         doors=("http", "client"),
     )
-    dry_run: bool = asked(False, "Say what is known and what would be computed; compute nothing.")
+    dry_run: bool = asked(False, "Report known results and the next points; compute nothing.")
 
 
 @dataclass(frozen=True)
 class Step:
-    """How finely a parameter is searched."""
+    """Steps of the search for a parameter."""
 
     tolerance: float = asked(1e-3, "Grid step down to which each parameter is refined.", least=FINEST)
 
 
 @dataclass(frozen=True)
 class Search(Step):
-    """How far a refinement goes."""
+    """Extent of a refinement."""
 
     value_tolerance: float = asked(
         0.01, "Smallest relative improvement that is worth searching for.", least=1e-6, most=0.5
@@ -286,18 +286,18 @@ class Search(Step):
 
 @dataclass(frozen=True)
 class Design:
-    """The design of a study that is compared, or another point of it."""
+    """The compared design of a study, or another of its points."""
 
     at: At = asked_at()
 
 
 @dataclass(frozen=True)
 class Boundary:
-    """Along which dimension a change of the response class is located, and where the others are."""
+    """The dimension along which a change of the response class is located, and the values of the others."""
 
     along: str | None = asked(
         None,
-        "Locate where the response class changes along this dimension, in place of the optimum.",
+        "Locate where the response class changes along this dimension, instead of the optimum.",
         allowed=DIMENSIONS,
         form="DIMENSION",
         options=("--boundary",),
@@ -307,7 +307,9 @@ class Boundary:
 
 @dataclass(frozen=True)
 class Compared:
-    """Under which record dampers are compared, and how; their parameters are `ground.quantities.QUANTITIES`."""
+    """The record under which dampers are compared, and the settings; the parameters are in
+    `ground.quantities.QUANTITIES`.
+    """
 
     record: str = asked(
         "loma-prieta",
@@ -334,7 +336,7 @@ class Compared:
 
 @dataclass(frozen=True)
 class Simulated:
-    """How one design point is computed."""
+    """Settings for computing one design point."""
 
     cycles: int | None = asked(
         None,

@@ -32,12 +32,12 @@ def parse_study_text(text: bytes | str, format: Format, shelf: Shelf | None = No
 def read_study(path_or_name: str, shelf: Shelf | None = None) -> Study | Suite:
     """Read a study from a ``.json``, ``.yaml`` or ``.yml`` file, or by the name of a named study.
 
-    A suite's records are looked up on the shelf.
+    A suite's records are looked up in the store of records.
 
     Raises
     ------
     StudyFaults
-        Where there is neither such a file nor such a name, or the study has faults.
+        If neither such a file nor such a name exists, or the study has faults.
     """
     if path_or_name in named_texts():
         return named_study(path_or_name)
@@ -58,7 +58,7 @@ def named_study(name: str) -> Study:
     Raises
     ------
     KeyError
-        Where there is none of that name.
+        If no study has that name.
     """
     return parse_harmonic(load_text(named_texts()[name], "yaml"))
 
@@ -69,7 +69,7 @@ def named_studies() -> dict[str, Study]:
 
 
 def named_descriptions() -> dict[str, str]:
-    """Return what each named study is and what to look at in it: the first paragraph above its definition."""
+    """Return the description of each named study: the first paragraph above its definition."""
     found = {}
     for name, text in named_texts().items():
         lines = takewhile(lambda line: line.startswith("# "), text.decode("utf-8").splitlines())

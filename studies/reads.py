@@ -1,4 +1,4 @@
-"""An annotation that makes a model's field read its raw value through one function of ours."""
+"""An annotation that lets a model's field read its raw value through one of our functions."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,15 +10,14 @@ from pydantic_core import CoreSchema, core_schema
 
 @dataclass(frozen=True)
 class Reads:
-    """Validation by a function alone, which raises `StudyFaults` for what it refuses.
+    """Validation by a function alone, which raises `StudyFaults` for a refused value.
 
-    Pydantic's own number types are not asked: they read texts and booleans as numbers, or speak of unions
-    where a user wrote an axis.
+    Pydantic's own number types are not used: they read texts and booleans as numbers, or mention unions for an axis.
 
     Parameters
     ----------
     function : callable
-        From the raw value to the field's value.
+        Function from the raw value to the field's value.
     schema : dict
         JSON schema of the raw value.
     """
@@ -33,5 +32,5 @@ class Reads:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Return the schema that was given."""
+        """Return the given schema."""
         return dict(self.schema)

@@ -1,4 +1,4 @@
-"""What people say of a study beside its definition: another name, tags to find it by, and a note."""
+"""User remarks about a study, apart from its definition: another name, tags to find it by, and a note."""
 
 import re
 from collections.abc import Sequence
@@ -14,13 +14,13 @@ MOST_NOTE = 4000
 """Characters of a note."""
 TAG = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 KNOWN = ("tags", "note", "name")
-"""What may be said of a study; a design has a name alone."""
+"""The remarks that a study may have; a design has only a name."""
 TAG_WORDS = "up to 40 lower-case letters a to z, digits and hyphens, the first no hyphen"
 
 
 @dataclass(frozen=True)
 class Remarks:
-    """Checked tags, note and name; None leaves what is there.
+    """Checked tags, note and name; None leaves the present one.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Remarks:
     note : str, optional
         Text of several lines.
     name : str, optional
-        What the study is called from now on; its definition keeps the name that it was submitted with.
+        The new name of the study; its definition keeps the name at submission.
     """
 
     tags: tuple[str, ...] | None = None
@@ -38,14 +38,14 @@ class Remarks:
 
 
 def read_remarks(document: object, known: Sequence[str] = KNOWN) -> Remarks:
-    """Check what somebody says of a study or a design.
+    """Check remarks about a study or a design.
 
     Parameters
     ----------
     document : object
-        ``tags``, a list of texts, and ``note`` and ``name``, a text each; each may be left out.
+        ``tags``, a list of texts, and ``note`` and ``name``, a text each; all optional.
     known : sequence of str
-        Those that may be given.
+        The allowed ones.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def _faults_of_tags(tags: Any) -> list[Fault]:
 
 
 def faults_of_tag(field: str, tag: object) -> list[Fault]:
-    """Find what is wrong with one tag."""
+    """Find faults of one tag."""
     if isinstance(tag, str) and TAG.fullmatch(tag):
         return []
     return [Fault(field, describe(tag), TAG_WORDS, "write it as in rig-2")]

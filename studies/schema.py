@@ -6,9 +6,9 @@ from damperlab.studies.definition import Study
 
 
 def study_json_schema() -> dict[str, Any]:
-    """Return the JSON schema of a study, whole in itself: no references, so it can stand anywhere in a document.
+    """Return the self-contained JSON schema of a study: no references, so it can be embedded in any document.
 
-    Its ``examples`` are studies that can be submitted as they stand.
+    Its ``examples`` are studies that can be submitted unchanged.
     """
     schema = Study.model_json_schema()
     definitions: dict[str, Any] = schema.pop("$defs", {})
@@ -16,7 +16,7 @@ def study_json_schema() -> dict[str, Any]:
 
 
 def _inline(part: Any, definitions: dict[str, Any]) -> Any:
-    """Replace references by what they refer to; the models of a study do not refer to themselves."""
+    """Replace references by their targets; the models of a study are not recursive."""
     if isinstance(part, list):
         return [_inline(item, definitions) for item in part]
     if not isinstance(part, dict):

@@ -1,6 +1,6 @@
-"""What answers are made of, as types: whatever answers puts the type of its answer together from these.
+"""Types of the parts of answers: each answer composes its own type from them.
 
-They are the truth about a document: JSON schemas are made of them, and a number that is not finite is None.
+They define the documents: JSON schemas are derived from them, and a number that is not finite is None.
 """
 
 from typing import Annotated, Any
@@ -11,12 +11,12 @@ from damperlab.studies.vocabulary import State
 
 
 class Says:
-    """An annotation: what the JSON schema of a type says beside what follows from the type.
+    """An annotation: additions to the JSON schema of a type.
 
     Parameters
     ----------
     **schema
-        Keys of JSON schema. This class stands in for those of pydantic, which a command does not load.
+        Keys of JSON schema. This class replaces those of pydantic, which a command does not load.
     """
 
     def __init__(self, **schema: Any) -> None:
@@ -28,16 +28,16 @@ class Says:
 
 
 class Like:
-    """An annotation: a document has the form of a type that the code does not hold it as, such as a dataclass.
+    """An annotation: the document has the form of another type than the code, for example of a dataclass.
 
     Parameters
     ----------
     kind : type
-        Whose form it has.
+        The type with that form.
     *without : str
-        Fields that the document leaves out.
+        Fields that the document omits.
     **instead : type
-        Fields that are of another type in the document, or in it alone.
+        Fields with another type in the document, or only there.
     """
 
     def __init__(self, kind: Any, *without: str, **instead: type) -> None:
@@ -46,11 +46,11 @@ class Like:
         self.instead = instead
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
-        """Give pydantic that type in place of the one that is annotated."""
+        """Give pydantic that type instead of the annotated one."""
         return handler.generate_schema(self.kind)
 
     def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:
-        """Give pydantic the schema, which has another name where fields are left out."""
+        """Give pydantic the schema, under another name if fields are omitted."""
         found = handler(core)
         if not (self.without or self.instead):
             return dict(found)
@@ -67,7 +67,7 @@ class Like:
 Count = Annotated[int, Says(minimum=0)]
 Number = float | None
 Measured = Annotated[float, Says(type=["number", "null"])]
-"""A number of a dataclass, which is NaN where there is none."""
+"""A number of a dataclass; NaN if it is missing."""
 Numbers = list[Number]
 Plane = list[list[float | str | None]]
 """Rows of values, [y][x]."""
@@ -77,11 +77,11 @@ Sentences = list[str]
 
 
 Column = Annotated[dict[str, Any], Says(required=["dtype"], properties={"dtype": {"type": "string"}})]
-"""What a column is: its type, and beside it whatever its attributes are."""
+"""A column: its type and its attributes."""
 
 
 class OfStudy(TypedDict):
-    """The answer to a question to one study."""
+    """The answer to a question about one study."""
 
     study: str
     name: str
@@ -89,7 +89,7 @@ class OfStudy(TypedDict):
 
 
 class OfCube(OfStudy):
-    """An answer that is read from a cube, of which a part may not be there yet."""
+    """An answer from a cube, part of which may be missing yet."""
 
     complete: Annotated[float, Says(minimum=0, maximum=1, description="Share that is computed.")]
     note: str

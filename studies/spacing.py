@@ -1,8 +1,8 @@
 """Evenly and logarithmically spaced values, each rounded once from its exact value.
 
-Sums and products of doubles depend on where a range begins, on the processor and on the version of the library that
-forms them: 0.7250000000000001 in one range is 0.725 in another. Rounded once from the exact value, a coordinate is the
-same double in every range that holds it.
+Sums and products of doubles depend on the start of a range, on the processor and on the version of the library:
+0.7250000000000001 in one range is 0.725 in another. Rounded once from the exact value, a coordinate is the same
+double in every range that contains it.
 """
 
 from decimal import Context, Decimal
@@ -15,18 +15,19 @@ _EXACT = 2**53
 """Below it every whole number is a double."""
 
 _BITS = 256
-"""Of the logarithmic factor: a million products of it are still known to some 230 bits."""
+"""Bits of the logarithmic factor: a million products of it are still exact to some 230 bits."""
 
 
 def evenly_spaced(start: float, stop: float, num: int) -> NDArray[np.float64]:
-    """Give the doubles nearest to ``start + i (stop - start) / (num - 1)``, the ends as the decimals that they print as.
+    """Give the doubles nearest to ``start + i (stop - start) / (num - 1)``; the ends count as the decimals that they
+    print as.
 
     Parameters
     ----------
     start, stop : float
         The ends, finite.
     num : int
-        Number of values; 1 only where the ends are equal.
+        Number of values; 1 only if the ends are equal.
 
     Returns
     -------
@@ -45,14 +46,15 @@ def evenly_spaced(start: float, stop: float, num: int) -> NDArray[np.float64]:
 
 
 def log_spaced(start: float, stop: float, num: int) -> NDArray[np.float64]:
-    """Give the doubles nearest to ``start (stop / start)^(i / (num - 1))``, the ends as the decimals that they print as.
+    """Give the doubles nearest to ``start (stop / start)^(i / (num - 1))``; the ends count as the decimals that they
+    print as.
 
     Parameters
     ----------
     start, stop : float
         The ends, finite and above 0.
     num : int
-        Number of values; 1 only where the ends are equal.
+        Number of values; 1 only if the ends are equal.
 
     Returns
     -------

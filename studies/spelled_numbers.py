@@ -1,4 +1,4 @@
-"""Texts that stand where a number belongs: what was probably meant, and how it is written."""
+"""Texts in the place of a number: the probable meaning, and the correct spelling."""
 
 import re
 from collections.abc import Iterable
@@ -14,22 +14,22 @@ NUMBER_ALONE = "write a plain number"
 QUOTED = "write a plain number, without quotation marks"
 WRITE_POINTS = "write decimal points; a spreadsheet saves them so where its numbers are set to English"
 COMMAS_FOUND = "{field} has a number with a decimal comma."
-"""What is said of a table, once and not of each of its numbers."""
+"""Message about a table, given once instead of for each of its numbers."""
 _THOUSANDS = 3
-"""Digits behind a comma that may stand between thousands."""
+"""Digits after a comma that may separate thousands."""
 _LONGEST = 60
-"""Characters of a text that is looked at; no number that somebody writes has more."""
+"""Characters of a text that are examined; a real number has fewer."""
 
 
 def number_advice(raw: object, unit: str | None = None) -> str:
-    """Say how the number that a text probably means is written.
+    """Say how to write the number that a text probably means.
 
     Parameters
     ----------
     raw : object
         What stands there.
     unit : str, optional
-        The unit of the key; empty for a ratio, None where it is not known.
+        The unit of the key; empty for a ratio, None if unknown.
     """
     if not isinstance(raw, str) or len(raw) > _LONGEST:
         return NUMBER_ALONE
@@ -59,7 +59,7 @@ def decimal_comma(cells: Iterable[str]) -> str | None:
 
 
 def range_advice(raw: object) -> str:
-    """Say how a range is written where a text looks like one; empty where it does not."""
+    """Say how to write a range if a text looks like one; else empty."""
     if not isinstance(raw, str) or len(raw) > _LONGEST or not (span := _SPAN.match(raw)):
         return ""
     return f"write a range as {{start: {span[1]}, stop: {span[2]}, num: 11}}, with as many values as you need"

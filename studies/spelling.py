@@ -1,11 +1,13 @@
-"""Quantities in SI units as a drawing, a report and a sentence write them: the one place that writes millimetres and grams."""
+"""Quantities in SI units as written in a drawing, a report and a sentence: the only place that writes millimetres and
+grams.
+"""
 
 UNITS = {"_m": "m", "_n": "N", "_kg": "kg", "_hz": "Hz", "_s": "s", "_deg": "°"}
-"""By how the name of a quantity ends."""
+"""By the ending of the quantity's name."""
 
 
 def spelled(value: float, unit: str, digits: int = 4) -> str:
-    """Write a value with its unit: millimetres and grams where metres and kilograms would be fractions."""
+    """Write a value with its unit: in millimetres and grams if metres and kilograms would be fractions."""
     if unit in ("m", "kg") and abs(value) < 1.0:
         return f"{1e3 * value:.{digits}g} {'mm' if unit == 'm' else 'g'}"
     text = f"{value:.{digits}g}"

@@ -1,4 +1,4 @@
-"""A force on the structure given in newtons: the static displacement F₀/k takes the place of the base amplitude."""
+"""A force on the structure in newtons: the static displacement F₀/k replaces the base amplitude."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -14,7 +14,9 @@ _SAME = 1e-9
 
 
 def with_static_displacement(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a study's document with the amplitude that its force makes; as it is where there is none, or it is faulty."""
+    """Return a study's document with the amplitude that its force determines; unchanged if there is none, or it is
+    faulty.
+    """
     made = _made(document)
     if made is None or AMPLITUDE in document["physical"]:
         return dict(document)
@@ -22,7 +24,7 @@ def with_static_displacement(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def without_force(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document that has the amplitude in the place of the force."""
+    """Return a document with the amplitude instead of the force."""
     physical = document.get("physical")
     if not isinstance(physical, dict) or FORCE not in physical:
         return dict(document)
@@ -30,7 +32,7 @@ def without_force(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def named_after_force(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterator[Fault]:
-    """Name the force where a fault is of the amplitude that it makes; leave those out that follow from another one."""
+    """Name the force in faults of the derived amplitude; drop faults that follow from another one."""
     physical = raw.get("physical")
     force = None
     if isinstance(physical, dict) and AMPLITUDE not in physical:
@@ -43,7 +45,7 @@ def named_after_force(faults: Iterable[Fault], raw: Mapping[str, Any]) -> Iterat
 
 
 def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
-    """Find what is wrong between a force in newtons and the rest of a study, whose amplitude has been made of it."""
+    """Find faults between a force in newtons and the rest of a study, whose amplitude was derived from it."""
     physical = document.get("physical")
     if not isinstance(physical, dict):
         return
@@ -71,7 +73,7 @@ def force_faults(document: Mapping[str, Any]) -> Iterator[Fault]:
 
 
 def _made(document: Mapping[str, Any]) -> Any:
-    """Give the amplitude as an axis is written; None where force and stiffness do not make one."""
+    """Give the amplitude as a document writes an axis; None if force and stiffness do not determine one."""
     physical = document.get("physical")
     if not isinstance(physical, dict):
         return None
@@ -100,7 +102,7 @@ def _is_number(raw: object) -> TypeGuard[int | float]:
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Whether two axes are written alike, but for rounding."""
+    """Whether two axes are equal up to rounding."""
     if _is_number(one) and _is_number(other):
         return math.isclose(one, other, rel_tol=_SAME)
     if isinstance(one, list) and isinstance(other, list | tuple) and len(one) == len(other):

@@ -1,4 +1,4 @@
-"""JSON and YAML text into plain data, strictly and in bounded time: no repeated keys, aliases or tags."""
+"""JSON and YAML text to plain data, strictly and in bounded time: no repeated keys, aliases or tags."""
 
 import json
 import math
@@ -15,16 +15,18 @@ from damperlab.studies.guard import MAX_CONTAINERS, MAX_DEPTH, MAX_VALUES, OTHER
 Format = Literal["json", "yaml"]
 
 FORMATS: dict[str, Format] = {".json": "json", ".yaml": "yaml", ".yml": "yaml"}
-"""How a file is written, by its suffix."""
+"""Format of a file, by its suffix."""
 
 MAX_BYTES: dict[Format, int] = {"json": 4 * 1024 * 1024, "yaml": 32 * 1024}
-"""Size of a document. YAML takes about a hundred times longer to read than JSON."""
+"""Largest size of a document. Reading YAML takes about a hundred times longer than JSON."""
 
 MOST_STUDIES = 200
 """Most studies in one list."""
 
 MAX_YAML_VALUES = 6000
-"""Most texts, numbers, lists and mappings of a document in YAML; a longer list is read as JSON, a hundred times as fast."""
+"""Most texts, numbers, lists and mappings of a document in YAML; write a longer list as JSON, which is read a hundred
+times as fast.
+"""
 
 _NULL = re.compile(r"(?:null|Null|NULL|~|)\Z")
 _TRUE = re.compile(r"(?:true|True|TRUE)\Z")
@@ -40,7 +42,7 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def is_file(path_or_name: str) -> bool:
-    """Whether a text names a file, by its ending or because there is one."""
+    """Whether a text names a file, by its ending or because the file exists."""
     return Path(path_or_name).suffix.lower() in FORMATS or Path(path_or_name).is_file()
 
 
@@ -52,12 +54,12 @@ def read_file(path: Path | str, what: str) -> tuple[bytes, Format]:
     path : Path or str
         A ``.json``, ``.yaml`` or ``.yml`` file.
     what : str
-        What it is to hold, in a word: the field of what is refused.
+        The expected content, in a word: the field of the fault.
 
     Raises
     ------
     StudyFaults
-        Where the file has another ending, cannot be read, is empty, or holds no text.
+        If the file has another ending, cannot be read, is empty, or holds no text.
     """
     shown = printable(str(path))
     written_in = FORMATS.get(Path(path).suffix.lower())
@@ -92,12 +94,12 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
     written_in : {"json", "yaml"}
         Its format.
     guarded : bool
-        Whether `damperlab.studies.guard.guard` looks at the document next: it names repeated keys beside other faults.
+        Whether `damperlab.studies.guard.guard` examines the document next: it names repeated keys with other faults.
 
     Raises
     ------
     StudyFaults
-        Where the text is too large, no UTF-8, or breaks the rules of its format, with line and column; for every
+        If the text is too large, is no UTF-8, or breaks the rules of its format, with line and column; for every
         repeated key.
     """
     document = _load(text, written_in)
@@ -107,7 +109,9 @@ def load_text(text: bytes | str, written_in: Format, *, guarded: bool = False) -
 
 
 def unknown_name(name: str, wanted: Kind, named: Iterable[str], others: Container[str]) -> StudyFaults:
-    """Word that a text names neither a file nor what comes along; one of the other kind is told the command for it."""
+    """Report that a text names neither a file nor a built-in document; for one of the other kind, name the right
+    command.
+    """
     allowed = f"a .json, .yaml or .yml file, or one of {listing(named)}"
     told = f"{printable(name)} is neither a file nor a named {wanted}: name {allowed}."
     near = nearest(name, named)
@@ -187,7 +191,7 @@ def _load_yaml(text: str) -> Any:
 
 
 def _tab(text: str, line: int) -> Fault | None:
-    """Find a tab that indents a line; what the parser says of it names no tab, or the line after it."""
+    """Find a tab that indents a line; the parser's message names no tab, or the next line."""
     written = text.splitlines()[: line + 1][-1:]
     indent = re.match(r"\s*", written[0]) if written else None
     if indent is None or "\t" not in indent[0]:
@@ -198,7 +202,7 @@ def _tab(text: str, line: int) -> Fault | None:
 
 
 class _Level:
-    """A list or mapping that is being read: its values so far and, in a mapping, its keys between them."""
+    """A list or mapping that is being read: its values so far, and in a mapping also its keys."""
 
     def __init__(self, is_mapping: bool) -> None:
         self.is_mapping = is_mapping
@@ -211,7 +215,7 @@ class _Level:
 
 
 def _build(text: str) -> Any:
-    """Build the document from the parser's events: no recursion, so depth is checked before it can hurt."""
+    """Build the document from the parser's events without recursion, so that depth is checked in time."""
     levels = [_Level(is_mapping=False)]
     values = 0
     for event in yaml.parse(text, Loader=_LOADER):

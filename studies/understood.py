@@ -1,4 +1,4 @@
-"""What a study was understood as, in sentences: what was assumed, what its quantities make as ratios, what is unusual."""
+"""The interpretation of a study, in sentences: assumptions, derived ratios, unusual values."""
 
 from collections.abc import Container, Mapping
 from typing import Any
@@ -18,12 +18,13 @@ from damperlab.studies.variables import PARTICLE_FRICTION as PARTICLE_FRICTION_R
 from damperlab.studies.vocabulary import ACCELERATION_UNITS, DEFAULTS
 
 FEW, MANY = 0.1, 100.0
-"""Clearance over base amplitude below which the particle has no room, and friction over kZ above which nothing slides: far
-from every damper that is built, as after a slip of a unit."""
+"""Clearance over base amplitude below which the particle has no room, and friction over kZ above which nothing
+slides. Both are far from every real damper, as after an error in a unit.
+"""
 ROUGH = 2.0
-"""Coefficient of sliding friction above which no dry pair of materials lies."""
+"""Coefficient of sliding friction above that of every dry pair of materials."""
 VIOLENT = 20.0 * ACCELERATION_UNITS["g"]
-"""Least acceleration of a base [m/s²] above which a unit has slipped: 0.3 m in place of 0.3 mm at 8 Hz is 77 g."""
+"""Acceleration of a base [m/s²] above which a unit is probably wrong: 0.3 m instead of 0.3 mm at 8 Hz is 77 g."""
 
 _UNSTATED = {GRAVITY: "a level cavity", PARTICLE_FRICTION_RATIO: "a frictionless particle"}
 
@@ -31,18 +32,18 @@ Ends = tuple[float, float]
 
 
 def understood(study: AnyStudy) -> list[str]:
-    """Say how a study was understood.
+    """Describe the interpretation of a study.
 
     Parameters
     ----------
     study : AnyStudy
-        As it was read: what was left out is known of a definition that somebody wrote, and of a stored one no more.
+        The study as read: only a definition just written tells which values were left out; a stored one does not.
 
     Returns
     -------
     list of str
-        Sentences: what was assumed; of a study in units its ratios, and which of them are certainly unusual; and that two
-        frequencies are two frequencies. None of a ground-motion suite.
+        Sentences: the assumptions; for a study in units its ratios, and which of them are certainly unusual; and a
+        remark that two frequencies are only two values. None for a ground-motion suite.
     """
     if not isinstance(study, Study):
         return []
@@ -63,8 +64,9 @@ def understood(study: AnyStudy) -> list[str]:
 
 
 def unusual_specification(asked: Specification) -> list[str]:
-    """Say what is certainly unusual in a specification in units, whatever is chosen of its ranges and however strongly it is
-    shaken; nothing of base amplitudes under ground-motion records."""
+    """Name values that are certainly unusual in a specification in units, for every choice in its ranges and every
+    amplitude. Base amplitudes under ground-motion records are not checked.
+    """
     if not asked.in_units:
         return []
     structure, chosen = asked.structure, asked.choices
@@ -97,7 +99,7 @@ def unusual_specification(asked: Specification) -> list[str]:
 
 
 def ratios(study: Study) -> dict[str, Ends]:
-    """Give the least and the largest value of every ratio that a physical block makes."""
+    """Give the least and the largest value of every ratio that a physical block determines."""
     if study.physical is None:
         return {}
     given = study.physical.values()
@@ -112,7 +114,7 @@ def ratios(study: Study) -> dict[str, Ends]:
 
 
 def _base_acceleration(study: Study) -> float:
-    """Give the least acceleration of the base [m/s²]; 0 where it is not known."""
+    """Give the least acceleration of the base [m/s²]; 0 if unknown."""
     given = {} if study.physical is None or study.forced else study.physical.values()
     if not given.keys() >= {"base_amplitude_m", "natural_frequency_hz"}:
         return 0.0
@@ -128,21 +130,21 @@ def _violent(acceleration: float, key: str) -> list[str]:
 
 
 def _rough(coefficient: float) -> list[str]:
-    """Say that no pair of materials rubs so much."""
+    """Report that no pair of materials has so much friction."""
     if coefficient <= ROUGH:
         return []
     return [f"The particle rubs with μ_i = {coefficient:g} or more: check `particle_friction_coefficient`."]
 
 
 def assumed(values: Mapping[str, float], stated: Container[str]) -> str:
-    """Say what was not given, and what was taken for it.
+    """Name what was not given, and what was assumed for it.
 
     Parameters
     ----------
     values : mapping of float
-        The numbers that were taken, by name.
+        The assumed numbers, by name.
     stated : container of str
-        Holds those of `BEFORE` that were given, or that there is no particle for.
+        Those of `BEFORE` that were given; all of them if there is no particle.
 
     Returns
     -------
@@ -160,7 +162,7 @@ def _spelled(name: str, ends: Ends) -> str:
 
 
 def _unusual(made: Mapping[str, Ends], damping: float, forced: bool, where: str, key: str = "") -> list[str]:
-    """Say which ratios are certainly unusual, and where their quantities are given."""
+    """Name the ratios that are certainly unusual, and the fields of their quantities."""
     found = []
     moves, exerts = "base moves {} times as far as", "base exerts"
     if forced:
@@ -192,7 +194,7 @@ def _unusual(made: Mapping[str, Ends], damping: float, forced: bool, where: str,
 
 
 def _two_frequencies(study: Study) -> list[str]:
-    """Say that a list of two is two values: people mean a range."""
+    """Report that a list of two is two values: users often mean a range."""
     in_units = study.physical is not None and study.physical.excitation_frequency_hz is not None
     spec: AxisSpec | None = study.axes.frequency_ratio
     if study.physical is not None and in_units:

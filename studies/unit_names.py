@@ -1,10 +1,10 @@
-"""Names of what a study in SI units has beside its ratios; loads no arrays, so that doors may know them at once."""
+"""Names of the quantities in SI units that accompany ratios; loads no arrays, so that interfaces may use them early."""
 
 from damperlab.studies.variables import VARIABLES
 
 
 def _length(long_name: str) -> str:
-    """Name a length in place of its ratio."""
+    """Name a length that corresponds to a ratio."""
     named = long_name.replace("amplitude ratio X/Z", "amplitude of the structure X")
     return named.replace("amplitude ratio", "amplitude").replace("|x−z|/Z", "|x−z|")
 
@@ -32,7 +32,7 @@ OVER: dict[str, str] = {
     "impact_speed_max": "Z·ω_n",
     "dissipation_per_cycle": "k·Z²",
 }
-"""What each result that is a ratio is over; all others are counts, shares, codes and the like."""
+"""The reference of each result that is a ratio; all others are counts, shares, codes and the like."""
 
 COORDINATE_NAMES = {
     "clearance_m": "clearance d on either side",
@@ -48,9 +48,9 @@ COORDINATE_SOURCES = {
     "frequency_hz": "frequency_ratio",
     "particle_friction_coefficient": "particle_friction_ratio",
 }
-"""The ratio that each coordinate in units stands for."""
+"""The ratio that corresponds to each coordinate in units."""
 ALIASES = {"excitation_frequency_hz": "frequency_hz"}
-"""What a coordinate in units is called in the physical block of a study, where its own name is another."""
+"""Name of a coordinate in units in the physical block of a study, if it differs."""
 RESULT_NAMES = {name: _length(VARIABLES[source].long_name) for source, name in AMPLITUDES.items()}
 RESULT_NAMES |= {
     name: "acceleration of the structure" if source == "acceleration_ratio" else "rms acceleration, times √2"
@@ -63,7 +63,7 @@ LONG_NAMES = COORDINATE_NAMES | RESULT_NAMES
 
 
 def with_what_it_is_over(name: str, long_name: str) -> str:
-    """Add to what a result is called what it is over, where neither that nor a unit is said: ``… over Z·ω_n``."""
+    """Append the reference to a result's name if neither it nor a unit is given: ``… over Z·ω_n``."""
     return long_name if name not in OVER or "/" in long_name else f"{long_name} over {OVER[name]}"
 
 

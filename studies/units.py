@@ -1,4 +1,4 @@
-"""What a study of one structure in SI units has beside its ratios: coordinates and results in units."""
+"""Coordinates and results in SI units of a study of one structure, in addition to its ratios."""
 
 import json
 import math
@@ -27,7 +27,7 @@ from damperlab.studies.variables import DIMENSION_LONG_NAMES, GRAVITY, MADE_BY, 
 
 COEFFICIENT = DERIVATIONS[PARTICLE_FRICTION].source
 STRUCTURE = ("mass_kg", "natural_frequency_hz", "base_amplitude_m")
-"""What is multiplied with; each a number, not an axis, for what needs it."""
+"""The factors; each must be a number, not an axis."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,13 @@ class InUnits:
     name : str
         Of the quantity, with its unit.
     source : str
-        The dimension or the variable in ratios.
+        The corresponding dimension or variable in ratios.
     factor : float
-        What it is multiplied with.
+        The factor.
     units, long_name : str
-        As CF conventions have them.
+        Name in the CF conventions.
     power : int
-        With which the base amplitude enters the factor; over base amplitudes the factor is for 1 m.
+        Power of the base amplitude in the factor; over base amplitudes the factor is for 1 m.
     """
 
     name: str
@@ -56,7 +56,7 @@ class InUnits:
     power: int = 1
 
     def of(self, values: NDArray[Any]) -> NDArray[np.float64]:
-        """Turn values of the source into the quantity."""
+        """Convert values of the source into the quantity."""
         return np.asarray(values, np.float64) * self.factor
 
     @property
@@ -66,7 +66,7 @@ class InUnits:
 
 
 def coordinates_in_units(cube: xr.Dataset) -> list[InUnits]:
-    """Give the coordinates in units that stand beside the ratios of a cube.
+    """Give the coordinates in units that accompany the ratios of a cube.
 
     Parameters
     ----------
@@ -76,24 +76,24 @@ def coordinates_in_units(cube: xr.Dataset) -> list[InUnits]:
     Returns
     -------
     list of InUnits
-        One for each dimension of the cube for which the definition's physical block has the numbers; none of a study in
-        ratios alone.
+        One for each dimension of the cube for which the definition's physical block has the numbers; empty for a
+        study in ratios alone.
     """
     return [each for each in _quantities(cube) if each.source in cube.sizes]
 
 
 def results_in_units(cube: xr.Dataset) -> list[InUnits]:
-    """Give the results in units that stand beside the variables of a cube; see `coordinates_in_units`."""
+    """Give the results in units that accompany the variables of a cube; see `coordinates_in_units`."""
     return [each for each in _quantities(cube) if each.source in cube.data_vars]
 
 
 def with_units(cube: xr.Dataset, results: bool = True) -> xr.Dataset:
-    """Add the coordinates in units, and the results: lazily where the cube has arrays of Dask, else they are read.
+    """Add coordinates and results in units: lazily if the cube has arrays of Dask, else from values in memory.
 
     Returns
     -------
     Dataset
-        The same where the study is given in ratios alone.
+        Unchanged if the study is given in ratios alone.
     """
     coordinates = {
         each.name: (each.source, each.of(cube[each.source].values), each.attributes)
@@ -113,7 +113,9 @@ def with_units(cube: xr.Dataset, results: bool = True) -> xr.Dataset:
 
 
 def base_of(cube: xr.Dataset) -> xr.DataArray:
-    """Give the base amplitude Z [m] of a cube over base amplitudes, over those and, where it changes, the frequency."""
+    """Give the base amplitude Z [m] of a cube over base amplitudes: over those and, if it changes, over the
+    frequency.
+    """
     constant = _physical(cube).get("constant")
     found: xr.DataArray = base_amplitudes(cube[AMPLITUDE], cube["frequency_ratio"], constant)
     return found
@@ -125,7 +127,7 @@ def results_along(cube: xr.Dataset) -> list[InUnits]:
     Returns
     -------
     list of InUnits
-        Of the sources that the cube has; none where the cube has no dimension of base amplitudes.
+        For the sources in the cube; empty if the cube has no dimension of base amplitudes.
     """
     if AMPLITUDE not in cube.sizes:
         return []
@@ -142,7 +144,9 @@ def results_along(cube: xr.Dataset) -> list[InUnits]:
 
 
 def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
-    """Give the ratios that a cube over base amplitudes has no dimension of, each over its own dimension and those of Z."""
+    """Give the ratios that are not dimensions of a cube over base amplitudes, each over its own dimension and those
+    of Z.
+    """
     if AMPLITUDE not in cube.sizes:
         return {}
     study = json.loads(cube.attrs["study"])
@@ -165,7 +169,9 @@ def ratios_beside(cube: xr.Dataset) -> dict[str, xr.Variable]:
 
 
 def in_si(cube: xr.Dataset) -> list[InUnits]:
-    """Give the dimensions and results that a cube has in SI units itself: of a ground-motion suite, or over base amplitudes."""
+    """Give the dimensions and results that a cube itself has in SI units: of a ground-motion suite, or over base
+    amplitudes.
+    """
     if "natural_frequency_hz" in cube.sizes:
         every = [name for name in (*SUITE_DIMENSIONS, *SUITE_VARIABLES) if name in cube.variables]
         units = {name: str(cube[name].attrs.get("units", "1")) for name in every}
@@ -178,7 +184,7 @@ def in_si(cube: xr.Dataset) -> list[InUnits]:
 
 
 def metric_in_units(cube: xr.Dataset, answer: xr.Dataset, metric: str | None) -> xr.Dataset:
-    """Give the metric that was named in units, and the error beside it, in place of the ratios; others as they are."""
+    """Give a metric that was named in units, with its error, instead of the ratios; leave others unchanged."""
     results = {each.name: each for each in results_in_units(cube)}
     if metric not in results:
         return answer
@@ -191,14 +197,14 @@ def metric_in_units(cube: xr.Dataset, answer: xr.Dataset, metric: str | None) ->
 
 
 def place_in_units(cube: xr.Dataset, answer: xr.Dataset) -> xr.Dataset:
-    """Put beside the ratios at which an answer lies those quantities in units: what is asked in units is told in them.
+    """Add the quantities in units at the place of an answer, so that a question in units is answered in units.
 
     Parameters
     ----------
     cube : Dataset
-        The study that was asked.
+        The study of the question.
     answer : Dataset
-        Its coordinates without a dimension say where it lies.
+        Its scalar coordinates give its place.
     """
     beside = {
         each.name: ((), each.of(answer[each.source].values), each.attributes)
@@ -209,7 +215,7 @@ def place_in_units(cube: xr.Dataset, answer: xr.Dataset) -> xr.Dataset:
 
 
 def in_ratios(cube: xr.Dataset, names: Iterable[str]) -> tuple[str, ...]:
-    """Give for dimensions that are named in units those of the cube; others as they are."""
+    """Give the dimensions of the cube for dimensions named in units; leave others unchanged."""
     sources = {each.name: each.source for each in coordinates_in_units(cube)}
     return tuple(sources.get(name, name) for name in names)
 
@@ -255,7 +261,9 @@ def quantities_of(definition: Mapping[str, Any]) -> list[InUnits]:
 
 
 def _on_floor(physical: Mapping[str, Any]) -> float:
-    """Give the share of its weight with which a particle lies on the floor of its cavity; NaN of none, or of an axis."""
+    """Give the share of its weight that presses a particle on the floor of its cavity; NaN if there is none, or an
+    axis.
+    """
     tilt = MADE_BY[GRAVITY]
     return float(lying({tilt: np.array(_number(physical, tilt))})) or math.nan if tilt in physical else 1.0
 

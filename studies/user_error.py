@@ -1,4 +1,4 @@
-"""Errors that a user can put right: a notebook shows the user's own lines and the message, and nothing of what lies between."""
+"""Errors that a user can correct: a notebook shows the user's own lines and the message, without internal frames."""
 
 import traceback
 from pathlib import Path
@@ -7,13 +7,13 @@ _PACKAGE = Path(__file__).parents[1]
 
 
 class UserError(Exception):
-    """An error whose message says all that its reader needs.
+    """An error whose message is sufficient for its reader.
 
     In a script Python prints the usual traceback, with the same message as its last lines.
     """
 
     def _render_traceback_(self) -> list[str]:
-        """Give the lines that IPython prints in place of its own, as it asks an exception for them under this name."""
+        """Give the lines that IPython prints instead of its own; IPython looks for a method of this name."""
         frames = [
             frame for frame in traceback.extract_tb(self.__traceback__) if _of_user(Path(frame.filename))
         ]
@@ -22,5 +22,5 @@ class UserError(Exception):
 
 
 def _of_user(file: Path) -> bool:
-    """Tell whether a frame is neither of this package nor of one that is installed."""
+    """Tell whether a frame belongs to the user: neither to this package nor to an installed one."""
     return _PACKAGE not in file.parents and "site-packages" not in file.parts

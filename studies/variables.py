@@ -1,4 +1,6 @@
-"""Every result variable, its unit and its meaning: the one registry that the cube, the queries and the documents read."""
+"""Every result variable, its unit and its meaning: the only registry, read by the cube, the queries and the
+documents.
+"""
 
 from collections.abc import Container
 from dataclasses import dataclass
@@ -16,9 +18,9 @@ _DIMENSIONS: dict[str, tuple[str, str, str]] = {
 DIMENSIONS: tuple[str, ...] = tuple(_DIMENSIONS)
 """The dimensions of every cube, in this order, always all present."""
 PARTICLE_FRICTION, GRAVITY = BEFORE = "particle_friction_ratio", "gravity_ratio"
-"""The dimensions before them, each only where a study has it."""
+"""Optional dimensions before them, each present only if a study has it."""
 MADE_BY = {PARTICLE_FRICTION: "particle_friction_coefficient", GRAVITY: "tilt_deg"}
-"""What of a physical block makes each of them."""
+"""The quantities of a physical block that determine each of them."""
 _DIMENSIONS[PARTICLE_FRICTION] = ("friction ratio of the particle", "κ", " = μ_i·g/(ω_n²·Z)")
 _DIMENSIONS[GRAVITY] = ("gravity ratio", "G", " = g·sin α/(ω_n²·Z)")
 DIMENSION_NAMES: dict[str, str] = {name: words for name, (words, _, _) in _DIMENSIONS.items()}
@@ -30,7 +32,7 @@ DIMENSION_LONG_NAMES: dict[str, str] = {
 
 
 def dimensions_of(names: Container[object]) -> tuple[str, ...]:
-    """Give the dimensions of a harmonic study, by the names of what it has, in the order of its cube."""
+    """Give the dimensions of a harmonic study, from the names of its features, in the order of its cube."""
     return (*(name for name in BEFORE if name in names), *DIMENSIONS)
 
 
@@ -47,7 +49,7 @@ class Status(IntEnum):
 
     @property
     def sentence(self) -> str:
-        """What happened and, where something can be done, what."""
+        """The outcome and, if possible, a remedy."""
         return _STATUS_SENTENCES[self]
 
 
@@ -119,15 +121,15 @@ class Variable:
     long_name : str
         For axis titles.
     doc : str
-        What it is, in one sentence, with its normalisation.
+        Its meaning in one sentence, with its normalisation.
     flags : type of IntEnum, optional
-        The meaning of the values, where they are codes.
+        The meaning of the values, if they are codes.
     start : str, optional
-        The only start option that gives it; "" where each does.
+        The only start option that gives it; "" if every option does.
     asked : bool
-        Whether it is stored only where a study lists it.
+        Whether it is stored only if a study lists it.
     rubbing : bool
-        Whether it is stored only where the particle has friction of its own.
+        Whether it is stored only if the particle has friction of its own.
     """
 
     name: str
@@ -339,7 +341,7 @@ VARIABLES: dict[str, Variable] = {
 """The variables of a cube, in the order of the cube and of CSV exports."""
 
 STANDARD: tuple[str, ...] = tuple(v.name for v in VARIABLES.values() if not (v.start or v.asked or v.rubbing))
-"""Names of the variables that a study stores that says nothing of them."""
+"""Names of the variables that a study stores by default."""
 
 STEPPED: tuple[str, ...] = (
     "amplitude_ratio",
@@ -351,7 +353,7 @@ STEPPED: tuple[str, ...] = (
     "run_time",
     "status",
 )
-"""Names of the variables that the fixed-step method gives: it knows samples, no energies, orbits or classes."""
+"""Names of the variables that the fixed-step method gives: it has samples, but no energies, orbits or classes."""
 
 NONE_IS_ZERO: tuple[str, ...] = (
     "impact_speed_max",
@@ -362,12 +364,12 @@ NONE_IS_ZERO: tuple[str, ...] = (
     "amplitude_ratio_second",
     "amplitude_ratio_third",
 )
-"""Variables that are zero where a response has no such thing: no impact, no loss, no other response.
+"""Variables that are zero if a response lacks the feature: no impact, no loss, no other response.
 
-Others are not defined where they are NaN, as the Floquet multiplier of a response that does not repeat.
+Others are undefined where they are NaN, for example the Floquet multiplier of a response that does not repeat.
 """
 
 
 def available_variables(start: str) -> tuple[str, ...]:
-    """Return the names of the variables that a start option stores where none are listed, in the cube's order."""
+    """Return the names of the variables that a start option stores by default, in the cube's order."""
     return tuple(v.name for v in VARIABLES.values() if v.start in ("", start) and not (v.asked or v.rubbing))

@@ -1,4 +1,4 @@
-"""Words that several doors take: each is written here alone, as a type for checkers and a tuple for messages.
+"""Vocabularies of several interfaces: each is defined only here, as a type for checkers and a tuple for messages.
 
 Loads nothing, so that the command line and the client may use it before anything else is imported.
 """
@@ -7,15 +7,15 @@ from typing import Literal, get_args
 
 State = Literal["queued", "running", "done", "cancelled", "failed"]
 STATES: tuple[State, ...] = get_args(State)
-"""Every state of a study; the last three are ends."""
+"""Every state of a study; the last three are final."""
 ENDED: tuple[State, ...] = STATES[2:]
 
 Scope = Literal["read", "submit", "admin"]
 SCOPES: tuple[Scope, ...] = get_args(Scope)
-"""What a key allows, each what the ones before it allow: to ask; to submit and change one's own; to change others'."""
+"""Permissions of a key, each including the earlier ones: ask; submit and change one's own; change others'."""
 
 PRIORITIES = -10, 10
-"""Lowest and highest priority of a study; 0 where nobody says so."""
+"""Lowest and highest priority of a study; the default is 0."""
 
 BatchSystem = Literal["slurm", "pbs"]
 """Batch systems whose jobs may be workers."""
@@ -27,14 +27,14 @@ OBJECTIVES: dict[Objective, str] = {
     "band_mean": "mean amplitude ratio over the band",
     "band_rms": "rms of the amplitude ratio over the band",
 }
-"""What designs are ranked by, and what each is; the smaller, the better."""
+"""Criteria for ranking designs, and their meanings; smaller is better."""
 OBJECTIVES_IN_UNITS: dict[Objective, str] = {
     "resonance": "amplitude at the frequency nearest the natural one",
     "peak": "largest amplitude in the band",
     "band_mean": "mean amplitude over the band",
     "band_rms": "rms of the amplitude over the band",
 }
-"""The same of a study whose amplitudes are in units."""
+"""The same for a study whose amplitudes are in units."""
 
 Criterion = Literal["den_hartog", "den_hartog_table4", "hinf", "h2", "minimax"]
 CRITERIA: dict[Criterion, str] = {
@@ -50,7 +50,7 @@ CRITERIA: dict[Criterion, str] = {
     ),
     "minimax": "least peak for the structure with its own damping, found numerically",
 }
-"""How a tuned mass damper is tuned, and what each tuning is."""
+"""Tunings of a tuned mass damper, and their meanings."""
 CRITERION_NAMES: dict[Criterion, str] = {
     "den_hartog": "Den Hartog",
     "den_hartog_table4": "Den Hartog, as the paper’s Table 4",
@@ -58,7 +58,7 @@ CRITERION_NAMES: dict[Criterion, str] = {
     "h2": "H2",
     "minimax": "least peak (minimax)",
 }
-"""The same as a list offers them."""
+"""The same for a list of choices."""
 
 ContactModel = Literal["instant", "dwell", "compliant"]
 CONTACT_MODELS: dict[ContactModel, str] = {
@@ -66,22 +66,22 @@ CONTACT_MODELS: dict[ContactModel, str] = {
     "dwell": "contact of fixed duration (dwell)",
     "compliant": "compliant contact (spring and dashpot)",
 }
-"""How an impact is modelled."""
+"""Models of an impact."""
 
 START_KINDS: dict[str, str] = {
     "rest": "at rest",
     "ensemble": "from several drawn states",
     "continuation": "where the frequency beside it ended",
 }
-"""Where the computation of each point starts."""
+"""Initial state of each point."""
 
 Excitation = Literal["base", "force"]
 EXCITATIONS: dict[Excitation, str] = {"base": "its base, shaken", "force": "a force on it"}
-"""What excites the structure."""
+"""The excitation of the structure."""
 
 Reduction = Literal["max", "min", "mean"]
 REDUCTIONS: tuple[Reduction, ...] = get_args(Reduction)
-"""How a dimension is reduced."""
+"""Reductions of a dimension."""
 
 RESPECTS: dict[str, tuple[str, str]] = {
     "amplitude": ("value", "what the objective judges"),
@@ -92,7 +92,7 @@ RESPECTS: dict[str, tuple[str, str]] = {
     "dissipation_friction": ("dissipation_friction", "friction share of the dissipation, mean over the band"),
     "dissipation_impact": ("dissipation_impact", "impact share of the dissipation, mean over the band"),
 }
-"""In what respect designs are compared: where the number comes from, and what it is. Smaller is better."""
+"""Respects in which designs are compared: the source of the number, and its meaning. Smaller is better."""
 
 ExportFormat = Literal["netcdf", "csv", "parquet"]
 EXPORT_FORMATS: dict[ExportFormat, str] = {
@@ -100,20 +100,20 @@ EXPORT_FORMATS: dict[ExportFormat, str] = {
     "csv": "CSV: one row for each point",
     "parquet": "Parquet: the same, small and typed",
 }
-"""In what a study's results are exported, and what for."""
+"""Formats for exporting a study's results, and their uses."""
 EXPORT_SUFFIXES: dict[str, ExportFormat] = {
     ".nc": "netcdf",
     ".csv": "csv",
     ".parquet": "parquet",
 }
-"""The format that the end of a file's name stands for."""
+"""The format for each file suffix."""
 
 DocumentFormat = Literal["html", "pdf"]
-"""As what a report is given."""
+"""Formats of a report."""
 
 Method = Literal["event", "rk4"]
 METHODS: tuple[Method, ...] = get_args(Method)
-"""How a response is integrated: event-driven, or the paper's Runge–Kutta scheme with fixed steps."""
+"""Integration methods: event-driven, or the paper's Runge–Kutta scheme with fixed steps."""
 
 CASES: dict[str, str] = {
     "none": "no damper",
@@ -126,10 +126,10 @@ CASES: dict[str, str] = {
 
 AccelerationUnits = Literal["g", "m/s2", "cm/s2"]
 ACCELERATION_UNITS: dict[str, float] = {"g": 9.80665, "m/s2": 1.0, "cm/s2": 0.01}
-"""Units that an acceleration may be given in, and what one of each is in m/s²; g by definition."""
+"""Units of an acceleration, and each in m/s²; g by definition."""
 
 OF_PARTICLE = ("restitution", "mass_ratio", "clearance_ratio")
-"""The dimensions that mean nothing without a particle."""
+"""The dimensions without meaning in a scene without a particle."""
 
 DEFAULTS: dict[str, float] = {
     "damping_ratio": 0.0038,
@@ -137,7 +137,7 @@ DEFAULTS: dict[str, float] = {
     "mass_ratio": 0.1,
     "friction_ratio": 0.0,
 }
-"""What a study gets where it says nothing: the paper's structure, particle and cushion (its Table 2), no friction."""
+"""Defaults of a study: the paper's structure, particle and cushion (its Table 2), no friction."""
 
 DESIGN_POINT: dict[str, float] = {**DEFAULTS, "clearance_ratio": 10.0, "frequency_ratio": 1.0}
-"""The design point that `simulate` computes, and that a form begins with, where nothing else is said."""
+"""The default design point of `simulate` and of a form."""

@@ -17,7 +17,7 @@ ACCELERATIONS = {
 """Units by their usual spelling, and what one of each is in SI units."""
 
 _LONGEST = 40
-"""Characters of a text that is looked at; no unit has more."""
+"""Characters of a text that are examined; real units have fewer."""
 _KINDS = {
     "a time": (*TIMES, "ns", "min", "minutes", "h", "hours", "samples"),
     "an acceleration": tuple(ACCELERATIONS),
@@ -50,7 +50,7 @@ _SPELLINGS = tuple(
 
 
 def usual(written: str) -> str:
-    """Give the usual spelling of a unit, in lower case; what is none is only made plain."""
+    """Give the usual spelling of a unit, in lower case; an unknown unit is only simplified."""
     unit = written.lower().translate(str.maketrans("⁻−²¹", "--21")).strip(" \t.:;,'`()[]{}")
     for pattern, plain in _SPELLINGS:
         unit = pattern.sub(plain, unit)
@@ -58,7 +58,7 @@ def usual(written: str) -> str:
 
 
 def kind_of(written: str) -> str:
-    """Say what a unit measures, as in `a velocity`; empty where it is not known."""
+    """Name the quantity of a unit, as in `a velocity`; empty if unknown."""
     unit = usual(written) if len(written) <= _LONGEST else ""
     if unit.endswith("/hz"):
         return "a spectral density"

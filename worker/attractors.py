@@ -1,4 +1,4 @@
-"""The steady responses of one design point, from many starts: which there are, and what decides between them."""
+"""The steady responses of one design point from many starts, and what decides between them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,22 +17,24 @@ from damperlab.worker.steady.settle import Settings, at_rest, settle
 from damperlab.worker.warm import warm
 
 NUDGES = (1, -1, 2, -2)
-"""Starts next to rest: the velocity of the base, under a force the particle's place, off by so many times `NUDGE`."""
+"""Starts next to rest: the velocity of the base or, under a force, the particle's place differs by this multiple of
+`NUDGE`.
+"""
 
 NUDGE = 2.0**-46
-"""About 64 roundings: less than any start is known by."""
+"""About 64 roundings: smaller than any measurable difference of a start."""
 
 
 @dataclass(frozen=True)
 class Attractor:
-    """One response, and how many of the starts lead to it.
+    """One response, and the number of starts that lead to it.
 
     Attributes
     ----------
     starts : int
-        Of the drawn ones, rest among them.
+        Number of drawn starts, including rest.
     response : Response
-        As the first of them measured it.
+        As measured from the first of them.
     from_rest, from_next_to_rest : bool
         Whether rest leads to it, and whether a start next to rest does.
     """
@@ -50,7 +52,7 @@ class Attractors:
     Attributes
     ----------
     starts, failed : int
-        Starts drawn, and those whose run failed.
+        Number of starts drawn, and of failed runs.
     met : list of Attractor
         The most frequent first.
     """
@@ -66,7 +68,7 @@ class Attractors:
 
     @property
     def sentence(self) -> str:
-        """What the starts tell, in words."""
+        """Conclusions from the starts, in words."""
         if not self.met:
             return f"All {self.starts} starts failed."
         drawn = self.starts - self.failed
@@ -98,9 +100,9 @@ def find_attractors(design: Design, starts: int, seed: int, settings: Settings) 
     design : Design
         The point.
     starts, seed : int
-        Starts drawn, rest the first, as in an ensemble study; and the seed.
+        Number of starts, rest first, as in an ensemble study; and the seed.
     settings : Settings
-        When a response counts as steady.
+        Criteria for a steady response.
     """
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     particle = design.particle if design.particle is not None and design.particle.mass_ratio > 0.0 else None

@@ -41,14 +41,14 @@ def solve_block(study: Study, block: Block, known: np.ndarray | None = None) -> 
     study : Study
         The study.
     block : Block
-        Which part of its grid; of a continuation, whole along the frequency.
+        The part of its grid; for a continuation, complete along the frequency.
     known : ndarray of bool, shape block.shape, optional
-        Points that the caller has already: they need no computing, and may be left empty.
+        Known points: they need no computing, and may stay empty.
 
     Returns
     -------
     dict of ndarray, shape block.shape
-        Every stored variable (`study.metrics`). A point that failed has NaN and its status; nothing is raised for it.
+        Every stored variable (`study.metrics`). A failed point has NaN and its status; nothing is raised for it.
     """
     points = block_points(study, block)
     count = points["frequency_ratio"].size
@@ -109,7 +109,7 @@ def _solve_from_rest(study: Study, points: Points, chosen: NDArray[np.intp], val
 def _solve_stepped(
     study: Study, solver: Rk4Solver, points: Points, known: NDArray[np.bool_] | None, values: Values
 ) -> None:
-    """Compute each point from rest by fixed steps, also those with a closed form: the study is about the method."""
+    """Compute each point from rest by fixed steps, also points with a closed form: the study is about the method."""
     settings = _settings(study)._replace(
         energies=None
     )  # fixed steps measure none: one kernel for every study
@@ -127,7 +127,9 @@ def _solve_stepped(
 def _solve_rows(
     study: Study, points: Points, chosen: NDArray[np.intp], values: Values, frequencies: int
 ) -> None:
-    """Each point from the end of the response at the frequency before; from rest at the first, and after a failure."""
+    """Each point from the end of the response at the previous frequency; from rest at the first, and after a
+    failure.
+    """
     settings = _settings(study)
     if isinstance(study.start, Continuation) and study.start.direction == "down":
         chosen = chosen[np.lexsort((-chosen, chosen // frequencies))]
@@ -146,7 +148,7 @@ def _solve_rows(
 
 
 def _shrinks(study: Study, r_before: float | Forced, r: float | Forced) -> float:
-    """Base displacement at one frequency by that at another: not 1 where its velocity or acceleration is constant."""
+    """Ratio of base displacements at two frequencies: not 1 if the velocity or acceleration of the base is constant."""
     constant = study.physical.constant if study.physical is not None else None
     if constant is None or isinstance(r, Forced) or isinstance(r_before, Forced):
         return 1.0
@@ -169,7 +171,7 @@ def _solve_ensembles(
 
 
 def _one_response(amplitude: NDArray[np.float64]) -> dict[str, np.ndarray]:
-    """Variables of an ensemble where every start leads to the same response."""
+    """Variables of an ensemble whose starts all lead to the same response."""
     bounded = np.isfinite(amplitude)
     return {
         "amplitude_ratio_mean": amplitude,

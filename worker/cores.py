@@ -1,4 +1,4 @@
-"""How many cores this process may use."""
+"""Number of cores that this process may use."""
 
 import os
 import sys
@@ -10,7 +10,7 @@ def core_count() -> int:
     Returns
     -------
     int
-        At least 1; bounded by the process's affinity where the system has one.
+        At least 1; limited by the process's affinity if the system has one.
     """
     cores = os.cpu_count() or 1
     if sys.platform == "linux":

@@ -1,4 +1,4 @@
-"""What a compiled function depends on: its code, and the values that the code takes from its module."""
+"""Dependencies of a compiled function: its code, and the module values that the code uses."""
 
 import enum
 import hashlib
@@ -20,19 +20,20 @@ class _UnknownValue(Exception):
 
 
 def name_of(function: Callable[..., Any]) -> str:
-    """Where a function is found again: its module and its name."""
+    """Identification of a function: its module and its name."""
     return f"{function.__module__}:{function.__qualname__}"
 
 
 def fingerprint(name: str) -> str:
     """Hash the function of a kernel, found by `name_of`.
 
-    Kernels that it calls count by their names alone: each is a part with a fingerprint of its own.
+    Called kernels count only by their names: each is a part with a separate fingerprint.
 
     Returns
     -------
     str
-        16 hex digits, equal for equal code and values in one version of Python; `UNKNOWN` where there is no such function.
+        16 hex digits, equal for equal code and values in one version of Python; `UNKNOWN` if there is no such
+        function.
     """
     module, _, qualified = name.partition(":")
     try:
@@ -71,7 +72,7 @@ def _described(function: FunctionType, seen: set[int]) -> Iterator[str]:
 
 
 def _code(code: CodeType) -> Iterator[str]:
-    """Say what a function does, without its lines and its docstring."""
+    """Give a function's code, without its lines and its docstring."""
     yield f"{code.co_code.hex()} {code.co_names} {code.co_varnames} {code.co_freevars} {code.co_argcount} {code.co_flags}"
     for number, constant in enumerate(code.co_consts):
         if isinstance(constant, CodeType):
@@ -110,7 +111,7 @@ def _value(value: Any, seen: set[int]) -> Iterator[str]:
 
 
 def _foreign(value: Any) -> str:
-    """Name what another package holds, whose version is part of every kernel's identity."""
+    """Name an object of another package, whose version is part of every kernel's identity."""
     module = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
     name = getattr(value, "__qualname__", getattr(value, "__name__", ""))
     if not module or f"{module}.".startswith(_PACKAGE) or not name:

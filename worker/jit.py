@@ -1,7 +1,7 @@
-"""The one jit policy: how a function becomes a kernel.
+"""The jit policy: how a function becomes a kernel.
 
-A kernel called by another is a part of it; one called from Python is compiled whole, once per machine (`compiler`,
-`kernel_cache`). Under NUMBA_DISABLE_JIT every kernel is the plain function.
+A kernel called by another is a part of it; one called from Python is compiled separately, once per machine
+(`compiler`, `kernel_cache`). Under NUMBA_DISABLE_JIT every kernel is the plain function.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,7 @@ _OPTIONS = {"nogil": True, "error_model": "numpy"}
 class _PartType(types.Dispatcher):  # type: ignore[misc]
     """The type of a part, which is compiled once for all values of an argument.
 
-    Left to itself numba compiles a function anew for every number that stands in a call.
+    By default numba compiles a function again for every literal number in a call.
     """
 
     def get_call_type(self, context: Any, args: Any, kws: Any) -> Any:
@@ -48,7 +48,7 @@ register_model(_PartType)(models.OpaqueModel)
 
 
 class Kernel:
-    """A compiled function: a part of the kernels that call it, and whole where Python does.
+    """A compiled function: a part of the kernels that call it, and a separate kernel when Python calls it.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Kernel:
 
     @cached_property
     def whole(self) -> Any:
-        """numba's dispatcher of the form that Python calls, kept on disk unless numba compiles alone."""
+        """numba's dispatcher of the form for Python, stored on disk unless numba compiles alone."""
         dispatcher = numba.njit(pipeline_class=WholeCompiler, **self._options)(self.py_func)
         if not ALONE:
             dispatcher._cache = KernelCache(self.py_func)
@@ -74,11 +74,11 @@ class Kernel:
 
     @property
     def _numba_type_(self) -> Any:
-        """What numba takes it for where a kernel calls it."""
+        """numba's type for it when a kernel calls it."""
         return _PartType(self._part)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call the whole form, compiling it for the types of these arguments if need be."""
+        """Call the Python form, compiling it for the types of these arguments if needed."""
         return self.whole(*arguments)
 
     def __reduce__(self) -> str:
@@ -93,22 +93,22 @@ def _kernel(function: F, **options: Any) -> F:
 
 
 def kernel(function: F) -> F:
-    """Compile on first call, keep on disk, release the GIL.
+    """Compile on first call, store on disk, release the GIL.
 
-    numba's `fastmath` is off: sums are never re-ordered. A product and a sum are rounded once where both stand in one
-    expression (`compiler`). So a point has the same bits in whatever block, process and order it is computed. Division by
-    zero gives inf and NaN as in C, because a numerical failure is data, not an exception.
+    numba's `fastmath` is off: sums are never re-ordered. A product and a sum in one expression are rounded once
+    (`compiler`). So a point has the same bits in any block, process and order. Division by zero gives inf and NaN as
+    in C, because a numerical failure is data, not an exception.
 
-    The compiler decides what is made part of its caller. By default numba takes it from the first compiled caller. Then the
-    machine code, though not its results, depends on what a process has compiled before.
+    The compiler decides what is inlined into its caller. By default numba takes this from the first compiled caller.
+    Then the machine code, though not its results, would depend on the kernels that a process has compiled before.
     """
     return _kernel(function, forceinline=False)
 
 
 def inlined(function: F) -> F:
-    """Like `kernel`, but always made part of what calls it.
+    """Like `kernel`, but always inlined into its callers.
 
-    For the small laws inside the march: left to itself the compiler calls some of them, and then hands their states
-    through memory. Measured on a metered march: a quarter of its run time.
+    For the small laws inside the integration: by default the compiler calls some of them, and then passes their
+    states through memory. This costs a quarter of the run time of a measured integration.
     """
     return _kernel(function, forceinline=True)

@@ -1,4 +1,4 @@
-"""From a study's block to kernel arguments: which points need which kernel. What a point lacks becomes None."""
+"""From a study's block to kernel arguments: the kernel for each point. Absent elements are None."""
 
 from collections.abc import Iterator
 
@@ -15,26 +15,26 @@ from damperlab.worker.solver.particle import Particle, Wall
 from damperlab.worker.steady.response.measures import ACCELERATION, INTEGRATED
 
 LEAST_REBOUND = 1e-14
-"""Restitution below which a rebound is slower than the rounding of the velocities that it comes from."""
+"""Restitution below which the rebound speed is lower than the rounding of the velocities."""
 
 
 def rebound_of(restitution: float) -> float:
-    """Return e as the solver takes it: one that rounding would drown is 0, so that the bodies go on together."""
+    """Return e for the solver: one below rounding is 0, so that the bodies move on together."""
     return restitution if restitution >= LEAST_REBOUND else 0.0
 
 
 def wants_energies(study: Study) -> bool | None:
-    """True where a study stores a measure that needs integrals over the motion; None leaves them out of its kernels."""
+    """True if a study stores a measure that needs integrals over the motion; None removes them from its kernels."""
     return True if (INTEGRATED | ACCELERATION) & set(study.metrics) else None
 
 
 def wants_acceleration(study: Study) -> bool | None:
-    """True where a study stores a measure of u''; None leaves it out of its kernels."""
+    """True if a study stores a measure of u''; None removes it from its kernels."""
     return True if ACCELERATION & set(study.metrics) else None
 
 
 def excitation_of(frequency_ratio: float, forced: bool) -> float | Forced:
-    """Return a frequency as kernels take it: bare of a shaken base, named of a force on the structure."""
+    """Return a frequency for kernels: plain for a shaken base, wrapped for a force on the structure."""
     return Forced(frequency_ratio) if forced else frequency_ratio
 
 
@@ -54,29 +54,29 @@ def block_points(study: Study, block: Block) -> dict[str, NDArray[np.float64]]:
 
 
 def has_friction(points: dict[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
-    """Where friction acts: γ_F > 0."""
+    """Mask of friction: γ_F > 0."""
     return points["friction_ratio"] > 0.0
 
 
 def has_particle(points: dict[str, NDArray[np.float64]], particle: bool) -> NDArray[np.bool_]:
-    """Where a particle acts on the structure: the scene has one, and β > 0."""
+    """Mask of a particle that acts on the structure: the scene has one, and β > 0."""
     return (points["mass_ratio"] > 0.0) & particle
 
 
 def contact_time_of(contact: Contact | None) -> float | None:
-    """Contact time of the contact model; None where impacts take no time."""
+    """Contact time of the contact model; None if impacts take no time."""
     return contact.contact_time if isinstance(contact, DwellContact) else None
 
 
 def wall_of(contact: Contact | None, restitution: float, mass_ratio: float) -> Wall | None:
-    """Compliant wall of the contact model; None where walls are rigid, or the particle has no mass to be pushed."""
+    """Compliant wall of the contact model; None if walls are rigid, or the particle has no mass to be pushed."""
     if not isinstance(contact, CompliantContact) or mass_ratio == 0.0:
         return None
     return Wall(*wall_constants(float(restitution), contact.contact_time, float(mass_ratio)))
 
 
 def acting(friction: float, gravity: float) -> tuple[float | None, float | None]:
-    """Return κ and G as the solver takes them: None where neither acts; a particle that only falls has a friction of 0."""
+    """Return κ and G for the solver: None if neither acts; a particle that only falls has a friction of 0."""
     rubs, falls = float(friction), float(gravity)
     return (rubs if rubs > 0.0 or falls > 0.0 else None), (falls if falls > 0.0 else None)
 

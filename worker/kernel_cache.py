@@ -1,14 +1,16 @@
-"""Where compiled kernels are kept: in the package itself, read only, and in the user's cache.
+"""Location of compiled kernels: in the package itself, read only, and in the user's cache.
 
-A kernel's file is found by what its bits depend on (`identity`) and by its name and types; not by where its sources lie or
-when they were written. So a kernel made elsewhere for the same identity is loaded, and an edited one is never met again.
+A kernel's file is found by everything that determines its bits (`identity`) and by its name and types, not by the
+location or date of its sources. So a kernel compiled elsewhere for the same identity is loaded, and an edited one is
+never loaded again.
 
-Where other sources have changed, a kernel whose own functions (`fingerprint`) are as they were is taken over.
+If other sources have changed, a kernel whose own functions (`fingerprint`) are unchanged is taken over.
 
-A file begins with a line of JSON: what the kernel is, and how its bytes hash, so that a damaged file counts as none.
+A file begins with a line of JSON: the identity of the kernel, and the hash of its bytes, so that a damaged file is
+ignored.
 
-The rest is a pickle, which can run any code when it is loaded. It is read only from folders that nobody but the user, or the
-installer of the package, can write.
+The rest is a pickle, which can run any code when it is loaded. It is read only from folders that nobody but the
+user, or the installer of the package, can write.
 """
 
 import hashlib
@@ -41,7 +43,7 @@ _HERE = Path(__file__).parent
 _COMPILER = ("worker/compiler", "worker/jit.py")
 _KERNELS = ("physics", "solver", "steady", "rk4.py", "accuracy/march.py")
 _SOURCES = (*_COMPILER, *(f"worker/{name}" for name in _KERNELS), "studies/variables.py")
-"""The compiler, the kernels, and what the numbers of a class or a status mean."""
+"""The compiler, the kernels, and the numbers of classes and statuses."""
 _OPTIONS = (
     "BOUNDSCHECK",
     "OPT",
@@ -56,19 +58,20 @@ _OPTIONS = (
 
 @cache
 def source_hash() -> str:
-    """Hash of what every kernel source computes, 16 hex digits."""
+    """Hash of the code of all kernel sources, 16 hex digits."""
     return hash_of(_HERE.parent, _SOURCES)[:16]
 
 
 @cache
 def identity() -> dict[str, str]:
-    """All that the bits of a kernel's results depend on, and that its file must agree with to be loaded.
+    """Everything that determines the bits of a kernel's results, and that its file must match to be loaded.
 
     Returns
     -------
     dict of str
-        `sources` (`source_hash`) and those of the `compiler`; `target` (processor and platform that kernels are compiled for);
-        the versions of `numba`, `llvmlite` and `numpy`; `python` (whose objects kernels take and give); and numba's `options`.
+        `sources` (`source_hash`) and those of the `compiler`; `target` (processor and platform of the kernels); the
+        versions of `numba`, `llvmlite` and `numpy`; `python` (whose objects kernels take and return); and numba's
+        `options`.
     """
     return {
         "sources": source_hash(),
@@ -84,7 +87,7 @@ def identity() -> dict[str, str]:
 
 @cache
 def folder_name() -> str:
-    """Name of the folder of the kernels of this identity: its sources, and a hash of all else."""
+    """Name of the folder of the kernels of this identity: its sources, and a hash of everything else."""
     rest = sorted(pair for pair in identity().items() if pair[0] != "sources")
     return f"kernels-{source_hash()}-{hashlib.sha256(repr(rest).encode()).hexdigest()[:8]}"
 
@@ -95,7 +98,7 @@ def shipped_folder() -> Path:
 
 
 def is_private(folder: Path) -> bool:
-    """Whether nobody but this user and the superuser can put files there, or replace it or a folder above it."""
+    """Whether only this user and the superuser can write files there, or replace it or a folder above it."""
     if not hasattr(os, "getuid"):  # not a POSIX system: the user's folders are the user's
         return True
     trusted = (0, os.getuid())
@@ -129,8 +132,8 @@ def cache_folder() -> Path:
     Returns
     -------
     Path
-        The first of these that can be written by this user and by no other; else a new temporary one, for this
-        process alone. It exists on return.
+        The first of these that only this user can write; else a new temporary one, for this process alone. It exists
+        on return.
     """
     wanted = os.environ.get("DAMPERLAB_CACHE_DIR")
     home = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
@@ -152,7 +155,7 @@ CACHE_FOLDER = cache_folder()
 
 
 class KernelCache:
-    """Kernels of one function on disk, as numba's dispatcher asks for them.
+    """Kernels of one function on disk, in the interface of numba's dispatcher.
 
     Parameters
     ----------
@@ -169,14 +172,14 @@ class KernelCache:
 
     @property
     def cache_path(self) -> str:
-        """Folder that new kernels are written to."""
+        """Folder for new kernels."""
         return str(CACHE_FOLDER)
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Kernel for the types of a call; None where none is stored.
+        """Kernel for the types of a call; None if none is stored.
 
-        Machine code needs no more of numba than what allocates arrays. `context.refresh` loads the rest of the compiler for
-        0.4 s, and is called only to compile.
+        Machine code needs only numba's allocation of arrays. `context.refresh` loads the rest of the compiler in 0.4
+        s, and is called only to compile.
         """
         file = self._file(signature)
         found = (
@@ -210,7 +213,7 @@ class KernelCache:
 
 
 def _spelled(kind: Any) -> str:
-    """Spell types with the names of fields, which numba leaves out: a kernel finds a field by its place."""
+    """Write types with the names of fields, which numba leaves out: a kernel finds a field by its position."""
     if isinstance(kind, types.BaseNamedTuple):
         named = kind.instance_class
         fields = (f"{name}: {_spelled(each)}" for name, each in zip(kind.fields, kind, strict=True))
@@ -225,7 +228,7 @@ _Stored = tuple[dict[str, Any], bytes]
 
 
 def _read(folder: Path, file: str, safe: Callable[[Path], bool]) -> _Stored | None:
-    """Read a kernel's file; None where there is none, where it is damaged, or where others can write."""
+    """Read a kernel's file; None if it is missing, damaged, or writable by others."""
     path = folder / file
     if not path.exists() or not safe(folder):
         return None
@@ -239,7 +242,7 @@ def _read(folder: Path, file: str, safe: Callable[[Path], bool]) -> _Stored | No
 
 
 def _taken_over(file: str) -> _Stored | None:
-    """Take over a kernel of other sources whose own functions are as they were, and keep it for these sources too."""
+    """Take over a kernel of other sources whose own functions are unchanged, and store it for these sources too."""
     for folder in CACHE_FOLDER.parent.glob(f"kernels-*-{folder_name().rpartition('-')[2]}"):
         found = _read(folder, file, is_private) if folder != CACHE_FOLDER else None
         if found and all(part == fingerprint(name) != UNKNOWN for name, part in found[0]["parts"].items()):
@@ -250,7 +253,7 @@ def _taken_over(file: str) -> _Stored | None:
 
 
 def _keep(path: Path, stored: _Stored) -> None:
-    """Write a kernel's file in one step, so that no other process meets half of it."""
+    """Write a kernel's file in one step, so that no other process reads an incomplete one."""
     head, kernel = stored
     try:
         with NamedTemporaryFile(dir=path.parent, prefix=".", delete=False) as file:

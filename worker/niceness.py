@@ -1,13 +1,13 @@
-"""What computes stands back behind what answers, where both share a processor."""
+"""Priority of computing processes below that of answering ones on a shared processor."""
 
 import os
 import sys
 
 NICENESS = 5
-"""How far: a process that answers gets three times the share of one that computes, and is woken at once."""
+"""The increment: an answering process gets three times the share of a computing one, and is woken immediately."""
 
 
 def stand_back() -> None:
-    """Let this process stand back from now on; once in each process, since the steps add up."""
+    """Lower the priority of this process from now on; only once in each process, since the steps add up."""
     if sys.platform != "win32":
         os.nice(NICENESS)

@@ -1,4 +1,4 @@
-"""How a block, or a whole run, can end other than well; known without a cluster."""
+"""Abnormal ends of a block, or of a run, without knowledge of a cluster."""
 
 import errno
 from collections.abc import Iterator
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from distributed import Client
 
 RETRIES = 2
-"""How often a block is tried again after an exception, or after the death of its worker."""
+"""Most retries of a block after an exception, or after the death of its worker."""
 
 
 class Interrupted(RuntimeError):
-    """The study cannot go on, for a reason outside its points; what is done is kept and it can be resumed."""
+    """The study cannot continue, for a reason outside its points; finished blocks are kept and it can be resumed."""
 
 
 class Outage(Interrupted):
-    """What keeps a study from going on passes by itself: the cluster is away, or the disk is full."""
+    """A temporary reason prevents a study from continuing: the cluster is absent, or the disk is full."""
 
 
 class SchedulerLost(Outage):
@@ -49,7 +49,7 @@ class ClusterUnusable(RuntimeError):
     Parameters
     ----------
     fault : Fault
-        Which setting, what was found, what is allowed, what to do.
+        The setting, the value found, the allowed values, the advice.
     """
 
     def __init__(self, fault: Fault) -> None:
@@ -58,7 +58,9 @@ class ClusterUnusable(RuntimeError):
 
 
 class Crashed(RuntimeError):
-    """A block ended the process that computed it alone, whose parent lives: the block's doing, or want of memory."""
+    """A block ended the process that computed it alone, while the parent survived: because of the block, or lack of
+    memory.
+    """
 
 
 class Leaving(RuntimeError):
@@ -67,14 +69,14 @@ class Leaving(RuntimeError):
 
 @dataclass(frozen=True)
 class Failure:
-    """A block that failed as often as it may.
+    """A block that failed as often as allowed.
 
     Parameters
     ----------
     index : int
         Of the block.
     message : str
-        What happened, in one sentence.
+        The reason, in one sentence.
     """
 
     index: int
@@ -82,26 +84,26 @@ class Failure:
 
 
 def is_full(error: OSError) -> bool:
-    """Whether a disk refused for want of room: blocks, inodes or a quota."""
+    """Whether a disk lacks space: blocks, inodes or a quota."""
     return error.errno in (errno.ENOSPC, errno.EDQUOT)
 
 
 def judged(error: Exception, index: int, failures: int) -> Failure | None:
-    """Decide what becomes of a block whose attempt raised an exception.
+    """Decide how to continue with a block whose attempt raised an exception.
 
     Parameters
     ----------
     error : Exception
-        What `damperlab.worker.worker_process.tasks.run_block` raised.
+        The exception of `damperlab.worker.worker_process.tasks.run_block`.
     index : int
         Of the block.
     failures : int
-        How often it had failed before.
+        Number of its earlier failures.
 
     Returns
     -------
     Failure or None
-        None where it is tried again.
+        None if it is tried again.
 
     Raises
     ------

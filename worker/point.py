@@ -1,4 +1,4 @@
-"""One design point on its own, by kernels that are there: its end state, its measures, its time history."""
+"""One design point with the available kernels: its end state, its results, its time history."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -66,7 +66,7 @@ class Design:
     forced: bool = False
 
     def __post_init__(self) -> None:
-        """Take integers for floats: a kernel is compiled for one type."""
+        """Convert integers to floats: a kernel is compiled for one type."""
         for name in ("damping_ratio", "frequency_ratio", "friction_ratio"):
             object.__setattr__(self, name, float(getattr(self, name)))
         if self.particle is not None:
@@ -76,26 +76,27 @@ class Design:
 
     @property
     def excitation(self) -> float | Forced:
-        """The frequency, as kernels take it."""
+        """The frequency for kernels."""
         return excitation_of(self.frequency_ratio, self.forced)
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """What came of a design point.
+    """Result of a design point.
 
     Attributes
     ----------
     metrics : dict
-        The cube's variables: of the steady response, or of the first `cycles` cycles where a number was asked for.
+        The cube's variables: of the steady response, or of the first `cycles` cycles if a number was given.
     state : dict
         u, u_rate, p, p_rate at the end: absolute, over Z and Z ω_n; p is None without a particle.
     events : dict
-        Impacts, turns (v' = 0, stops included) and attachments on the way; empty where the steady response was not followed.
+        Impacts, velocity reversals (v' = 0, including stops) and attachments; empty if the steady response was not
+        followed.
     cycles : int
-        Excitation cycles on the way to that end: from rest where a number was asked for, else along the steady response.
+        Excitation cycles up to that end: from rest if a number was given, else along the steady response.
     history : dict of ndarray
-        Time history of the last cycles (`HISTORY_COLUMNS`); empty where none was asked for.
+        Time history of the last cycles (`HISTORY_COLUMNS`); empty if none was requested.
     """
 
     metrics: dict[str, float | int]
@@ -114,7 +115,7 @@ def simulate_ready(
     settings: Settings | None = None,
     followed: bool = True,
 ) -> Simulation:
-    """Compute what `simulate` does with kernels that are there; else they are compiled on the way, and timed."""
+    """Compute `simulate` with available kernels; missing ones are compiled within the measured time."""
     began = thread_time()
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     if method == "rk4":
@@ -144,9 +145,9 @@ def simulate_ready(
 
 
 def asked_of(response: Mapping[str, Any], settings: Settings, rubbing: bool) -> dict[str, Any]:
-    """Give the measures of a response that are known: those of its acceleration only where that was asked for.
+    """Give the known measures of a response: those of its acceleration only on request.
 
-    Those of a particle with friction of its own only where there is one.
+    Those of a particle with friction of its own only if there is one.
     """
     return {
         name: number
@@ -160,13 +161,13 @@ def _has_friction(particle: Particle | None) -> bool:
 
 
 def is_followed(design: Design, history: int, followed: bool) -> bool:
-    """Whether the march continues along a steady response to show it: on request, or if a massless particle moves."""
+    """Whether to integrate further along a steady response to show it: on request, or if a massless particle moves."""
     massless = design.particle is not None and not design.particle.mass_ratio > 0.0
     return followed or history > 0 or massless
 
 
 def show_orbit(design: Design) -> Simulation:
-    """March one cycle from rest as along a steady response: sampled, and not measured."""
+    """Integrate one cycle from rest as along a steady response: sampled, without measuring."""
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     return _march(design, friction, 1, 1, {"status": int(Status.NOT_COMPUTED)}, thread_time())
 
@@ -193,7 +194,9 @@ def _steady(
 
 
 def _gap_of_one_at_rest(v: float, particle: Particle | None) -> float:
-    """Gap at the wall behind of a particle that rests where it began, or, where the cavity has left that, in its middle."""
+    """Gap at the wall behind of a particle that stays at rest in its initial position or, if the cavity has left
+    that, in its middle.
+    """
     if particle is None:
         return 0.0
     return particle.clearance_ratio - (v if abs(v) < particle.clearance_ratio else 0.0)
@@ -212,7 +215,7 @@ def _march(
     began: float,
     start: Any = None,
 ) -> Simulation:
-    """March from rest, or from a given state, for a number of cycles, measuring and sampling on the way."""
+    """Integrate from rest, or from a given state, for a number of cycles, with measuring and sampling."""
     particle = design.particle
     scene = make_scene(design.damping_ratio, design.excitation, friction, particle, True)
     counts = scene.counts
@@ -263,7 +266,7 @@ def _march(
 
 
 def _absolute(state: Any, design: Design, known: bool) -> dict[str, float | None]:
-    """A state at phase 0 as it is shown; NaN where it is not known."""
+    """A state at phase 0 for display; NaN if unknown."""
     end: dict[str, float | None] = {
         "u": state.v if known else nan,
         "u_rate": state.w + base_rate_at_phase_zero(design.excitation) if known else nan,
@@ -287,7 +290,7 @@ def _measures(
     cycles: int,
     outcome: int,
 ) -> dict[str, float | int]:
-    """The cube's variables over a transient of a number of whole cycles: nothing about it is steady."""
+    """The cube's variables over a transient of a number of complete cycles: it is not steady."""
     if outcome != ARRIVED or cycles == 0:
         status = outcome if outcome != ARRIVED else int(Status.NOT_COMPUTED)
         return {"cycles": cycles, "status": status}

@@ -1,4 +1,4 @@
-"""Which code computes, so that a cube holds the work of one solver, whatever workers it came from."""
+"""Identity of the computing code, so that a cube holds the work of one solver, whichever workers computed it."""
 
 import hashlib
 import math
@@ -33,26 +33,26 @@ _FUNCTIONS: tuple[Callable[[float], float], ...] = (
     lambda x: math.pow(x, 1.0 / 3.0),
     lambda x: float(np.hypot(1.0, x)),
 )
-"""What kernels and closed forms take from the C library."""
+"""Functions of the C library that kernels and closed forms use."""
 _ARGUMENTS = tuple(8.0 * ((k * (math.sqrt(5.0) - 1.0) / 2.0) % 1.0) for k in range(1, 1001))
-"""Of these functions: evenly from 0 to 8. Two versions differ at some in a hundred or a thousand of them."""
+"""Arguments of these functions: evenly from 0 to 8. Two versions differ at some in a hundred or a thousand of them."""
 
 
 class WrongCode(RuntimeError):
-    """Other code than the study's: what it would compute belongs to another version."""
+    """Other code than the study's: its results would belong to another version."""
 
 
 @cache
 def code_hash() -> str:
-    """Hash of every Python source of `worker` and `studies`: what a coordinator and its workers must share.
+    """Hash of every Python source of `worker` and `studies`: a coordinator and its workers must share it.
 
-    Unlike the kernels' own hash, it covers plan, cost, store and tasks too, for two sides that cut or store
-    blocks differently spoil a cube as surely as two solvers do.
+    Unlike the kernels' own hash, it covers plan, cost, store and tasks too: two sides that divide or store blocks
+    differently would damage a cube as surely as two solvers.
 
     Returns
     -------
     str
-        64 hex digits; the same on every machine that holds the same sources, whatever its line endings.
+        64 hex digits; the same on every machine with the same sources, whatever its line endings.
     """
     root = Path(__file__).parent.parent
     digest = hashlib.sha256()
@@ -65,12 +65,12 @@ def code_hash() -> str:
 
 @cache
 def code_version() -> str:
-    """Version of the distribution, for people; the hash is what decides.
+    """Version of the distribution, for people; the hash decides.
 
     Returns
     -------
     str
-        As in the package's metadata, or "uninstalled" where the sources run without being installed.
+        As in the package's metadata, or "uninstalled" if the sources run without being installed.
     """
     try:
         return version(DISTRIBUTION)
@@ -79,7 +79,7 @@ def code_version() -> str:
 
 
 def identity() -> dict[str, str]:
-    """The identity of a worker, as it answers.
+    """The identity of a worker, in its answer.
 
     Returns
     -------
@@ -91,10 +91,10 @@ def identity() -> dict[str, str]:
 
 @cache
 def target() -> str:
-    """What kernels are compiled for, and which of its functions the C library takes here.
+    """Target of the kernels, and the versions of the C library's functions in use.
 
-    Kernels are one machine code on every processor that has their target, and what numpy computes of a result
-    has the same bits on every processor (`damperlab.studies.portable`). Exponentials and sines come from the C library.
+    Kernels are the same machine code on every processor with their target, and numpy's part of a result has the same
+    bits on every processor (`damperlab.studies.portable`). Exponentials and sines come from the C library.
 
     Returns
     -------
@@ -106,10 +106,11 @@ def target() -> str:
 
 @cache
 def libm() -> str:
-    """Hash of what the C library's functions give, 8 hex digits.
+    """Hash of values of the C library's functions, 8 hex digits.
 
-    A C library has several versions of a function, whose last bits differ, and takes the one for the processor: glibc's are the
-    same wherever there are AVX2 and FMA. The name and version of the library do not tell which.
+    A C library has several versions of a function, whose last bits differ, and selects one for the processor:
+    glibc's are the same on all processors with AVX2 and FMA. The name and version of the library do not show the
+    selection.
     """
     digest = hashlib.sha256()
     for function in _FUNCTIONS:
@@ -119,13 +120,13 @@ def libm() -> str:
 
 @cache
 def computing() -> dict[str, str]:
-    """What decides every bit of a result here, and what goes with it.
+    """Everything that decides the bits of a result here, with descriptions.
 
     Returns
     -------
     dict of str
         `identity` is equal for two processes whose results are equal to the last bit: `solver` (its sources and its
-        compilers), `target` and `libc`. The others say the same for people.
+        compilers), `target` and `libc`. The others describe the same for people.
     """
     facts = {**environment(), "kernels": source_hash(), "solver": solver(), "target": target()}
     versions = ("solver_version", "python", "numpy", "numba", "llvmlite")
@@ -139,14 +140,14 @@ def provenance() -> dict[str, str]:
     Returns
     -------
     dict of str
-        What `damperlab.studies.store.provenance` collects, `sources` (a hash of all that computes and stores), and what
-        `computing` says of this process.
+        The result of `damperlab.studies.store.provenance`, `sources` (a hash of all code that computes and stores),
+        and `computing` of this process.
     """
     return {**environment(), "sources": code_hash(), **computing()}
 
 
 def one_identity(answers: Mapping[str, Mapping[str, str]]) -> Mapping[str, str]:
-    """Give what all workers of a cluster compute with.
+    """Give the common `computing` of all workers of a cluster.
 
     Parameters
     ----------
@@ -156,7 +157,7 @@ def one_identity(answers: Mapping[str, Mapping[str, str]]) -> Mapping[str, str]:
     Raises
     ------
     WrongCode
-        Where two would not give the same bits: a cube is of one solver on one kind of processor.
+        If two would not give the same bits: a cube belongs to one solver on one kind of processor.
     """
     first, *others = sorted(answers)
     for other in others:
@@ -169,7 +170,7 @@ def one_identity(answers: Mapping[str, Mapping[str, str]]) -> Mapping[str, str]:
 
 
 def require_identity(expected: str) -> None:
-    """Refuse to compute for a study whose cube another solver, or the same one on another kind of processor, began.
+    """Refuse to compute for a study whose cube was started by another solver, or on another kind of processor.
 
     Parameters
     ----------
@@ -179,7 +180,7 @@ def require_identity(expected: str) -> None:
     Raises
     ------
     WrongCode
-        Naming this host and what it has.
+        Naming this host and its solver.
     """
     if expected != computing()["identity"]:
         raise WrongCode(
@@ -190,7 +191,7 @@ def require_identity(expected: str) -> None:
 
 
 def _words(facts: Mapping[str, str]) -> str:
-    """Say what computes, for people."""
+    """Describe the solver, for people."""
     return (
         f"{DISTRIBUTION} {facts.get('solver_version', 'unknown')} with solver {facts.get('solver', 'unknown')} "
         f"on {facts.get('target', 'an unknown processor')}, libc {facts.get('libc', 'unknown')}"
@@ -198,7 +199,7 @@ def _words(facts: Mapping[str, str]) -> str:
 
 
 def require_solver(study_id: str, recorded: Mapping[str, str]) -> None:
-    """Refuse to compute again what another solver computed, before anything of it is given up.
+    """Refuse to recompute blocks of another solver, before they are invalidated.
 
     Parameters
     ----------
@@ -210,26 +211,26 @@ def require_solver(study_id: str, recorded: Mapping[str, str]) -> None:
     Raises
     ------
     WrongCode
-        Saying what began the cube, what is here and what to do.
+        With the solver of the cube, the one here, and the remedy.
     """
     if is_outdated(recorded):
         raise _begun_otherwise(study_id, recorded, computing())
 
 
 def require_begun_alike(study_id: str, recorded: Mapping[str, str], now: Mapping[str, str]) -> None:
-    """Refuse to go on with a cube that another solver, or another kind of processor, began.
+    """Refuse to continue a cube that another solver, or another kind of processor, started.
 
     Parameters
     ----------
     study_id : str
         The study.
     recorded, now : mapping of str
-        Its provenance, and `computing()` of the workers at hand.
+        Its provenance, and `computing()` of the available workers.
 
     Raises
     ------
     WrongCode
-        Saying what began the cube, what is here and what to do.
+        With the solver of the cube, the one here, and the remedy.
     """
     if recorded.get("identity") != now["identity"]:
         raise _begun_otherwise(study_id, recorded, now)
@@ -253,7 +254,7 @@ def require_code(expected: str) -> None:
     Raises
     ------
     WrongCode
-        Naming this host, what it holds and what was expected.
+        Naming this host, its sources and the expected ones.
     """
     if expected != code_hash():
         raise WrongCode(

@@ -1,7 +1,8 @@
-"""The paper's own method (its Figure 2), for comparison: fixed-step Runge–Kutta, impacts noticed at the ends of steps.
+"""The paper's own method (its Figure 2), for comparison: fixed-step Runge–Kutta; impacts are detected at the ends of
+steps.
 
-Its error is of first order in the step wherever there is an event: a step straddles the turn or the impact, and the
-particle is already beyond the wall when the impact is noticed.
+Its error is of first order in the step at every event: a step straddles the reversal or the impact, and the particle
+is already beyond the wall when the impact is detected.
 """
 
 from math import cos, pi, sin
@@ -47,7 +48,7 @@ def step_rk4(
     Parameters
     ----------
     state : Stepped
-        At the start of a cycle.
+        State at the start of a cycle.
     damping_ratio, frequency_ratio : float
         ζ and r.
     friction : float or None
@@ -61,7 +62,7 @@ def step_rk4(
     counts : int64 array, shape (COUNTS,)
         Impacts and sign changes of v', added to.
     peaks : float64 array, shape (at least 2 last + 1, 2)
-        Rows 2 first + 1 … 2 last, one a half cycle, are filled with its largest sampled |u| and |v|.
+        Rows 2 first + 1 … 2 last, one per half cycle, are filled with its largest sampled |u| and |v|.
 
     Returns
     -------
@@ -108,7 +109,7 @@ def step_rk4(
 
 @kernel
 def march_rk4(damping_ratio, frequency_ratio, friction, particle, steps_per_cycle, cycles, counts, peaks):
-    """March from rest; parameters as of `step_rk4`.
+    """Integrate from rest; parameters as of `step_rk4`.
 
     Returns
     -------
@@ -136,7 +137,7 @@ def _wall_accelerations(phase, v, w, p, p_rate, frequency_ratio, two_zeta, frict
 
 @kernel
 def march_rk4_wall(damping_ratio, frequency_ratio, friction, particle, steps_per_cycle, cycles):
-    """March a particle between compliant walls from rest with a fixed step; parameters as of `step_rk4`.
+    """Integrate a particle between compliant walls from rest with a fixed step; parameters as of `step_rk4`.
 
     Returns
     -------
@@ -171,5 +172,5 @@ def march_rk4_wall(damping_ratio, frequency_ratio, friction, particle, steps_per
 
 
 def empty_peaks(cycles: int) -> np.ndarray:
-    """Room for the peaks of a number of cycles."""
+    """Arrays for the peaks of a number of cycles."""
     return np.empty((cycles, 2))

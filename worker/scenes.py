@@ -1,4 +1,4 @@
-"""Scenes, for which kernels are compiled: the forces that act, and the results that are wanted."""
+"""Scenes, for which kernels are compiled: the forces that act, and the requested results."""
 
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
@@ -27,9 +27,10 @@ Purpose = Literal[
     "stepped",
     "rk4",
 ]
-"""What is asked: the steady response with energies, without, or with the acceleration beside them; its motion, shown; a motion
-from rest, measured; the response to a record without or with its time history; how accurate a march is; the steady response and
-a motion from rest by fixed steps."""
+"""The requested results: the steady response with energies, without, or also with the acceleration; its motion,
+displayed; a motion from rest, measured; the response to a record without or with its time history; the accuracy of
+an integration; the steady response and a motion from rest by fixed steps.
+"""
 
 _STEADY: tuple[Purpose, ...] = ("steady", "peaks", "acceleration")
 
@@ -45,24 +46,24 @@ SECONDS: dict[Purpose, float] = {
     "stepped": 4.0,
     "rk4": 3.0,
 }
-"""About what compiling takes where friction and a particle with instantaneous contact act [CPU s]; an estimate says it."""
+"""Approximate compile time with friction and a particle with instantaneous contact [CPU s], for estimates."""
 CONTACT_FACTOR = {"": 0.6, "instant": 1.0, "dwell": 1.1, "compliant": 2.2, RUBBING: 1.6, FALLING: 1.7}
 """The same relative to instantaneous contact."""
 
 
 class Scene(NamedTuple):
-    """What a kernel is compiled for.
+    """The combination for which a kernel is compiled.
 
     Parameters
     ----------
     purpose : str
-        What is asked.
+        The requested result.
     friction : bool
         Whether friction acts.
     contact : str
-        Model of the particle's contact, `RUBBING` or `FALLING`; empty where no particle acts.
+        Model of the particle's contact, `RUBBING` or `FALLING`; empty if no particle acts.
     forced : bool
-        Whether a force on the structure excites it, in place of a shaken base.
+        Whether a force on the structure excites it, instead of a shaken base.
     """
 
     purpose: Purpose
@@ -83,12 +84,12 @@ class Scene(NamedTuple):
 
     @property
     def seconds(self) -> float:
-        """About what compiling it takes [CPU s]."""
+        """Approximate compile time [CPU s]."""
         return SECONDS[self.purpose] * CONTACT_FACTOR[self.contact]
 
 
 def every_scene() -> list[Scene]:
-    """Every scene that there is, the dearest first."""
+    """Every scene, the most expensive first."""
     acting = [(True, ""), *((friction, contact) for friction in (True, False) for contact in CONTACT_MODELS)]
     found = [Scene(purpose, *what) for purpose in _STEADY for what in acting]
     others: tuple[Purpose, ...] = ("orbit", "transient", "record", "record-history")
@@ -105,13 +106,13 @@ def every_scene() -> list[Scene]:
 
 
 def accuracy_scenes() -> list[Scene]:
-    """Scenes of the report on accuracy: the dearest first."""
+    """Scenes of the report on accuracy, the most expensive first."""
     needed = ("accuracy", "steady", "transient", "rk4")
     return [one for one in every_scene() if one.purpose in needed and not one.forced]
 
 
 def usual_scenes() -> list[Scene]:
-    """Scenes of a study, a point and an earthquake with what they are by default, the dearest first."""
+    """Scenes of a default study, point and earthquake, the most expensive first."""
     purposes = ("steady", "orbit", "transient", "record")
     return [
         one
@@ -121,12 +122,12 @@ def usual_scenes() -> list[Scene]:
 
 
 def scene_named(name: str) -> Scene:
-    """The scene of a name; KeyError where there is none."""
+    """The scene of a name; KeyError if there is none."""
     return {scene.name: scene for scene in every_scene()}[name]
 
 
 def scenes(study: AnyStudy) -> list[Scene]:
-    """Scenes that the blocks of a study need; none where every point has a closed form."""
+    """Scenes of the blocks of a study; none if every point has a closed form."""
     if isinstance(study, Suite):
         forces, masses = (
             _signs(study.coordinates[name]) for name in ("friction_force_n", "particle_mass_kg")
@@ -154,7 +155,7 @@ def scenes(study: AnyStudy) -> list[Scene]:
 
 
 def _beside(study: Study) -> Iterator[set[bool]]:
-    """Whether a particle rubs, and whether it falls: at some points, at all or at none."""
+    """Whether a particle has friction, and whether gravity acts: at some points, at all or at none."""
     if study.over_amplitudes and study.physical is not None:
         given = study.physical.values()
         return (_signs(given.get(name, np.zeros(1))) for name in MADE_BY.values())
@@ -162,7 +163,7 @@ def _beside(study: Study) -> Iterator[set[bool]]:
 
 
 def _signs(values: np.ndarray) -> set[bool]:
-    """Whether values that ascend are above 0: some, all or none."""
+    """Whether ascending values are above 0: some, all or none."""
     return {bool(value > 0.0) for value in values[[0, -1]]}
 
 

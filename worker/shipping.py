@@ -1,4 +1,4 @@
-"""Kernels for the package itself: compiled into its own folder, so that a wheel or an image answers without compiling.
+"""Kernels in the package itself: compiled into its own folder, so that a wheel or an image need not compile.
 
 `python -m damperlab.worker.shipping`, before a wheel is built or after one was installed into an image.
 """
@@ -17,7 +17,9 @@ KILOBYTE = 1e3
 
 
 def ship() -> None:
-    """Compile what the package's folder lacks, on every core, and remove kernels of other sources and versions."""
+    """Compile the missing kernels of the package's folder, on every core, and remove kernels of other sources and
+    versions.
+    """
     folder = shipped_folder()
     if folder.parent.exists():
         for other in folder.parent.iterdir():

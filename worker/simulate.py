@@ -1,4 +1,4 @@
-"""One design point on its own, its kernels made ready first."""
+"""One design point, after its kernels are compiled."""
 
 from typing import Literal
 
@@ -24,19 +24,19 @@ def simulate(
     design : Design
         The point.
     cycles : int, optional
-        Stop after exactly this many excitation cycles and measure over all of them. None: go on to the steady response
-        and measure that.
+        Stop after exactly this many excitation cycles and measure over all of them. None: continue to the steady
+        response and measure that.
     history : int
-        Cycles at the end whose time history is wanted.
+        Cycles at the end for the time history.
     method : {"event", "rk4"}
         The event-driven solver, or the paper's fixed-step Runge–Kutta (needs `cycles`; gives no history).
     steps_per_cycle : int
         Of rk4.
     settings : Settings, optional
-        When the steady response is found; the defaults of a study.
+        Criteria for the steady response; by default those of a study.
     followed : bool
-        Whether a steady response without a time history is followed for a cycle, whose events are counted. If not, its state
-        is that at phase 0, and the kernels for that are left out.
+        Whether to follow a steady response without a time history for a cycle, and count its events. If not, its
+        state is that at phase 0, and no kernel for that is needed.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def scenes_of(
     settings: Settings | None = None,
     followed: bool = True,
 ) -> list[Scene]:
-    """Scenes that `simulate` needs for the same arguments; a steady response that has a time history is followed."""
+    """Scenes that `simulate` needs for the same arguments; a steady response with a time history is followed."""
     friction, contact = design.friction_ratio > 0.0, contact_name(design.particle)
     if method == "rk4":
         return [Scene("rk4", friction, contact)]

@@ -1,9 +1,9 @@
 """Kernels compiled once per machine, by one process at a time.
 
-A kernel is compiled for a scene: the forces that act, and the results that are wanted. Compiled on the way, each process that
-lacks it would compile it for itself; a file lock in the cache folder lets the first compile and the others load. What a scene
-needs is found by computing it once, as small as can be, so that no list of kernels has to be kept beside the code. A marker
-beside the kernels says that all of a scene are there.
+A kernel is compiled for a scene: the forces that act, and the requested results. Without this, each process that
+lacks a kernel would compile it for itself; a file lock in the cache folder lets the first compile and the others
+load. The kernels of a scene are found by computing its smallest task once, so that the code needs no separate list
+of kernels. A marker file means that all kernels of a scene are present.
 """
 
 import os
@@ -32,9 +32,9 @@ except ImportError:  # not a POSIX system: every process compiles for itself, an
     fcntl = resource = None  # type: ignore[assignment]
 
 SHARE = 1 / 3
-"""Of the machine's memory for each of its cores, what a process that compiles may hold and still go on with other parts."""
+"""Share of the machine's memory per core that a compiling process may hold and still continue with other parts."""
 LOOK_SECONDS = 1.0
-"""Between two looks at whether the process is there that started one that compiles."""
+"""Interval between checks that the parent of a compiling process still exists."""
 _LOADING = threading.RLock()
 _PARTICLE = Particle(1.0, 0.5, 0.1)
 _CONTACT_TIME = 0.1
@@ -43,17 +43,17 @@ _GRAVITY = 1.0
 
 
 def is_ready(scene: Scene) -> bool:
-    """Whether all kernels of a scene are compiled already, here or in the package: loading them takes less than a second."""
+    """Whether all kernels of a scene are compiled, here or in the package: loading them takes less than a second."""
     return any((folder / marker(scene)).exists() for folder in (shipped_folder(), CACHE_FOLDER))
 
 
 def missing(wanted: Iterable[Scene]) -> list[Scene]:
-    """Those scenes whose kernels must be compiled first, the dearest first."""
+    """Those scenes whose kernels must be compiled first, the most expensive first."""
     return sorted((scene for scene in set(wanted) if not is_ready(scene)), key=lambda scene: -scene.seconds)
 
 
 def warm(scene: Scene) -> None:
-    """Load the kernels of a scene; where they are missing compile them, while no other thread or process does the same."""
+    """Load the kernels of a scene; if they are missing compile them, while no other thread or process does the same."""
     with _LOADING:
         _loaded(scene)
 
@@ -66,22 +66,23 @@ def _loaded(scene: Scene) -> None:
 
 
 def warm_alike(wanted: Sequence[Scene]) -> None:
-    """Compile the first scene that no other process is at, then those in which the same acts, then others while memory is left.
+    """Compile the first scene that no other process is compiling, then those with the same elements, then others
+    while memory is left.
 
-    What acts in a scene decides most of what must be compiled for it: six scenes of a hybrid damper take 44 s of CPU time
-    in one process, and 69 s in one each. A process that goes on with another damper still saves a third of what the first
-    scene of that would take: what numba itself compiles first, and what both share. Compiled parts stay in memory, 0.2 GB
-    for a large scene, so that a process ends rather than go on with other parts where it holds much.
+    The elements of a scene determine most of its code: six scenes of a hybrid damper take 44 s of CPU time in one
+    process, and 69 s in separate ones. A process that continues with another damper still saves a third of its first
+    scene: numba compiles its own code first, and both share some. Compiled parts stay in memory, 0.2 GB for a large
+    scene, so a process that holds much ends instead of continuing with other parts.
 
     Parameters
     ----------
     wanted : sequence of Scene
-        In the order in which they begin.
+        Scenes in their order.
 
     Raises
     ------
     RuntimeError
-        With the scene's name, where one cannot be compiled.
+        With the scene's name, if one cannot be compiled.
     """
     left = list(wanted)
     next_ones: Iterable[Scene] = wanted
@@ -95,7 +96,7 @@ def warm_alike(wanted: Sequence[Scene]) -> None:
 
 
 def _much() -> float:
-    """Memory from which this process shall end before scenes with other parts [bytes], by what its machine or container has."""
+    """Memory above which this process ends before scenes with other parts [bytes], from its machine or container."""
     from dask.system import CPU_COUNT
     from distributed.system import MEMORY_LIMIT
 
@@ -104,7 +105,7 @@ def _much() -> float:
 
 
 def _has_held() -> float:
-    """The most memory that this process has held so far [bytes]; infinite where the system does not say it."""
+    """The most memory that this process has held so far [bytes]; infinite if the system does not report it."""
     if resource is None:
         return float("inf")
     return float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) * (
@@ -121,7 +122,7 @@ def _made_by_name(scene: Scene, wait: bool) -> bool:
 
 
 def _made(scene: Scene, wait: bool) -> bool:
-    """Have a scene compiled by the time this returns; False where another process is at it, and is not waited for."""
+    """Compile a scene before this returns; False if another process is compiling it, without waiting."""
     with _alone(scene.name, wait) as alone:
         if alone and not is_ready(scene):
             began = time.monotonic()
@@ -133,28 +134,28 @@ def _made(scene: Scene, wait: bool) -> bool:
 def compile_apart(
     wanted: Sequence[Scene], at_once: int, cache: Path = CACHE_FOLDER.parent
 ) -> Generator[tuple[Scene, float], None, None]:
-    """Compile scenes in processes of their own, several beside each other.
+    """Compile scenes in several parallel processes.
 
     Parameters
     ----------
     wanted : sequence of Scene
-        Scenes whose kernels are missing, in the order in which they begin; see `warm_alike`.
+        Scenes with missing kernels, in their order; see `warm_alike`.
     at_once : int
-        Most processes at a time.
+        Most parallel processes.
     cache : Path
-        Where to: as in DAMPERLAB_CACHE_DIR.
+        Folder, as in DAMPERLAB_CACHE_DIR.
 
     Yields
     ------
     scene : Scene
-        One that is ready, in the order in which they end.
+        A completed one, in the order of their ends.
     seconds : float
-        How long that took [s].
+        Its time [s].
 
     Raises
     ------
     RuntimeError
-        With the last line that a process wrote, where one failed; the others are ended.
+        With the last line of a failed process; the others are ended.
     """
     left = list(wanted)
     folder = cache / CACHE_FOLDER.name
@@ -184,7 +185,7 @@ def compile_apart(
 
 
 def _seconds(file: Path) -> float | None:
-    """How long it took to compile what a marker stands for; None while there is none, or it is being written."""
+    """Compile time in a marker; None while there is none, or it is being written."""
     try:
         return float(file.read_text())
     except (OSError, ValueError):
@@ -192,7 +193,8 @@ def _seconds(file: Path) -> float | None:
 
 
 def start_apart(wanted: Iterable[Scene], cache: Path = CACHE_FOLDER.parent) -> "subprocess.Popen[str]":
-    """Start a process that compiles some of these scenes (`warm_alike`), by default into this process's cache folder.
+    """Start a process that compiles some of these scenes (`warm_alike`), by default into this process's cache
+    folder.
 
     It ends with this one.
     """
@@ -209,7 +211,7 @@ def start_apart(wanted: Iterable[Scene], cache: Path = CACHE_FOLDER.parent) -> "
 
 
 def require_done(process: "subprocess.Popen[str]") -> None:
-    """Wait for a process of `start_apart`; RuntimeError with what it wrote last, where it failed."""
+    """Wait for a process of `start_apart`; RuntimeError with its last line, if it failed."""
     written = process.communicate()[1].strip()
     if process.returncode:
         last = written.splitlines()[-1] if written else f"it ended with status {process.returncode}"
@@ -217,13 +219,15 @@ def require_done(process: "subprocess.Popen[str]") -> None:
 
 
 def marker(scene: Scene) -> str:
-    """Name of the file beside the kernels that says that those of a scene are there."""
+    """Name of the marker file for a scene's kernels."""
     return f"{scene.name}.ready"
 
 
 @contextmanager
 def _alone(name: str, wait: bool) -> Iterator[bool]:
-    """Hold what one process of this machine holds at a time: the making of the kernels of this name. Gives whether it does."""
+    """Hold the lock, shared by all processes of this machine, for compiling the kernels of this name. Gives whether
+    it is held.
+    """
     if fcntl is None:
         yield True
         return
@@ -334,7 +338,7 @@ def _record(scene: Scene) -> None:
 
 
 def _end_with(parent: int) -> None:
-    """End once the process that started this one is gone: nobody waits for what it compiles, and the cores are wanted."""
+    """End once the parent process is gone: nobody waits for the result, and the cores are needed."""
     while os.getppid() == parent:
         time.sleep(LOOK_SECONDS)
     os._exit(1)

@@ -1,1 +1,3 @@
-"""The command line `damperlab`, a thin door to studies, worker and store: heavy imports wait until they are needed."""
+"""The command line `damperlab`, a thin interface to studies, worker and store: heavy imports wait until they are
+needed.
+"""

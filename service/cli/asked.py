@@ -1,6 +1,6 @@
-"""Questions on the command line: options made from the fields of the values that they are read into.
+"""Questions on the command line: options derived from the fields of their values.
 
-A command has a parameter for each question; `asks` gives it the options of their fields in its place. A design is named
+A command has a parameter for each question; `asks` replaces it by the options of its fields. A design is named in
 the same way everywhere: ``--at clearance_ratio=3``, or ``--clearance-ratio 3`` for short.
 """
 
@@ -28,14 +28,14 @@ Values = dict[str, float]
 WIDE = 14
 """Characters of the kind of a value in the help: a wider column would leave too little for its meaning."""
 LARGE = 1_000_000
-"""A limit above it says nothing to who reads the help."""
+"""A larger limit is meaningless in the help."""
 
 
 def asks(command: Command) -> Command:
     """Give a command the options of its questions' fields.
 
-    A field that holds dimensions by name is ``--at``, and every dimension has a short option for it, which the help does
-    not list; a command that has an option of that name keeps it.
+    A field with dimensions by name becomes ``--at``. Every dimension also has a short option, which the help does
+    not list, unless the command has another option of that name.
     """
     signature = inspect.signature(command, eval_str=True)
     questions = {
@@ -82,16 +82,16 @@ def names_a_design(
     Parameters
     ----------
     meanings : mapping of str
-        What each is, with its default; empty texts where the help lists them at ``--at``.
+        Meaning of each, with its default; empty if the help lists them at ``--at``.
     quantities : mapping of Quantity
-        Between what each may lie, where that is known before a question is read.
+        Limits of each, if they are known before a question is read.
     listed : str, optional
-        What it says there, in place of a line for each.
+        Help of ``--at``, which replaces one line for each.
 
     Returns
     -------
     callable
-        A decorator; the command's parameter `design` is a mapping of the numbers that were given.
+        A decorator; the command's parameter `design` is a mapping of the given numbers.
     """
 
     def extend(command: Command) -> Command:
@@ -154,7 +154,7 @@ def _of_quantity(option: str, text: str, quantity: Quantity | None) -> float:
 
 
 def _has_argument(parameters: list[inspect.Parameter]) -> bool:
-    """Whether the first parameter is an argument, which stays the first."""
+    """Whether the first parameter is an argument, which stays first."""
     about = getattr(parameters[0].annotation, "__metadata__", ())
     return any(isinstance(each, type(typer.Argument())) for each in about)
 
@@ -209,7 +209,7 @@ def _default(field: Field) -> Any:
 
 
 def _whole(limit: float | None) -> int | None:
-    """Give a limit that the help states; `_within_limits` holds the others."""
+    """Give a limit for the help; `_within_limits` checks the others."""
     return None if limit is None or limit > LARGE else int(limit)
 
 
@@ -234,7 +234,7 @@ def _value(question: type, given: dict[str, Any], short: dict[str, str]) -> Any:
 
 
 def _within_limits(field: Field, value: Any) -> Any:
-    """Refuse a number that is outside of its field's limits; typer knows most of those of whole numbers."""
+    """Refuse a number outside its field's limits; typer checks most of those of whole numbers."""
     limited = words_of(field) if isinstance(value, int | float) else ""
     if limited and not admits(field, value):
         advice = "correct the value" + (", or leave it out" if field.default is None else "")
@@ -271,7 +271,7 @@ def _named(
 
 
 def refuse_twice(name: str) -> None:
-    """Refuse a value that ``--at`` and an option of its own both give."""
+    """Refuse a value that both ``--at`` and a separate option give."""
     raise typer.BadParameter(
         f"{name} is given twice, by --at and by {option_of(name)}. Leave one of them out.", param_hint="--at"
     )

@@ -1,4 +1,4 @@
-"""With what the commands that compute do so: their options, and what computes their studies."""
+"""Options of commands that compute, and the object that computes their studies."""
 
 import inspect
 import shlex
@@ -38,22 +38,22 @@ if TYPE_CHECKING:
     from damperlab.worker.run.progress import Progress
 
 HERE_SECONDS = 0.5
-"""Expected work below which no cluster is started: its processes take longer than that to start."""
+"""Expected work below which no cluster is started: starting its processes would take longer."""
 WATCH_SECONDS = 0.5
-"""Between two looks at a study that another process runs."""
+"""Interval between checks of a study that another process runs."""
 OPTIONS = {"workers": Workers, "scheduler": Scheduler, "cluster": Cluster, "wait": Wait}
 
 
 @dataclass(frozen=True)
 class Means:
-    """With what a command computes, as it was asked to.
+    """The requested means of computing.
 
     Parameters
     ----------
     workers : int, optional
         Processes of a cluster of this machine, or most jobs of a batch system.
     scheduler : str, optional
-        Address of a Dask scheduler elsewhere.
+        Address of an existing Dask scheduler.
     cluster : str, optional
         A batch system.
     wait : float, optional
@@ -71,17 +71,17 @@ class Means:
     wait: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what excludes each other."""
+        """Refuse options that exclude each other."""
         check_cluster(self.workers, self.scheduler, self.cluster)
 
     @property
     def elsewhere(self) -> bool:
-        """Whether this machine shall not compute."""
+        """Whether this machine must not compute."""
         return self.scheduler is not None or self.cluster is not None
 
     @property
     def wait_seconds(self) -> float:
-        """How long to wait while no worker can compute."""
+        """Longest wait while no worker can compute."""
         if self.wait is not None:
             return self.wait
         return WAIT_SECONDS if self.cluster is None else QUEUE_SECONDS
@@ -110,14 +110,14 @@ def computes(command: Command) -> Command:
 
 @dataclass(frozen=True)
 class Limits:
-    """How far a command goes to compute a study.
+    """Limits on the computing of a study.
 
     Parameters
     ----------
     budget_hours : float, optional
-        Core hours in kernels after which it stops, to be resumed.
+        Core hours in kernels after which it stops; it can be resumed.
     ends : datetime, optional
-        When it stops, to be resumed.
+        Time at which it stops; it can be resumed.
     """
 
     budget_hours: float | None = None
@@ -128,19 +128,19 @@ NO_LIMITS = Limits()
 
 
 class Computer(ExitStack):
-    """Computes studies one after the other, all on one cluster, which is opened for the first that needs one.
+    """Computes studies one after the other, all on one cluster, which is opened for the first study that needs one.
 
-    Use it as a context: the cluster ends with it, if it is its own.
+    Use it as a context: a cluster of its own ends with it.
 
     Parameters
     ----------
     store : Store
-        Where the studies are.
+        The store.
     means : Means
-        With what they are computed.
+        The means of computing.
     here_seconds : float, optional
-        Expected work of a study up to which it is computed in this process, unless that is to be done elsewhere; by
-        default `HERE_SECONDS` where nothing is said of a cluster.
+        Expected work up to which a study is computed in this process, unless the options name a cluster; by default
+        `HERE_SECONDS`.
     """
 
     def __init__(self, store: "Store", means: Means, here_seconds: float | None = None) -> None:
@@ -162,17 +162,16 @@ class Computer(ExitStack):
     ) -> "Record":
         """Run a study or, while another process does, watch it.
 
-        A stop that was asked for while the last block of a study was computed holds for the studies after it: these are
-        left as they are.
+        A stop requested during the last block of a study applies to the next studies: these are unchanged.
 
         Parameters
         ----------
         record : Record
             The study.
         limits : Limits
-            How far to go.
+            Limits of the computing.
         shown : context of Shown, optional
-            Shows its progress; by default a bar of its own.
+            Displays its progress; by default a bar.
 
         Returns
         -------
@@ -222,7 +221,7 @@ class Computer(ExitStack):
                     ) from error
 
     def compute_together(self, records: "Sequence[Record]") -> None:
-        """Compute those of some studies that are small on every core of this machine; the others are left as they are."""
+        """Compute the small ones among some studies on every core of this machine; the others are unchanged."""
         from damperlab.studies.store.cube.definition import parse_stored
         from damperlab.worker.run.small_batch import compute_together
         from damperlab.worker.scenes import scenes
@@ -241,7 +240,7 @@ class Computer(ExitStack):
             compute_together(self.store, small, stop.is_set)
 
     def go_on(self, study_id: str) -> str:
-        """Give the command that goes on with a study."""
+        """Give the command that continues a study."""
         means = self._means
         given = {"workers": means.workers, "scheduler": means.scheduler, "cluster": means.cluster}
         words = ["damperlab", "run", study_id, "--data-dir", str(self.store.data_dir)]
@@ -257,7 +256,7 @@ class Computer(ExitStack):
             self._stopped = stop.is_set()
 
     def _watch(self, study_id: str, progress: Shown, stop: threading.Event) -> "Record":
-        """Follow a study that another process runs until it ends, its claim lapses, or this process shall stop."""
+        """Follow a study of another process until it ends, its claim lapses, or this process is to stop."""
         while True:
             record = self.store.find(study_id)
             before = preparation(record.phase, record.phase_done, record.phase_total)
@@ -291,7 +290,7 @@ class Computer(ExitStack):
         return opening(settings, self._left)()
 
     def _left(self) -> int:
-        """Blocks that are left of the study that is computed."""
+        """Remaining blocks of the present study."""
         if self._now is None:
             return 0
         now = self.store.find(self._now)
@@ -299,14 +298,14 @@ class Computer(ExitStack):
 
 
 class _Told:
-    """Hands the progress of a run on, and says once what it waits for."""
+    """Passes on the progress of a run, and prints once the reason for waiting."""
 
     def __init__(self, shown: Shown) -> None:
         self._shown = shown
         self._waits_for = ""
 
     def __call__(self, now: "Progress") -> None:
-        """Take the progress as it is now."""
+        """Take the present progress."""
         before = preparation(now.phase, now.phase_done, now.phase_total)
         if now.phase == "waiting":
             left = duration(now.gives_up_in)
@@ -321,7 +320,9 @@ class _Told:
 
 @contextmanager
 def _stop_on_signals() -> Iterator[threading.Event]:
-    """Turn the first Ctrl-C or termination request into a stop that keeps what is done; the second one ends at once."""
+    """Convert the first Ctrl-C or termination request into a stop that keeps finished blocks; the second one ends
+    immediately.
+    """
     stop = threading.Event()
 
     def ask(number: int, frame: FrameType | None) -> None:
@@ -343,7 +344,7 @@ def _stop_on_signals() -> Iterator[threading.Event]:
 
 @contextmanager
 def _stop_at(ends: datetime | None, stop: threading.Event) -> Iterator[threading.Event]:
-    """Stop at a time as a signal would; gives what is set where that has happened."""
+    """Stop at a given time as a signal would; the returned event is set when that happens."""
     over = threading.Event()
 
     def end() -> None:
@@ -363,7 +364,7 @@ def _stop_at(ends: datetime | None, stop: threading.Event) -> Iterator[threading
 
 
 def _told_of_the_time(store: "Store", record: "Record", ends: datetime | None) -> "Record":
-    """Keep with a study that it was stopped at its time."""
+    """Record with a study that it was stopped at its time."""
     if record.state != "cancelled" or ends is None:
         return record
     left = record.blocks_total - record.blocks_done

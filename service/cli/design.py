@@ -1,4 +1,4 @@
-"""The command design: from a specification to a damper, with every evaluation a study in the store."""
+"""The command design: from a specification to a damper; every evaluation is a study in the store."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -33,7 +33,7 @@ def design(
         str,
         typer.Argument(
             metavar="SPEC",
-            help="A .json or .yaml file that says what must be quiet, or a named specification such as prototype.",
+            help="A .json or .yaml file with the specification, or the name of a built-in one, as prototype.",
         ),
     ],
     output: Annotated[
@@ -52,7 +52,7 @@ def design(
 ) -> None:
     """Find a damper for a specification.
 
-    Says what to build, how far it may be off, and what the alternatives are.
+    Says what to build, the allowed deviations, and the alternatives.
     """
     check_document(output)
     from damperlab.service.design_budget import HERE_SECONDS, budget_of
@@ -99,9 +99,9 @@ class _Evaluation:
     Parameters
     ----------
     computer : Computer
-        Of all of them.
+        Studies of all of them.
     asked : Specification
-        What they are for.
+        Their purpose.
     """
 
     def __init__(self, computer: Computer, asked: "Specification") -> None:
@@ -114,7 +114,7 @@ class _Evaluation:
         Raises
         ------
         Exit
-            If one of them did not get done.
+            If one of them did not complete.
         """
         from damperlab.worker.run.small_batch import AT_ONCE
 
@@ -142,7 +142,7 @@ class _Evaluation:
         return [store.cube(record.id).load() for record in records]
 
     def _entered(self, several: "Sequence[AnyStudy]") -> "list[Record]":
-        """Find studies in the store, or put them there, all at once."""
+        """Find studies in the store, or enter them, all together."""
         from damperlab.studies.plan import make_plan
         from damperlab.studies.store.life_cycle.entering import Submission
         from damperlab.worker.dispatch.cost_model import seconds_per_point
@@ -161,7 +161,7 @@ class _Evaluation:
 
 
 def _kept(data_dir: Path | None, found: "Found", rounds: int, started: str) -> str:
-    """Keep an answer beside the studies, where the page and the client find it; give its report."""
+    """Store an answer with the studies, for the page and the client; give its report."""
     from damperlab.service.design_report import design_report, keep_answer
     from damperlab.studies.design.shelf import DesignsFull
 
@@ -177,7 +177,7 @@ def _kept(data_dir: Path | None, found: "Found", rounds: int, started: str) -> s
 
 
 def _search(asked: "Specification", budget: int, evaluation: _Evaluation) -> "tuple[Found, int]":
-    """Follow the search to its end, and say on the way what is known; give the number of its rounds too."""
+    """Follow the search to its end, showing its progress; also give the number of its rounds."""
     from damperlab.service.cli.design_progress import DesignProgress
     from damperlab.service.documents import plain
     from damperlab.studies.design.answer import known_document

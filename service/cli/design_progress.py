@@ -1,4 +1,6 @@
-"""Progress of a design on standard error: points, time, stage and best damper so far; lines where there is no terminal."""
+"""Progress of a design on standard error: points, time, stage and best damper so far; plain lines without a
+terminal.
+"""
 
 import time
 from collections.abc import Iterable
@@ -14,10 +16,10 @@ from damperlab.service.cli.progress import BAR_WIDTH, LINE_EVERY_SECONDS
 
 
 class DesignProgress:
-    """Shows the points so far, the time taken, what is computed and the best damper so far.
+    """Shows the points so far, the elapsed time, the activity and the best damper so far.
 
-    A search ends when it has found its damper, mostly long before its budget. So no time left is derived from the budget,
-    and the bar does not measure progress against it.
+    A search ends when it has found its damper, mostly long before its budget. So the budget gives no remaining time,
+    and the bar is no share of it.
 
     Parameters
     ----------
@@ -44,27 +46,27 @@ class DesignProgress:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Clear the terminal for what follows."""
+        """Clear the terminal for further output."""
         if self._bars is not None:
             self._bars.stop()
 
     def begin(self, points: int, stage: str, best: str) -> None:
-        """Take what is known when a round begins.
+        """Take the state at the start of a round.
 
         Parameters
         ----------
         points : int
             Known so far.
         stage : str
-            What is computed next.
+            The activity.
         best : str
-            The best damper so far; empty where there is none yet.
+            The best damper so far; empty if there is none yet.
         """
         self._stage, self._best = stage, best
         self.update(points)
 
     def update(self, points: int, preparation: str | None = None) -> None:
-        """Take the points that are known now, and what goes on before the first of a study is."""
+        """Take the known points, and the activity before the first point of a study."""
         now = time.monotonic()
         figures = f"{points:,} of at most {self._budget:,} points, {duration(now - self._began)}"
         stage = f"{self._stage} ({preparation})" if preparation else self._stage
@@ -77,7 +79,7 @@ class DesignProgress:
             note(f"{figures}. Now: {stage}.{best}")
 
     def of_study(self, points: int) -> AbstractContextManager["OfStudy"]:
-        """Give what takes the progress of a study that begins with so many points known."""
+        """Give a display for a study that starts with so many known points."""
         return nullcontext(OfStudy(self, points))
 
 

@@ -1,4 +1,4 @@
-"""Commands on the designs that are kept: list, rename, delete, undelete."""
+"""Commands on stored designs: list, rename, delete, undelete."""
 
 from typing import Annotated
 
@@ -23,7 +23,7 @@ DesignId = Annotated[
 def list_(
     data_dir: DataDir = None,
     trash: Annotated[
-        bool, typer.Option("--trash", help="List those instead that were deleted and can be restored.")
+        bool, typer.Option("--trash", help="List deleted designs that can be restored.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -45,10 +45,10 @@ def list_(
 @designs.command("rename")
 def rename(
     design: DesignId,
-    name: Annotated[str, typer.Argument(help="What it is called from now on.")],
+    name: Annotated[str, typer.Argument(help="The new name.")],
     data_dir: DataDir = None,
 ) -> None:
-    """Call a design something else; its specification keeps its own name."""
+    """Rename a design; its specification keeps its own name."""
     from damperlab.studies.remarks import read_remarks
 
     with in_options({"name": "NAME"}):
@@ -66,7 +66,7 @@ def delete(
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Delete without asking.")] = False,
     trash: Annotated[bool, typer.Option("--trash", help="Keep it in the trash for a week.")] = False,
 ) -> None:
-    """Delete a design and its answer for good, or put it into the trash; its studies stay."""
+    """Delete a design and its answer permanently, or move it to the trash; its studies stay."""
     shelf = settings_of(data_dir).designs
     kept = shelf.find(design)
     if not (yes or trash):
@@ -80,7 +80,9 @@ def delete(
 def undelete(
     design: Annotated[
         str,
-        typer.Argument(metavar="DESIGN", help="Id of a design that `damperlab designs list --trash` lists."),
+        typer.Argument(
+            metavar="DESIGN", help="Id of a deleted design, from `damperlab designs list --trash`."
+        ),
     ],
     data_dir: DataDir = None,
 ) -> None:

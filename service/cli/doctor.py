@@ -1,4 +1,4 @@
-"""The command doctor: what works on this machine, each thing tried for real."""
+"""The command doctor: real tests of this machine."""
 
 import platform
 import shutil
@@ -38,16 +38,16 @@ SHOWN_VERSIONS = (
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was tried.
+    """The result of one test.
 
     Parameters
     ----------
     name : str
-        What.
+        The tested item.
     ok : bool
         Whether it works.
     found : str
-        What was found.
+        The finding.
     """
 
     name: str
@@ -122,7 +122,7 @@ def _closed_form() -> str:
 
 
 def _kernels() -> str:
-    """Compile or load the hybrid kernel, and check that it keeps the balance of energy."""
+    """Compile or load the hybrid kernel, and check its energy balance."""
     from damperlab.worker.jit import CACHE_FOLDER, shipped_folder
     from damperlab.worker.point import Design
     from damperlab.worker.simulate import simulate
@@ -143,7 +143,7 @@ def _kernels() -> str:
 
 
 def _store(settings: "Settings") -> str:
-    """Open the store; write, read and remove a file where the cubes are."""
+    """Open the store; write, read and remove a file at the location of the cubes."""
     store = settings.open_store()
     try:
         store.page(1)

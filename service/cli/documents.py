@@ -1,4 +1,4 @@
-"""Documents that commands write: HTML, or PDF."""
+"""Documents written by commands: HTML, or PDF."""
 
 import os
 from pathlib import Path
@@ -10,14 +10,14 @@ DOCUMENTS = (".html", ".htm", ".pdf")
 
 
 def check_document(output: Path | None) -> None:
-    """Refuse, before any work is done, a document that cannot be written.
+    """Refuse, before computing, a document that cannot be written.
 
     Raises
     ------
     BadParameter
-        If its name says no known format.
+        If its suffix is no known format.
     QueryFault
-        If it is a PDF, and nothing here prints one.
+        If it is a PDF, and no printer for it is installed.
     """
     check_file(output, DOCUMENTS)
     if output is not None and output.suffix == ".pdf":
@@ -27,7 +27,7 @@ def check_document(output: Path | None) -> None:
 
 
 def write_document(text: str, output: Path) -> None:
-    """Write a page of HTML as the name of the file says; the file appears when it is complete."""
+    """Write a page of HTML in the format of the file's suffix; the file appears when it is complete."""
     content = text.encode()
     if output.suffix == ".pdf":
         from damperlab.service.printing import printed

@@ -83,7 +83,9 @@ def records(
     ] = None,
     units: Annotated[
         str | None,
-        typer.Option(metavar="UNIT", help="Of a file that states none: g, m/s2 or cm/s2."),
+        typer.Option(
+            metavar="UNIT", help="Unit of the acceleration if the file states none: g, m/s2 or cm/s2."
+        ),
     ] = None,
     name: Annotated[str, typer.Option(help="Name of the stored record.")] = "",
     seed: Generate = None,
@@ -160,7 +162,9 @@ def earthquake(
     contact_time: ContactTime = None,
     units: Annotated[
         str | None,
-        typer.Option(metavar="UNIT", help="Of a file that states none: g, m/s2 or cm/s2."),
+        typer.Option(
+            metavar="UNIT", help="Unit of the acceleration if the file states none: g, m/s2 or cm/s2."
+        ),
     ] = None,
     kanai_tajimi: Generate = None,
     duration_s: Duration = None,
@@ -180,7 +184,7 @@ def earthquake(
 ) -> None:
     """Compare dampers under a ground-motion record.
 
-    Without a damper, with a tuned mass, a particle, friction, or both, as in the paper's Table A1.
+    The cases are no damper, a tuned mass damper, a particle, friction, or both, as in the paper's Table A1.
     """
     check_file(output)
     recipe = recipe_of(kanai_tajimi, duration_s, peak_g, generate)
@@ -267,7 +271,7 @@ def _contact_words(contact: dict[str, Any]) -> str:
 
 
 def _printed(name: str, value: float) -> float:
-    """Give a quantity as it is printed: lengths in mm, all else in SI units."""
+    """Convert a quantity for printing: lengths to mm, all else in SI units."""
     return float(value) * (1e3 if name.endswith("_m") else 1.0)
 
 

@@ -27,7 +27,7 @@ def export(
     file_format: Annotated[
         ExportFormat | None,
         typer.Option(
-            "--format", help="The format, where the name of the file does not say it.", show_default=False
+            "--format", help="The format, if the suffix of the file does not show it.", show_default=False
         ),
     ] = None,
     names: Annotated[
@@ -38,9 +38,7 @@ def export(
     ] = False,
     licence: Annotated[
         str | None,
-        typer.Option(
-            help="Licence of the results, such as CC-BY-4.0, written into the file.", show_default=False
-        ),
+        typer.Option(help="Licence of the results, as CC-BY-4.0, written into the file.", show_default=False),
     ] = None,
     crate: Annotated[
         bool,

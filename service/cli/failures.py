@@ -1,4 +1,4 @@
-"""How an error leaves the command line: a message on standard error or, with --json, a problem document; a status."""
+"""Errors of the command line: a message on standard error or, with --json, a problem document; and an exit status."""
 
 import re
 from collections.abc import Iterable
@@ -15,19 +15,19 @@ from damperlab.studies.unit_names import ALIASES, COORDINATE_SOURCES
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, MADE_BY
 
 RATIOS = COORDINATE_SOURCES | {of: ratio for ratio, of in MADE_BY.items()}
-"""The ratio that stands for each quantity in units."""
+"""The ratio that corresponds to each quantity in units."""
 DONE = 0
 FAILED = 1
 BAD_USAGE = 2
 
 
 class CommandFailed(Exception):
-    """The command could not do what was asked; its text says why and what to do.
+    """The command could not do its task; its text gives the reason and the remedy.
 
     Parameters
     ----------
     kind : str
-        Short name that programs can tell failures apart by.
+        Short name by which programs distinguish failures.
     text : str
         One or two sentences.
     """
@@ -38,12 +38,12 @@ class CommandFailed(Exception):
 
 
 class UsageFault(Exception):
-    """Options have values that they cannot have.
+    """Options have invalid values.
 
     Parameters
     ----------
     *faults : Fault
-        Which option, and what is wrong, of each.
+        The options, and the fault of each.
     """
 
     def __init__(self, *faults: Fault) -> None:
@@ -52,11 +52,11 @@ class UsageFault(Exception):
 
 
 SPELLED: dict[str, str] = {}
-"""Fields of questions as options, noted where a command is given its options; what is called like a dimension may be either."""
+"""Fields of questions as options, recorded when a command is given its options; a name of a dimension may be either."""
 
 
 def note_options(fields: Iterable[Field]) -> None:
-    """Note how fields are spelled here, so that messages name them so."""
+    """Record how fields are spelled here, so that messages use these names."""
     for each in fields:
         SPELLED.update(
             {name: each.options[0] for name in (each.key, each.name) if name not in EVERY_DIMENSION}
@@ -69,19 +69,19 @@ def report(error: Exception, as_json: bool) -> int:
     Parameters
     ----------
     error : Exception
-        What a command raised.
+        The exception of a command.
     as_json : bool
         Whether standard output must hold a JSON document.
 
     Returns
     -------
     int
-        The exit status: 2 for bad usage or a bad study, 1 for anything else that failed.
+        The exit status: 2 for bad usage or a bad study, 1 for any other failure.
 
     Raises
     ------
     Exception
-        `error` itself, where it is a defect in the program.
+        `error` itself, if it is a defect in the program.
     """
     if isinstance(error, typer.TyperException):
         return _report_usage(error, as_json)
@@ -113,7 +113,7 @@ def report(error: Exception, as_json: bool) -> int:
 
 
 def _of_system(error: OSError) -> str:
-    """Say what the system refused, and of which file, without the number that it gives the error."""
+    """Describe an error of the operating system, with its file but without its number."""
     if error.strerror is None:
         return str(error)
     return f"{error.strerror}{'' if error.filename is None else f': {error.filename}'}."
@@ -134,7 +134,7 @@ def _report_usage(error: typer.TyperException, as_json: bool) -> int:
 
 
 def _ratio_for(error: typer.TyperException) -> str:
-    """Name the ratio that a command takes in place of a quantity in units; nothing where it takes none."""
+    """Name the ratio that a command takes instead of a quantity in units; empty if there is none."""
     option, context = getattr(error, "option_name", None), getattr(error, "ctx", None)
     if option is None or context is None:
         return ""
@@ -146,7 +146,7 @@ def _ratio_for(error: typer.TyperException) -> str:
 
 
 def _faults_of_value(error: typer.TyperException) -> tuple[Fault, ...]:
-    """Word what the library that reads the options found wrong with a value; nothing where it has words of ours."""
+    """Reword the option parser's error; empty if the message is already ours."""
     cause, param = error.__cause__, getattr(error, "param", None)
     if cause is None or param is None:
         return ()
@@ -163,7 +163,7 @@ def _faults_of_value(error: typer.TyperException) -> tuple[Fault, ...]:
 
 
 def _bounds(option: object, allowed: str) -> str:
-    """Say between what the number of an option may lie; nothing where nothing limits it, or what is allowed says it."""
+    """State the limits of a numeric option; empty if there are none, or if the message has them."""
     low, high = getattr(option, "min", None), getattr(option, "max", None)
     if "number" not in allowed:
         return ""
@@ -173,20 +173,20 @@ def _bounds(option: object, allowed: str) -> str:
 
 
 def _with_nearest(text: str) -> str:
-    """Add the choice that was probably meant to a message that lists the choices."""
+    """Add the probable choice to a message that lists the choices."""
     found = re.search(r"'([^']*)' is not one of (.+)\.$", text)
     near = nearest(found[1], re.findall(r"'([^']*)'", found[2])) if found else None
     return f"{text} Did you mean {near}?" if near else text
 
 
 def _spelled(text: str) -> str:
-    """Name the fields of questions, which a message quotes as `field` or `field=value`, as the command line spells them."""
+    """Replace field names in a message (`field` or `field=value`) by the options of the command line."""
     text = re.sub(r"`(\w+)`", lambda found: SPELLED.get(found[1], found[0]), text)
     return re.sub(r"`(\w+)=([^`]*)`", lambda found: _with_value(found[1], found[2]) or found[0], text)
 
 
 def _with_value(name: str, value: str) -> str:
-    """Spell a field, or a dimension, with its value; empty for what is neither."""
+    """Write a field, or a dimension, with its value as an option; empty for anything else."""
     option = SPELLED.get(name) or (option_of(name) if name in EVERY_AXIS else "")
     return f"{option} {value}".rstrip() if option else ""
 
@@ -196,7 +196,7 @@ def _kebab(name: str) -> str:
 
 
 def _asks_for_help(error: typer.TyperException) -> bool:
-    """Tell `damperlab` alone, whose message is the help, from wrong usage."""
+    """Distinguish `damperlab` alone, whose message is the help, from wrong usage."""
     return type(error).__name__ == "NoArgsIsHelpError"
 
 

@@ -35,14 +35,14 @@ STUDIES = (".yaml", ".yml", ".json")
 
 
 Direction = Literal["rest", "up", "down"]
-"""Where each response starts."""
+"""Start of each response."""
 
 NAMES = (
     *(name for name in DIMENSION_LONG_NAMES if name != "frequency_ratio"),
     *("mass_kg", "natural_frequency_hz", "base_amplitude_m", "damping_n_s_per_m", "friction_force_n"),
     *("clearance_m", "particle_mass_kg", *MADE_BY.values()),
 )
-"""What may be known of a prototype."""
+"""Values of a prototype that may be known."""
 OPTIONS = {name: option_of(name) for name in (*NAMES, "deviation", "confidence", "seed")} | {
     f"fit.{name}": f"--fit {name}" for name in NAMES
 }
@@ -61,7 +61,7 @@ def fit(
         Path,
         typer.Argument(
             metavar="MEASURED.csv",
-            help="Columns: frequency (Hz); amplitude (mm) or X/Z; what else is known of a row. Or a time history: time (s); "
+            help="Columns: frequency (Hz); amplitude (mm) or X/Z; other conditions of a row. Or a time history: time (s); "
             "displacement (mm); base acceleration (m/s2).",
             show_default=False,
         ),
@@ -71,14 +71,14 @@ def fit(
         typer.Option(
             "--fit",
             metavar="NAME",
-            help="Estimate this, or NAME=LOW,HIGH in a range. May be repeated.",
+            help="Parameter to estimate, or NAME=LOW,HIGH for a range. May be repeated.",
         ),
     ] = None,
     structure: Annotated[
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="What is known, as a study; an axis is a range.",
+            help="Known values, as a study; an axis is a range.",
         ),
     ] = None,
     no_particle: Annotated[
@@ -90,7 +90,7 @@ def fit(
         Direction | None,
         typer.Option(
             metavar="WAY",
-            help="Measured from rest, or swept up or down.",
+            help="Start of each response: from rest, or swept up or down.",
             show_default=False,
         ),
     ] = None,
@@ -106,7 +106,7 @@ def fit(
     study: Annotated[
         Path | None,
         file_option(
-            help="Write what was found as a study, for `run`.",
+            help="Write the fitted prototype as a study, for `run`.",
         ),
     ] = None,
     output: Annotated[
@@ -121,7 +121,7 @@ def fit(
 ) -> None:
     """Estimate parameters of a prototype from a measurement.
 
-    Whatever is neither given nor a column of the table has to be estimated; nothing is assumed.
+    Every value that is neither given nor a column of the table must be estimated; nothing is assumed.
     """
     check_output(output)
     check_file(study, STUDIES)
@@ -159,7 +159,7 @@ def fit(
 
 
 class _Way(NamedTuple):
-    """How a table of one kind is fitted, and the answer written."""
+    """How a table of one kind is fitted, and its answer written."""
 
     ask: Callable[..., Any]
     scenes: Callable[[Any], "list[Scene]"]

@@ -1,4 +1,4 @@
-"""Files that the command fit writes: a figure or a report, a study."""
+"""Files of the command fit: a figure or a report, and a study."""
 
 import json
 from collections.abc import Callable
@@ -19,14 +19,14 @@ FIGURES = (".png", ".svg")
 
 
 def check_output(output: Path | None) -> None:
-    """Refuse, before any work is done, a figure or report that cannot be written; see `check_document`."""
+    """Refuse, before computing, a figure or report that cannot be written; see `check_document`."""
     check_file(output, (*FIGURES, *DOCUMENTS))
     if output is not None and output.suffix in DOCUMENTS:
         check_document(output)
 
 
 def write_fit(fitted: "Fitted", output: Path) -> None:
-    """Write the measured and the fitted response as a figure, or all of the fit as a report."""
+    """Write the measured and the fitted response as a figure, or the complete fit as a report."""
     from damperlab.service.figures.fit import draw_fit
     from damperlab.service.fit_report import fit_report
     from damperlab.worker.fit.model import curves_of
@@ -36,7 +36,7 @@ def write_fit(fitted: "Fitted", output: Path) -> None:
 
 
 def write_history_fit(fitted: "FittedHistory", output: Path) -> None:
-    """Write the measured and the fitted time history as a figure, or all of the fit as a report."""
+    """Write the measured and the fitted time history as a figure, or the complete fit as a report."""
     from damperlab.service.figures.history_fit import draw_history_fit
     from damperlab.service.history_report import history_report
 

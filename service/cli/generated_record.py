@@ -1,4 +1,4 @@
-"""Options that generate a ground-motion record, and the document that they make."""
+"""Options for generating a ground-motion record, and the resulting document."""
 
 from typing import Annotated, Any
 
@@ -16,7 +16,7 @@ Generate = Annotated[
     ),
 ]
 Duration = Annotated[
-    float | None, typer.Option(metavar="SECONDS", rich_help_panel=PANEL, help="How long it lasts.")
+    float | None, typer.Option(metavar="SECONDS", rich_help_panel=PANEL, help="Its duration.")
 ]
 PeakG = Annotated[
     float | None, typer.Option(metavar="G", rich_help_panel=PANEL, help="Its peak acceleration.")
@@ -43,14 +43,14 @@ RECIPE_OPTIONS = {
 def recipe_of(
     seed: int | None, duration_s: float | None, peak_g: float | None, written: str | None
 ) -> dict[str, Any] | None:
-    """Give what the options generate a record from, as documents have it; None where they generate none.
+    """Give the definition of a generated record as in documents; None if the options generate none.
 
     Raises
     ------
     typer.BadParameter
-        Where options do not belong together, or what is written generates nothing.
+        If options exclude each other, or the document generates nothing.
     StudyFaults
-        Where it is no YAML.
+        If it is no YAML.
     """
     for option, value in (("--duration-s", duration_s), ("--peak-g", peak_g)):
         if seed is None and value is not None:

@@ -1,4 +1,4 @@
-"""Commands that keep the store: backup, restore, rebuild, gc."""
+"""Commands for maintaining the store: backup, restore, rebuild, gc."""
 
 import re
 from pathlib import Path
@@ -50,7 +50,7 @@ def restore(
 
 
 def rebuild(data_dir: DataDir = None, place: StoreAddress = None, as_json: AsJson = False) -> None:
-    """Rebuild the catalogue from the cubes, or add missing studies to it; it is safe to interrupt and to repeat."""
+    """Rebuild the catalogue from the cubes, or add missing studies to it; it may be interrupted and repeated."""
     from damperlab.studies.store.care.rebuild import rebuild as from_cubes
 
     settings = settings_of(data_dir, store=place)
@@ -80,7 +80,7 @@ def gc(
         typer.Option(
             "--orphans-older-than",
             metavar="TIME",
-            help="Keep cubes of no study that are younger than this.",
+            help="Keep younger cubes without a study.",
         ),
     ] = "7d",
     dry_run: Annotated[
@@ -88,7 +88,9 @@ def gc(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Remove superseded files, and cubes of deleted studies and of none. Unknown files stay, and are listed."""
+    """Remove superseded files, cubes of deleted studies, and cubes without a study. Unknown files are kept, and
+    listed.
+    """
     from damperlab.studies.store.care.sweep import collect_garbage
 
     seconds = lasting(older_than, "--older-than")
@@ -132,7 +134,7 @@ def _copy(source: "Store", target: "Store", as_json: bool, done: str, for_good: 
 
 
 def lasting(text: str, option: str) -> float:
-    """Read a span of time, as in 12h [s]; BadParameter where it is none."""
+    """Read a duration, as in 12h [s]; BadParameter if it is none."""
     found = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?)(s|min|h|d)", text)
     if found is None:
         raise typer.BadParameter(

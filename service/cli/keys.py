@@ -1,4 +1,4 @@
-"""Commands for keys: who may ask a service that listens beyond loopback."""
+"""Commands for keys: access to a service that listens beyond loopback."""
 
 import getpass
 import os

@@ -1,4 +1,4 @@
-"""Entry point of `damperlab`: the commands by name, and the exit status of whatever happens in them."""
+"""Entry point of `damperlab`: the commands by name, and the exit status of every outcome."""
 
 import atexit
 import sys
@@ -35,7 +35,7 @@ from damperlab.service.cli.worker import certificates, worker
 from damperlab.service.questions.every import EVERY
 
 INTERRUPTED = 130
-"""What typer returns for Ctrl-C in a command that does not handle it itself."""
+"""typer's result for Ctrl-C in a command that does not handle it."""
 
 
 RENAMED = {
@@ -47,13 +47,13 @@ RENAMED = {
     "accuracy": "check accuracy",
     "reproduce": "check paper",
 }
-"""Commands by the names of version 0.1, which work until 0.3."""
+"""Commands under their names of version 0.1, which work until 0.3."""
 GONE = {
     "importance": "`damperlab map` shows how a result changes with two parameters, `damperlab response` along the frequency.",
     "race": "Submit the designs again with a smaller `steady.tolerance`.",
     "robust": "Give a study several values of base_amplitude_m and ask `damperlab optimum`, or let `damperlab design` choose.",
 }
-"""Commands of earlier versions, with what to do in their place."""
+"""Removed commands of earlier versions, and their replacements."""
 
 
 def _print_version(asked: bool) -> None:
@@ -88,7 +88,7 @@ admin = typer.Typer(help="Keys of a service; workers and certificates of a clust
 check = typer.Typer(help="Measure the solver, or compute the paper again.", no_args_is_help=True)
 
 ASKED = {first: [command_of(each) for each in EVERY if each.first is first] for first in (True, False)}
-"""The commands of questions: those of newcomers, and others."""
+"""The commands of questions: the common ones, and others."""
 GROUPS: tuple[tuple[typer.Typer, str | None, tuple[Command, ...]], ...] = (
     (app, "Compute", (design, run, simulate, fit, earthquake)),
     (app, "Ask a study", (*ASKED[True], write_report, export)),

@@ -1,4 +1,4 @@
-"""Arguments and options that several commands share, and how their values are read."""
+"""Arguments and options shared by several commands, and the reading of their values."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -22,7 +22,7 @@ from damperlab.studies.vocabulary import (
 )
 
 PLACE = "Where it is computed"
-"""The panel of the options of a cluster in the help."""
+"""The panel of cluster options in the help."""
 
 DataDir = Annotated[
     Path | None,
@@ -63,7 +63,7 @@ StudyId = Annotated[
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON document, and nothing else.")]
-Details = Annotated[bool, typer.Option("--details", help="Print everything, not the short answer alone.")]
+Details = Annotated[bool, typer.Option("--details", help="Print all details, not only the short answer.")]
 Workers = Annotated[
     int | None,
     typer.Option(
@@ -79,14 +79,14 @@ Cluster = Annotated[
         "--cluster",
         metavar="SYSTEM",
         rich_help_panel=PLACE,
-        help=f"Jobs of {', '.join(get_args(BatchSystem))} in their place, at most --workers (16 by default).",
+        help=f"Use jobs of {', '.join(get_args(BatchSystem))} as workers, at most --workers (16 by default).",
         show_default=False,
     ),
 ]
 
 
 def check_address(param: typer.CallbackParam, value: str | None) -> str | None:
-    """Refuse what is no address of a scheduler; nobody would answer there, however long it is waited."""
+    """Refuse a text that is no address of a scheduler, for which the command would wait in vain."""
     if value is not None and not is_address(value):
         field = param.opts[0] if param.opts[0].startswith("-") else str(param.metavar)
         raise UsageFault(
@@ -101,12 +101,12 @@ Scheduler = Annotated[
         metavar="ADDRESS",
         callback=check_address,
         rich_help_panel=PLACE,
-        help="A Dask scheduler in their place, tcp://HOST:8786.",
+        help="Use the workers of this Dask scheduler, tcp://HOST:8786.",
     ),
 ]
 WAIT_SECONDS = 60.0
 QUEUE_SECONDS = 86_400.0
-"""How long the first job of a batch system may wait in its queue, unless told otherwise."""
+"""Default wait for the first job of a batch system."""
 Wait = Annotated[
     float | None,
     typer.Option(
@@ -114,7 +114,7 @@ Wait = Annotated[
         metavar="SECONDS",
         min=0.0,
         rich_help_panel=PLACE,
-        help=f"Wait so long for a worker; {WAIT_SECONDS:g} by default, {QUEUE_SECONDS:g} with --cluster.",
+        help=f"Longest wait for a worker, in seconds; {WAIT_SECONDS:g} by default, {QUEUE_SECONDS:g} with --cluster.",
         show_default=False,
     ),
 ]
@@ -124,7 +124,7 @@ Budget = Annotated[
         "--budget",
         metavar="HOURS",
         min=0.0,
-        help="Stop once so many core hours are spent; `run ID` goes on.",
+        help="Stop after this many core hours; `run ID` continues.",
         show_default=False,
     ),
 ]
@@ -135,7 +135,7 @@ Priority = Annotated[
         min=PRIORITIES[0],
         max=PRIORITIES[1],
         metavar="N",
-        help="Of studies that wait, the one with the highest comes first.",
+        help="The waiting study with the highest priority starts first.",
     ),
 ]
 Until = Annotated[
@@ -143,7 +143,7 @@ Until = Annotated[
     typer.Option(
         "--until",
         metavar="TIME",
-        help="Begin nothing after this time, as in 06:30 or 2026-11-23T06:30; `run ID` goes on.",
+        help="Start no block after this time, as in 06:30 or 2026-11-23T06:30; `run ID` continues.",
         show_default=False,
     ),
 ]
@@ -163,7 +163,7 @@ Contact = Annotated[
 ]
 ContactTime = Annotated[
     str | None,
-    typer.Option(metavar="TIME", help="How long a contact lasts, in units of 1/ω_n."),
+    typer.Option(metavar="TIME", help="Contact time, in units of 1/ω_n."),
 ]
 
 CONTACT_OPTIONS = {
@@ -174,11 +174,13 @@ CONTACT_OPTIONS = {
 """Fields of a contact as options."""
 
 FIGURES = (".png", ".svg", ".pdf", ".csv")
-"""What -o writes, by the suffix of the file."""
+"""Formats of -o, by the suffix of the file."""
 
 
 def contact_document(contact: ContactModel, written: str | None) -> dict[str, Any]:
-    """Give the field `contact` of a document; the contact time a number where it is one, the study's rules judge it."""
+    """Give the field `contact` of a document, with a number as contact time if it is one; the study's rules check
+    it.
+    """
     if written is None:
         if contact != "instant":
             message = (
@@ -198,7 +200,7 @@ def contact_document(contact: ContactModel, written: str | None) -> dict[str, An
 
 
 def check_cluster(workers: int | None, scheduler: str | None, cluster: str | None = None) -> None:
-    """Refuse a number of workers, or a batch system, for a scheduler that brings its own workers."""
+    """Refuse a number of workers, or a batch system, with a scheduler that has its own workers."""
     if cluster is not None and scheduler is not None:
         raise typer.BadParameter(
             "--cluster and --scheduler cannot be combined: jobs of a batch system work for a scheduler of their own. "
@@ -211,7 +213,9 @@ def check_cluster(workers: int | None, scheduler: str | None, cluster: str | Non
 
 
 def read_time(text: str | None) -> datetime | None:
-    """Read --until: a time of day, the next one, or a date with its time, of this machine unless it names its zone."""
+    """Read --until: the next occurrence of a time of day, or a date with its time, in this machine's zone unless it
+    names one.
+    """
     if text is None:
         return None
     now = datetime.now().astimezone()
@@ -250,14 +254,14 @@ def check_name(option: str, name: str | None, allowed: tuple[str, ...]) -> None:
 
 
 def check_alone(options: Mapping[str, object], needed: str) -> None:
-    """Refuse options that would change nothing.
+    """Refuse options that would have no effect.
 
     Parameters
     ----------
     options : mapping
-        Values by option; None, False, an empty text or nothing in it where the option was not given.
+        Values by option; None, False, or an empty text or list if the option was not given.
     needed : str
-        Without what they mean nothing.
+        The option that gives them their meaning.
     """
     for option, value in options.items():
         if value:
@@ -266,7 +270,7 @@ def check_alone(options: Mapping[str, object], needed: str) -> None:
 
 
 def check_file(output: Path | None, suffixes: tuple[str, ...] = FIGURES) -> None:
-    """Refuse, before any work is done, a file whose format nothing here writes."""
+    """Refuse, before computing, a file of unknown format."""
     if output is not None and output.suffix not in suffixes:
         raise typer.BadParameter(
             f"found {output.name!r}, allowed: a name that ends in {', '.join(suffixes)}", param_hint="-o"
@@ -279,7 +283,9 @@ def read_named(
     names: tuple[str, ...],
     form: str = "name=value",
 ) -> list[tuple[str, str]]:
-    """Read ``name=value`` of an option that may be repeated; a name that is not among `names`, or stands twice, is refused."""
+    """Read ``name=value`` of an option that may be repeated; refuse a name that is not among `names`, or is
+    repeated.
+    """
     pairs: dict[str, str] = {}
     for assignment in assignments or ():
         name, equals, text = assignment.partition("=")
@@ -293,7 +299,7 @@ def read_named(
 
 
 def read_number(option: str, text: str, allowed: str = "a finite number") -> float:
-    """Read a finite number that was given to an option; a message that refuses it says what is allowed."""
+    """Read a finite number of an option; an error message lists the allowed values."""
     try:
         value = float(text)
     except ValueError:

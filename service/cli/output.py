@@ -1,4 +1,4 @@
-"""What the command line prints: answers on standard output, everything else on standard error."""
+"""Output of the command line: answers on standard output, everything else on standard error."""
 
 import json
 import math
@@ -14,21 +14,21 @@ from rich.console import Console
 from rich.table import Table
 
 NOTES = Console(stderr=True, highlight=False)
-"""For messages and progress, so that standard output holds answers alone."""
+"""For messages and progress, so that standard output has only answers."""
 
 ANSWERS = Console(highlight=False)
 """For tables and sentences that answer the command."""
 
 
 def print_json(document: object) -> None:
-    """Print one JSON document; floats are spelled so that they read back bit for bit, and NaN is null."""
+    """Print one JSON document; floats are written so that they read back bit for bit, and NaN is null."""
     from damperlab.service.documents import plain
 
     sys.stdout.write(json.dumps(plain(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def note(text: str) -> None:
-    """Print a message on standard error, as it is: no markup, and no line breaks of the console's own."""
+    """Print a message on standard error unchanged: no markup, and no line breaks of the console."""
     NOTES.print(text, markup=False, soft_wrap=True)
 
 
@@ -38,7 +38,7 @@ def say(text: str) -> None:
 
 
 def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool) -> None:
-    """Print a short answer, and its details in sentences where they are wanted."""
+    """Print a short answer, and its details in sentences if requested."""
     from damperlab.studies.brief import lines_of
 
     for line in lines_of(brief):
@@ -52,7 +52,7 @@ def print_brief(brief: Mapping[str, Any], details: Iterable[str], wanted: bool) 
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
-    """Print a table; numbers come right-aligned. Through a pipe no cell is cut to the width of a terminal."""
+    """Print a table; numbers are right-aligned. Through a pipe no cell is cut to the width of a terminal."""
     table = Table(title=title, title_justify="left", header_style="bold", box=None, pad_edge=False)
     cells = [tuple(row) for row in rows]
     for index, column in enumerate(columns):
@@ -67,17 +67,17 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], title: st
 
 
 def number(value: float, digits: int = 6) -> str:
-    """Spell `value` with `digits` significant digits, a dash for one that is not there."""
+    """Write `value` with `digits` significant digits, a dash for a missing one."""
     return f"{value:.{digits}g}" if math.isfinite(value) else "—"
 
 
 def two_digits(value: float) -> str:
-    """Spell a number with two significant digits, however large it is, without an exponent."""
+    """Write a number with two significant digits, without an exponent even if it is large."""
     return f"{float(f'{value:.2g}'):,.15g}" if abs(value) >= 1 else number(value, 2)
 
 
 def duration(seconds: float | None) -> str:
-    """Spell a time span for people: "0.8 s", "42 s", "3 min 5 s", "2 h 10 min"."""
+    """Write a duration for people: "0.8 s", "42 s", "3 min 5 s", "2 h 10 min"."""
     if seconds is None or not math.isfinite(seconds):
         return "unknown"
     if seconds < 10:
@@ -93,9 +93,9 @@ def duration(seconds: float | None) -> str:
 
 @contextmanager
 def working(what: str | Callable[[], str]) -> Iterator[None]:
-    """Show on standard error that `what` goes on and for how long, once it has taken two seconds.
+    """Show on standard error the activity `what` and its duration, once it has taken two seconds.
 
-    A function is asked again and again: for what says how far it is.
+    A function is called repeatedly, for an activity that reports its progress.
     """
     done = threading.Event()
     started = time.monotonic()

@@ -1,6 +1,6 @@
-"""Where commands write: options that name a file or a folder, checked as they are read, before any work begins.
+"""Output options: names of a file or a folder, checked when they are read, before computing.
 
-Folders that are not there are made when something is written.
+Missing folders are created when something is written.
 """
 
 import os
@@ -40,7 +40,7 @@ def _check_folder(param: typer.CallbackParam, value: Path | None) -> Path | None
 
 
 def _refuse(what: str, value: Path, allowed: str, why: str, param: typer.CallbackParam) -> None:
-    """Refuse a place, if there is a reason to."""
+    """Refuse a location, if there is a reason."""
     if why:
         advice = f"name another {what} with {param.opts[0]}"
         told = f"The {what} {value} cannot be written: {why}."
@@ -48,7 +48,7 @@ def _refuse(what: str, value: Path, allowed: str, why: str, param: typer.Callbac
 
 
 def _why_no_file(path: Path) -> str:
-    """Say why no file can be written under this name; nothing where one can."""
+    """Give the reason why no file can be written under this name; empty if one can."""
     if path.is_dir():
         return "it is a folder"
     if path.exists() and not os.access(path, os.W_OK):
@@ -57,7 +57,7 @@ def _why_no_file(path: Path) -> str:
 
 
 def _why_no_files_in(folder: Path) -> str:
-    """Say why no file can be made in a folder; nothing where one can."""
+    """Give the reason why no file can be created in a folder; empty if one can."""
     while not folder.exists():
         folder = folder.parent
     if not folder.is_dir():

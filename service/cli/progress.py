@@ -1,4 +1,4 @@
-"""Progress of a study on standard error: bars on a terminal, a line now and then elsewhere."""
+"""Progress of a study on standard error: bars on a terminal, occasional lines elsewhere."""
 
 import time
 from types import TracebackType
@@ -14,14 +14,14 @@ from rich.progress import (
 from damperlab.service.cli.output import NOTES, duration, note
 
 LINE_EVERY_SECONDS = 5.0
-"""Between two lines where there is no terminal: a log stays short, and a reader sees that work goes on."""
+"""Interval between lines without a terminal: a log stays short, and a reader sees progress."""
 
 BAR_WIDTH, NAME_WIDTH = 12, 16
-"""So that all of it stays on one line of 80 characters."""
+"""Width at which all of it fits on one line of 80 characters."""
 
 
 def preparation(phase: str, done: int | None, total: int | None) -> str | None:
-    """Put a phase into words, where it is one of those before the first block."""
+    """Describe a phase, if it is one of those before the first block."""
     if phase == "starting":
         return "starting workers"
     if phase == "compiling":
@@ -32,7 +32,7 @@ def preparation(phase: str, done: int | None, total: int | None) -> str | None:
 
 
 class Shown(Protocol):
-    """What shows the progress of a study."""
+    """A display for the progress of a study."""
 
     def update(
         self,
@@ -42,7 +42,7 @@ class Shown(Protocol):
         seconds_left: float | None,
         preparation: str | None = None,
     ) -> None:
-        """Take the figures as they are now; None is not known."""
+        """Take the present figures; None is unknown."""
 
 
 class StudyProgress:
@@ -51,9 +51,9 @@ class StudyProgress:
     Parameters
     ----------
     name : str
-        What to call the study.
+        Name of the study.
     points : int
-        Points of the whole study.
+        Points of the study.
     """
 
     def __init__(self, name: str, points: int) -> None:
@@ -94,7 +94,7 @@ class StudyProgress:
         seconds_left: float | None,
         preparation: str | None = None,
     ) -> None:
-        """Take the figures of the study as they are now; None is not known.
+        """Take the present figures of the study; None is unknown.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ class StudyProgress:
         seconds_left : float, optional
             To the end [s].
         preparation : str, optional
-            What goes on before the first block (`preparation`).
+            Activity before the first block (`preparation`).
         """
         phrases = [f"{failed} failed"]
         if preparation is not None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def command_of(question: Question[Any]) -> Command:
-    """Make the command of a question: its options follow from what it asks."""
+    """Make the command of a question: its options follow from its inputs."""
     kinds = {kind.__name__.lower(): kind for kind in question.asks}
 
     def command(

@@ -20,7 +20,7 @@ def report(
 ) -> None:
     """Write a study as one document.
 
-    Its maps and designs, a tuned mass damper beside them, accuracy, cost, versions.
+    It has maps and designs, a tuned mass damper for comparison, accuracy, cost, versions.
     """
     check_document(output)
     store = open_store(data_dir)

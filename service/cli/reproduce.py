@@ -73,7 +73,9 @@ def reproduce(
 
 @contextmanager
 def _solver(data_dir: Path | None, means: Means) -> "Iterator[Solve]":
-    """Give what computes a study by the ordinary way, all on one cluster that is started for the first that needs it."""
+    """Give a function that computes studies in the usual way, all on one cluster that is started for the first study
+    that needs it.
+    """
     store = open_store(data_dir)
     reuse = settings_of(data_dir).reuse
     with Computer(store, means) as computer:
@@ -95,7 +97,7 @@ def _solver(data_dir: Path | None, means: Means) -> "Iterator[Solve]":
 
 
 def _print(report: dict[str, Any]) -> None:
-    """Print the rows that have a number of the paper, a table a section."""
+    """Print the rows with a number of the paper, one table per section."""
     for section in report["sections"]:
         rows = [row for row in section["rows"] if row["paper"] is not None]
         if not rows:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 BYTES_PER_MEGABYTE = 1e6
 SHORT = 0.1
-"""Seconds below which no estimate is told: it is shown to tenths."""
+"""Seconds below which no estimate is printed: it is shown to tenths."""
 
 
 @computes
@@ -41,8 +41,8 @@ def run(
         str,
         typer.Argument(
             metavar="STUDY",
-            help="A .json or .yaml file; a named study (`damperlab studies --named` lists them); or a stored one, to go on "
-            "with, by its id or name.",
+            help="A .json or .yaml file; a named study (`damperlab studies --named` lists them); or the id "
+            "or name of a stored one, to continue it.",
         ),
     ],
     data_dir: DataDir = None,
@@ -70,9 +70,9 @@ def run(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compute a study, or go on with a stored one.
+    """Compute a study, or continue a stored one.
 
-    Points that are stored already are not computed again.
+    Stored points are not computed again.
     """
     ends = read_time(until)
     from damperlab.studies.ground.shelf import Shelf
@@ -102,7 +102,7 @@ def run(
 
 
 def _stored(study: str, data_dir: Path | None) -> "Record | None":
-    """Find a stored study by its id or name; None for a file, for what comes along, or where there is none."""
+    """Find a stored study by its id or name; None for a file, for a built-in study, or if there is none."""
     from damperlab.studies.reading import is_known
     from damperlab.studies.store.faults import StudyNotFound
 
@@ -124,7 +124,7 @@ def find_or_submit(
     more: "Mapping[str, str] | None" = None,
     priority: int = 0,
 ) -> "Record":
-    """Find a study in the store, or put it there.
+    """Find a study in the store, or enter it.
 
     Parameters
     ----------
@@ -135,9 +135,9 @@ def find_or_submit(
     reuse : bool
         Reuse points already computed by earlier studies.
     more : mapping, optional
-        Put beside the provenance of a new study.
+        Additional provenance of a new study.
     priority : int
-        Of a new study.
+        Priority of a new study.
     """
     known = store.newest(asked.digest)
     if known is not None:
@@ -159,7 +159,7 @@ def finish(
     as_json: bool,
     limits: Limits = NO_LIMITS,
 ) -> None:
-    """Compute what is missing, if anything is, and print the record."""
+    """Compute the missing points, if any, and print the record."""
     store = computer.store
     # a lost done-mark is told, and not taken for an end
     lost = store.lost_blocks(record.id)
@@ -192,7 +192,7 @@ def finish(
 
 
 def _print_size(asked: "AnyStudy", data_dir: Path | None, as_json: bool) -> None:
-    """Print what POST /studies?dry_run=true answers."""
+    """Print the answer of POST /studies?dry_run=true."""
     from damperlab.service.estimates import estimate_document
     from damperlab.studies.plan import make_plan
     from damperlab.studies.store.faults import StoreFault

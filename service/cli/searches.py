@@ -1,4 +1,4 @@
-"""The command that searches further with follow-up studies: refine."""
+"""The command that searches with follow-up studies: refine."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ def refine(
 ) -> None:
     """Compute finer studies where better designs may lie.
 
-    Or at a boundary between two classes of response, down to a tolerance.
+    It can also refine a boundary between two classes of response, to a tolerance.
     """
     along = boundary.along
     check_name("--boundary", along, DIMENSIONS)
@@ -86,12 +86,12 @@ def refine(
 
 @dataclass(frozen=True)
 class Pursuit:
-    """A search that is followed to its end.
+    """A search that the command follows to its end.
 
     Parameters
     ----------
     computer : Computer
-        Of the follow-ups, beside the study.
+        Provenance of the follow-ups, naming the study.
     """
 
     computer: Computer
@@ -99,7 +99,7 @@ class Pursuit:
     def follow(
         self, study: str, question: str, judge: "Judge", dry_run: bool, as_json: bool, details: bool
     ) -> None:
-        """Judge, compute the follow-ups, and judge again, until nothing is left to compute."""
+        """Judge, compute the follow-ups, and judge again, until no follow-up remains."""
         from damperlab.studies.answers.phrases import Phrases
         from damperlab.studies.answers.suite import require_harmonic
         from damperlab.studies.definition import parse_harmonic
@@ -134,7 +134,7 @@ class Pursuit:
         print_brief(brief.document(), details_told, details)
 
     def _compute(self, asked: "Study", parent: "Record") -> "Record":
-        """Run a follow-up to its end; what is done of it is kept if it stops."""
+        """Run a follow-up to its end; if it stops, its finished blocks are kept."""
         from damperlab.service.cli.run import find_or_submit
         from damperlab.studies.store.provenance import REFINES
 

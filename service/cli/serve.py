@@ -86,7 +86,7 @@ def serve(
 
 
 def _check_access(settings: "Settings", store: "Store") -> None:
-    """Refuse to be asked from elsewhere by anybody, unless that is wanted."""
+    """Refuse to be open to other machines without keys, unless this is requested."""
     from damperlab.service.security.guard import needs_keys
     from damperlab.studies.store.catalogue.access_keys import AccessKeys
 
@@ -112,7 +112,7 @@ def _check_access(settings: "Settings", store: "Store") -> None:
 
 
 def _check_certificate(settings: "Settings") -> None:
-    """Refuse a certificate and a key that are none, or not of each other."""
+    """Refuse an invalid certificate or key, or a pair that does not match."""
     if settings.tls_certificate is None or settings.tls_key is None:
         return
     try:
@@ -128,7 +128,7 @@ def _check_certificate(settings: "Settings") -> None:
 
 
 def _check_port(host: str, port: int) -> None:
-    """Refuse an address that cannot be listened on, before the cluster starts."""
+    """Refuse an address on which it cannot listen, before the cluster starts."""
     try:
         family, kind, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         with socket.socket(family, kind) as probe:

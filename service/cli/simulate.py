@@ -37,12 +37,12 @@ if TYPE_CHECKING:
     from damperlab.service.simulation import Met, SimulatedDocument
 
 CYCLES_LIMIT = 10_000_000
-"""Of a service's requests the settings are stricter; here nobody else waits."""
+"""The settings of a service are stricter; here nobody else waits."""
 SAMPLES_LIMIT = 10_000_000
 STEADY_HISTORY = 20
-"""Cycles of a steady response in a file where no number is given."""
+"""Default cycles of a steady response in a file."""
 LONG_HISTORY = 200
-"""Most cycles from rest in a file where no number is given."""
+"""Default for most cycles from rest in a file."""
 SHOWN_SAMPLES = 1000
 EVERY = (*DIMENSIONS, *BEFORE)
 """Numbers of a design point."""
@@ -55,7 +55,7 @@ OPTIONS = (
 """Fields of a simulation as options."""
 AMPLITUDE = "amplitude_ratio"
 ROUNDING = 1e-6
-"""Relative error from which it is shown."""
+"""Relative error above which it is shown."""
 LOSSES = {
     "impact": "in impacts",
     "friction": "in friction",
@@ -84,7 +84,7 @@ def simulate(
 ) -> None:
     """Compute one design point from rest.
 
-    Shows its response, with --details every result, and its time history in a file.
+    Shows its response. --details adds every result, and a file gets the time history.
     """
     check_file(output)
     at = {**DESIGN_POINT, **design}
@@ -119,7 +119,7 @@ def simulate(
 
 
 def _history(asked: Simulated, output: Path | None, frequency_ratio: float) -> int:
-    """Settle how many cycles of time history to ask for."""
+    """Determine how many cycles of time history to compute."""
     if output is not None and asked.method == "rk4":
         raise typer.BadParameter(
             "Only --method event gives a time history. Leave out -o, or leave out --method rk4."
@@ -172,7 +172,7 @@ def _print(answer: "SimulatedDocument", steady: bool, details: bool) -> None:
 
 
 def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
-    """Say how far the mass moves, how that repeats, and where the energy goes; nothing of what is not known."""
+    """Describe the amplitude of the mass, its repetition, and the energy losses, as far as they are known."""
     known = {name: value for name, value in answer["metrics"].items() if not isnan(value)}
     if AMPLITUDE in known:
         error = known.get("amplitude_error", 0.0)
@@ -201,7 +201,7 @@ def _rows(answer: "SimulatedDocument") -> Iterator[tuple[str, str, str]]:
 
 
 def _end(answer: "SimulatedDocument", steady: bool) -> str:
-    """Write the state at the end, or where a cycle of the steady response begins."""
+    """Write the state at the end, or at the beginning of a cycle of the steady response."""
     state = ", ".join(
         f"{name} = {number(value)}" for name, value in answer["state"].items() if value is not None
     )
@@ -216,7 +216,7 @@ def _end(answer: "SimulatedDocument", steady: bool) -> str:
 
 
 def _print_attractors(found: "Met") -> None:
-    """Print the responses that the starts lead to, and what decides between them."""
+    """Print the responses to the starts, and what decides between them."""
     names = (
         "response_class",
         "period",

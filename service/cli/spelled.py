@@ -1,4 +1,4 @@
-"""What a question refuses, in the names of the options that it was asked with."""
+"""Errors of a question, in the names of the options that were used."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -11,25 +11,25 @@ from damperlab.studies.field import fields_of
 
 
 def options_of(question: type) -> dict[str, str]:
-    """Give the option of each field of a question that the command line asks for, by the field's name in documents."""
+    """Give the option of each field of a question on the command line, by the field's name in documents."""
     return {each.key: each.options[0] for each in fields_of(question) if "command" in each.doors}
 
 
 @contextmanager
 def in_options(names: Mapping[str, str]) -> "Iterator[None]":
-    """Name the fields of what is refused as the options that they were given by.
+    """Name the options instead of the fields in faults.
 
     Parameters
     ----------
     names : mapping of str
-        Options by field; a setting that an option stands for, as in ``particle: false``, is one too.
+        Options by field; a setting behind an option, as in ``particle: false``, is one too.
 
     Raises
     ------
     StudyFaults
-        As they are raised within, in these names.
+        As they are raised inside, with these names.
     UsageFault
-        For an error with one fault, where its field is among these names.
+        For an error with one fault, if its field is among these names.
     """
     try:
         yield
@@ -52,12 +52,12 @@ def _spelled(fault: Fault, names: Mapping[str, str]) -> Fault:
 
 
 def _in_text(text: str, names: Mapping[str, str]) -> str:
-    """Spell what a text quotes, as in `cycles`, `particle: false` or `fit: {restitution: null}`."""
+    """Translate quoted settings in a text, as in `cycles`, `particle: false` or `fit: {restitution: null}`."""
     text = re.sub(r"`fit: \{(.+?)\}`", lambda found: _sought(found[1]), text)
     return re.sub(r"`([^`]+)`", lambda found: names.get(found[1], found[0]), text)
 
 
 def _sought(entries: str) -> str:
-    """Spell what is to be estimated: ``restitution: null, clearance_m: [LOW, HIGH]``."""
+    """Translate parameters to estimate: ``restitution: null, clearance_m: [LOW, HIGH]``."""
     found = re.findall(r"(\w+): (?:null|\[(\w[\w.]*), (\w[\w.]*)\])", entries)
     return " ".join(f"--fit {name}={low},{high}" if low else f"--fit {name}" for name, low, high in found)

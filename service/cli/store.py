@@ -1,4 +1,4 @@
-"""The store that a command works on."""
+"""The store of a command."""
 
 import os
 from collections.abc import Collection, Mapping
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 
 _OPTIONS = {"quota_bytes": "--quota"}
-"""Settings whose options are not called as they are."""
+"""Settings whose options have other names."""
 _SECRET = ("catalogue", "store")
 """Addresses that may hold a password."""
 
 
 def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
-    """Read the settings: what is given, --data-dir above all, else DAMPERLAB_…, else the defaults.
+    """Read the settings: --data-dir takes precedence, then DAMPERLAB_…, then the defaults.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def settings_of(data_dir: Path | None, **given: Any) -> "Settings":
 
 
 def warn_of_unknown_variables() -> None:
-    """Say that a variable is none of ours: its setting would have its default without a word."""
+    """Report an unknown variable: its setting would silently have its default."""
     if not any(name.upper().startswith("DAMPERLAB_") for name in os.environ):
         return
     from damperlab.service.settings import OTHER_VARIABLES, PREFIX, Settings
@@ -59,7 +59,7 @@ def warn_of_unknown_variables() -> None:
 
 
 def _fault(entry: Mapping[str, Any], options: Collection[str]) -> Fault:
-    """Word what is wrong with a setting, under the name that whoever set it knows."""
+    """Describe a fault of a setting, under the name that the user knows."""
     from damperlab.studies.pydantic_faults import value_fault
 
     if not entry["loc"]:  # of several together: its words name them
@@ -84,18 +84,18 @@ def data_folder(data_dir: Path | None) -> Path:
 
 
 def open_store(data_dir: Path | None, **given: Any) -> "Store":
-    """Open the store under --data-dir, making it where it is missing; more settings may be given.
+    """Open the store under --data-dir, creating it if it is missing; more settings may be given.
 
     Raises
     ------
     StoreFault
-        If the folder, the catalogue or the place of the cubes cannot be used.
+        If the folder, the catalogue or the location of the cubes cannot be used.
     """
     return settings_of(data_dir, **given).open_store()
 
 
 def has_store(data_dir: Path | None) -> bool:
-    """Whether there is a store to open; `open_store` would make one."""
+    """Whether there is a store to open; `open_store` would create one."""
     from damperlab.studies.store.catalogue.catalogue import SQLITE_FILE
 
     settings = settings_of(data_dir)
@@ -103,5 +103,5 @@ def has_store(data_dir: Path | None) -> bool:
 
 
 def label(kept: "Record | Kept") -> str:
-    """Name a study or a design in a sentence: its free text, which may be empty, and its id."""
+    """Name a study or a design in a sentence: its name, which may be empty, and its id."""
     return f"{kept.name} ({kept.id})" if kept.name else kept.id

@@ -1,4 +1,4 @@
-"""Commands on the studies that are stored: studies, show, cancel, delete."""
+"""Commands on stored studies: studies, show, cancel, delete."""
 
 import json
 from typing import TYPE_CHECKING, Annotated
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 LISTED_BY = dict.fromkeys(("axis", "from", "to"), "--within") | {
     name: f"--{name}" for name in ("state", "tag", "cursor")
 }
-"""What studies are listed by, as options."""
+"""Filters of the list of studies, as options."""
 
 
 def studies(
@@ -40,10 +40,10 @@ def studies(
         ),
     ] = None,
     designs: Annotated[
-        bool, typer.Option("--designs", help="List the studies too that designs and refinements asked for.")
+        bool, typer.Option("--designs", help="Also list the studies of designs and refinements.")
     ] = False,
     trash: Annotated[
-        bool, typer.Option("--trash", help="List those instead that were deleted and can be restored.")
+        bool, typer.Option("--trash", help="List deleted studies that can be restored.")
     ] = False,
     limit: Annotated[int, typer.Option(min=1, max=1000, help="Largest number of studies to list.")] = 50,
     cursor: Annotated[
@@ -131,7 +131,7 @@ def _list_named(as_json: bool) -> None:
 
 
 def _read_range(within: str | None) -> "tuple[str | None, float | None, float | None]":
-    """Read NAME=LO,HI; either end may be left out."""
+    """Read NAME=LO,HI; either end may be omitted."""
     if within is None:
         return None, None, None
     name, _, ends = within.partition("=")
@@ -165,12 +165,10 @@ def show(
     text: Annotated[
         str | None, typer.Option("--note", help="Change its note; an empty text for none.")
     ] = None,
-    name: Annotated[
-        str | None, typer.Option(help="Change what it is called; its definition stays as it is.")
-    ] = None,
+    name: Annotated[str | None, typer.Option(help="Rename it; its definition is unchanged.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show a study: its state, progress and definition. Tag or rename it."""
+    """Show a study: its state, progress and definition. It can also tag or rename it."""
     given = None if tags is None else [tag.strip() for tag in tags.split(",") if tag.strip()]
     changes = {"tags": given, "note": text, "name": name}
     said = {key: value for key, value in changes.items() if value is not None}
@@ -191,9 +189,9 @@ def show(
 
 
 def cancel(study: StudyId, data_dir: DataDir = None, as_json: AsJson = False) -> None:
-    """Stop a study wherever it runs.
+    """Stop a study, on any machine.
 
-    Computed points are kept, and `damperlab run ID` goes on with them.
+    Computed points are kept, and `damperlab run ID` continues with them.
     """
     store = open_store(data_dir)
     record = store.find(study)
@@ -219,7 +217,7 @@ def delete(
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Delete without asking.")] = False,
     trash: Annotated[bool, typer.Option("--trash", help="Keep it in the trash for a week.")] = False,
 ) -> None:
-    """Delete a study and its cube for good, or put it into the trash."""
+    """Delete a study and its cube permanently, or move it to the trash."""
     from damperlab.studies.store.record import TRASH_DAYS
 
     store = open_store(data_dir)
@@ -239,7 +237,7 @@ def delete(
 
 def undelete(
     study: Annotated[
-        str, typer.Argument(metavar="STUDY", help="Id of a study that `damperlab studies --trash` lists.")
+        str, typer.Argument(metavar="STUDY", help="Id of a deleted study, from `damperlab studies --trash`.")
     ],
     data_dir: DataDir = None,
 ) -> None:
@@ -254,9 +252,9 @@ def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
     Parameters
     ----------
     record : Record
-        As the store knows it.
+        Its record in the store.
     more : iterable of (str, str)
-        What else is told, with its title.
+        Further lines, each with a title.
     """
     share = 100 * record.points_done / record.points_total
     lines = [
@@ -299,7 +297,7 @@ def summary(record: "Record", more: "Iterable[tuple[str, str]]" = ()) -> str:
 
 
 def _defined(record: "Record") -> "Iterator[tuple[str, str]]":
-    """Give what a study was defined as, line by line; without what every study has unless it says otherwise."""
+    """Give a study's definition, line by line, without defaults."""
     from damperlab.studies.definition import Study
 
     plain = Study(axes={"clearance_ratio": 1, "frequency_ratio": 1}).document() | {"damping_ratio": None}

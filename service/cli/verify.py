@@ -1,4 +1,4 @@
-"""The command verify: whether stored studies still hold what was written, and mending those that do not."""
+"""The command verify: checking stored studies for damage, and repairing them."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -55,7 +55,7 @@ def verify(
 
 
 def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> dict[str, Any]:
-    """Verify one study. Among all studies it is named only if something is damaged."""
+    """Verify one study. Among all studies, a study is named only if something is damaged."""
     from damperlab.studies.store.care.verify import repair as take_back
     from damperlab.studies.store.care.verify import verify as damages_of
 
@@ -91,12 +91,13 @@ def _verify(computer: Computer, record: "Record", repair: bool, alone: bool) -> 
 
 
 def _require_solver_of_blocks(record: "Record", damages: "list[Damage]") -> None:
-    """Refuse to give up blocks of another solver, which this one may not compute; descriptions and marks need none.
+    """Refuse to invalidate blocks of another solver, which this one may not compute; descriptions and marks need
+    none.
 
     Raises
     ------
     CommandFailed
-        Before anything is given up.
+        Called before anything is invalidated.
     """
     if any(damage.block is not None or damage.part == "catalogue" for damage in damages):
         require_own_solver(record)

@@ -1,4 +1,4 @@
-"""The command recompute: a study that an earlier solver computed, with today's."""
+"""The command recompute: computing a study of an earlier solver again with today's."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -27,7 +27,7 @@ def recompute(
 ) -> None:
     """Compute an outdated study with today's solver.
 
-    Both results are kept, and their differences shown.
+    Both results are kept, and the command lists their differences.
     """
     from damperlab.studies.faults import counted
     from damperlab.studies.store.reuse.differences import differences_of

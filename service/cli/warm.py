@@ -1,4 +1,4 @@
-"""The command warm: kernels compiled now, before anybody waits for them."""
+"""The command warm: compiling kernels in advance."""
 
 import os
 import time
@@ -20,7 +20,7 @@ BYTES_PER_KILOBYTE = 1e3
 
 
 class Target(StrEnum):
-    """What to compile for."""
+    """Scenes to compile."""
 
     generic = "generic"
 
@@ -37,14 +37,14 @@ def warm(
         Target | None,
         typer.Option(
             help="Processor to compile for; generic runs on any processor of this architecture, but slower. "
-            "For clusters of which some processors lack AVX2; see the page on clusters."
+            "For clusters in which some processors lack AVX2; see the page on clusters."
         ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Compile the kernels now, on every core.
 
-    No command has to wait for the compiler later.
+    Later commands then need not wait for the compiler.
     """
     if target is not None:
         # read as the compiler is imported, here and in the processes that compile
@@ -78,14 +78,15 @@ def warm(
 
 
 def have_ready(wanted: "Iterable[Scene]", apart: bool = False) -> None:
-    """Compile what a command needs and is missing, and say so while that takes.
+    """Compile the missing kernels of a command, with a message that it takes time.
 
     Parameters
     ----------
     wanted : iterable of Scene
-        What the command needs.
+        Needs of the command.
     apart : bool
-        In processes of their own, on every core: sooner where there are many. Else here, which costs less in all.
+        In separate processes, on every core: faster if there are many. Else in this process, which costs less in
+        total.
     """
     from damperlab.worker.warm import compile_apart, missing
     from damperlab.worker.warm import warm as compile_here

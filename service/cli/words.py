@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from damperlab.studies.answers.phrases import Phrases
 
 MAP_COLUMNS = 12
-"""Most columns of a map on a terminal; what is left out is said."""
+"""Most columns of a map on a terminal; a note says if some are left out."""
 
 Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 """Head and rows."""
 
 
 def cell(name: str, value: float | str) -> str:
-    """Spell one value of a variable: a code by its name, a number with six digits, a text as it is."""
+    """Write one value of a variable: a code by its name, a number with six digits, a text unchanged."""
     if isinstance(value, str):
         return value
     name = name.removeprefix("other_")  # of the second study, where two are compared
@@ -34,7 +34,7 @@ def cell(name: str, value: float | str) -> str:
 
 
 def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: str | None = None) -> Table:
-    """Lay a map out with y upwards and x across, as a figure has it.
+    """Lay out a map with y upwards and x across, as in a figure.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: s
     phrases : Phrases
         Of the study.
     variable : str, optional
-        What is listed in place of the metric, in its unit.
+        The variable listed instead of the metric, in its unit.
     """
     y, x = (str(name) for name in answer[metric].dims)
     step = -(-answer.sizes[x] // MAP_COLUMNS)
@@ -64,20 +64,20 @@ def map_table(answer: "xr.Dataset", metric: str, phrases: "Phrases", variable: s
 def map_brief(
     answer: "xr.Dataset", metric: str, phrases: "Phrases", subtracted: bool, sizes: "Mapping[Any, int]"
 ) -> Brief:
-    """Say where a map is least and largest, or where two differ most; of a class how often each occurs.
+    """Say where a map is smallest and largest, or where two differ most; for a class how often each occurs.
 
     Parameters
     ----------
     answer : Dataset
         The map.
     metric : str
-        What it shows.
+        The shown variable.
     phrases : Phrases
         Of its study.
     subtracted : bool
         Whether it is the difference of two.
     sizes : mapping of int
-        Of the study's dimensions. The answer names the value at which the map lies along those that have several.
+        Of the study's dimensions. The answer names the value of the map along those that have several.
     """
     import numpy as np
 
@@ -117,7 +117,7 @@ def map_brief(
 
 
 def _at(name: str, value: Any, phrases: "Phrases") -> str:
-    """Say which value of a dimension is meant, text or number."""
+    """Write a value of a dimension, text or number."""
     if isinstance(value, str):
         return f"{phrases.symbol(name)} = {value}"
     return phrases.equal(name, float(value), ".3g")
@@ -126,7 +126,7 @@ def _at(name: str, value: Any, phrases: "Phrases") -> str:
 def _class_shares(
     metric: str, known: "NDArray[Any]", points: str
 ) -> "tuple[tuple[str, str, str], ...] | None":
-    """Say how often each class occurs, the most frequent first; None of a quantity."""
+    """Say how often each class occurs, the most frequent first; None for a quantity."""
     import numpy as np
 
     if metric not in VARIABLES or VARIABLES[metric].flags is None:
@@ -139,7 +139,9 @@ def _class_shares(
 
 
 def response_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Brief:
-    """Say where a curve is least and largest, and where that of a second study differs; of classes, how often each occurs."""
+    """Say where a curve is smallest and largest, and where that of a second study differs; for classes, how often
+    each occurs.
+    """
     import numpy as np
 
     values, frequency = answer[metric].values, answer["frequency_ratio"].values
@@ -194,7 +196,7 @@ def _spelled(name: str, value: float | str, phrases: "Phrases") -> str:
 
 
 def columns_left_out(answer: "xr.Dataset", metric: str) -> str:
-    """Say which columns of a map `map_table` left out, if any."""
+    """Name the columns of a map that `map_table` left out, if any."""
     x = str(answer[metric].dims[1])
     step = -(-answer.sizes[x] // MAP_COLUMNS)
     if step == 1:
@@ -208,7 +210,7 @@ def rows_table(
     meant: "Mapping[str, str] | None" = None,
     varied: "Collection[str]" = (),
 ) -> Table:
-    """Lay an answer with one dimension out, one row for each of its values; coordinates that all rows share are left out.
+    """Lay out an answer with one dimension, one row for each value, without coordinates that all rows share.
 
     Parameters
     ----------
@@ -217,9 +219,9 @@ def rows_table(
     phrases : Phrases
         Of the study.
     meant : mapping of str, optional
-        The quantity that stands under a name of the answer's own.
+        The quantity for an answer's own name.
     varied : collection of str, optional
-        Coordinates that are shown though all rows share them: nothing else says which of their values it is.
+        Coordinates that are shown although all rows share them, because nothing else gives their value.
     """
     (dimension,) = (str(name) for name in answer.sizes)
     names = [dimension] if dimension in EVERY_DIMENSION else []
@@ -244,7 +246,7 @@ def rows_table(
 
 
 def _errors(answer: "xr.Dataset", value_name: str, name: str, means: str, phrases: "Phrases") -> list[str]:
-    """Spell a column of errors: a word for those that are rounding."""
+    """Write a column of errors: a word for those that are rounding."""
     values = answer[value_name].values.tolist()
     return [
         ROUNDING_WORD if is_rounding(value, error) else _spelled(means, error, phrases)
@@ -258,12 +260,12 @@ def axes_of(cube: "xr.Dataset") -> list[str]:
 
 
 def words_of(answer: "xr.Dataset") -> "Mapping[str, Any]":
-    """Give what an answer says, in the units that its study is given in."""
+    """Give the words of an answer, in the units of its study."""
     return {**answer.attrs, **answer.attrs.get("in_units", {})}
 
 
 def slice_sentence(answer: "xr.Dataset", metric: str, study: str, phrases: "Phrases") -> str:
-    """Say what a map or a curve shows, and of what."""
+    """Name the content of a map or a curve, and its study."""
     shown = phrases.shown(metric, answer[metric])
     reduced = (
         f", {answer.attrs['reduce']} over {phrases.label(answer.attrs['over'])}"
@@ -274,7 +276,7 @@ def slice_sentence(answer: "xr.Dataset", metric: str, study: str, phrases: "Phra
 
 
 def found_sentence(found: "Mapping[str, Any]", phrases: "Phrases") -> str:
-    """Say what a search has found: a design with its value, or the ends between which a boundary lies."""
+    """Describe the result of a search: a design with its value, or the ends of a boundary."""
     along = str(found.get("along", ""))
     parts = []
     for name, value in found.items():
@@ -290,7 +292,7 @@ def found_sentence(found: "Mapping[str, Any]", phrases: "Phrases") -> str:
 
 
 def completeness_sentence(answer: "xr.Dataset") -> str:
-    """Say how much of a slice was computed and how much of it failed; nothing where all is well."""
+    """Say how much of a slice was computed and how much of it failed; empty if all is well."""
     points, failed = int(answer.attrs["points"]), int(answer.attrs["points_failed"])
     missing = points - round(float(answer.attrs["complete"]) * points)
     phrases = []

@@ -1,4 +1,4 @@
-"""Commands for a cluster of one's own: worker, certificates."""
+"""Commands for your own cluster: worker, certificates."""
 
 from pathlib import Path
 from typing import Annotated
@@ -65,7 +65,7 @@ def worker(
         float | None,
         typer.Option(
             min=1.0,
-            help="Leave after so many seconds without a block, or without a scheduler that answers.",
+            help="Leave after this many seconds without a block, or without a scheduler that answers.",
             show_default=False,
         ),
     ] = None,
@@ -73,8 +73,8 @@ def worker(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Touch this file every ten seconds, having computed points whose values are known; leave where they come "
-            "out otherwise. For health checks.",
+            help="Every ten seconds compute points with known values and touch this file; leave if the "
+            "values are wrong. For health checks.",
             show_default=False,
         ),
     ] = None,
@@ -85,7 +85,7 @@ def worker(
         str | None, typer.Option(help="Name of the worker in messages and logs.", show_default=False)
     ] = None,
 ) -> None:
-    """Compute blocks for a scheduler, one at a time. When told to leave, finish or give back the block that is running."""
+    """Compute blocks for a scheduler, one by one. On request, complete or return the running block and leave."""
     from damperlab.worker.cluster.certificates import security
     from damperlab.worker.worker_process.worker import Terms, faulty, serve_worker
 
@@ -106,7 +106,7 @@ def certificates(
     ],
     days: Annotated[int, typer.Option(min=1, help="Days until the certificates expire.")] = 3650,
 ) -> None:
-    """Create a private certificate authority for one cluster, and the certificate that its members share."""
+    """Create a private certificate authority for one cluster, and the certificate of its members."""
     from damperlab.worker.cluster.certificates import make_certificates
 
     try:

@@ -1,4 +1,6 @@
-"""Answers as xarray Datasets: rebuilt from the service's documents just as `studies.answers` gives them, and drawn."""
+"""Answers as xarray Datasets, rebuilt from the service's documents, equal to those of `studies.answers`, and their
+figures.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class _Plot(DatasetPlotAccessor):
-    """Draws an answer as a whole when it is called; `plot.scatter` and the like are xarray's."""
+    """Calling it draws the complete answer; `plot.scatter` and the like are xarray's."""
 
     def __call__(self, path: str | Path | None = None) -> "Figure":  # type: ignore[override]
         """Draw the answer.
@@ -31,7 +33,7 @@ class _Plot(DatasetPlotAccessor):
         Parameters
         ----------
         path : path, optional
-            Also write the figure there; the suffix says how: .png, .svg, .pdf.
+            Also write the figure there; the suffix gives the format: .png, .svg, .pdf.
 
         Returns
         -------
@@ -44,9 +46,9 @@ class _Plot(DatasetPlotAccessor):
 
 
 class Answer(xr.Dataset):
-    """A Dataset that knows how it is drawn: ``answer.plot()`` or ``answer.plot("figure.png")``.
+    """A Dataset with its own figure: ``answer.plot()`` or ``answer.plot("figure.png")``.
 
-    Those of the questions to a study have a class each, so that a reader of a program, and its checker, know which it is.
+    Each question to a study has its own class, for readers and type checkers.
     """
 
     __slots__ = ()
@@ -54,7 +56,7 @@ class Answer(xr.Dataset):
 
     @property
     def plot(self) -> _Plot:  # type: ignore[override]
-        """Draw the answer as a whole, or parts of it with xarray's own ``plot.scatter`` and others."""
+        """Draw the complete answer, or parts of it with xarray's own ``plot.scatter`` and others."""
         return _Plot(self)
 
     def _draw(self) -> "Figure":
@@ -83,14 +85,14 @@ class Designs(Answer):
 
 
 class TmdComparison(Answer):
-    """A design beside a tuned mass damper over the frequency ratio."""
+    """A design compared with a tuned mass damper over the frequency ratio."""
 
     __slots__ = ()
     _question = TMD_COMPARISON
 
 
 class Fragility(Answer):
-    """How likely a damper exceeds a limit along ``scale``."""
+    """Probability that a damper exceeds a limit along ``scale``."""
 
     __slots__ = ()
     _question = FRAGILITY
@@ -135,7 +137,7 @@ HISTORY = {
 
 
 def read_history(columns: Mapping[str, Any]) -> xr.Dataset:
-    """Put the columns of a time history into a Dataset over ``time``; empty where there are none."""
+    """Convert the columns of a time history into a Dataset over ``time``; empty if there are none."""
     arrays = {
         name: (
             ("time",),

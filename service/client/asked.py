@@ -1,4 +1,4 @@
-"""What the client's questions share: their values as parameters of a request, and their documentation."""
+"""Shared by the client's questions: their values as parameters of a request, and their documentation."""
 
 from collections.abc import Callable, Iterable, Mapping
 from inspect import cleandoc
@@ -11,12 +11,12 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Asked:
-    """A study that can be asked.
+    """A study that answers questions.
 
     Parameters
     ----------
     transport : Transport
-        The way to the service.
+        The connection to the service.
     id : str
         Of the study.
     sizes : mapping of int
@@ -33,7 +33,7 @@ class Asked:
 
 
 def values_of(kinds: Iterable[type], given: Mapping[str, Any]) -> list[Any]:
-    """Make the values of a question from arguments by the names of their fields; what is not given is as by default."""
+    """Make the values of a question from arguments by field name; missing ones have their defaults."""
     found = []
     for kind in kinds:
         mine: dict[str, Any] = {}
@@ -52,7 +52,7 @@ def values_of(kinds: Iterable[type], given: Mapping[str, Any]) -> list[Any]:
 
 
 def parameters(*questions: object) -> dict[str, Any]:
-    """Give the parameters of a query that asks for these values; what is left as it is goes unsaid."""
+    """Give the parameters of a query for these values; defaults are omitted."""
     found: dict[str, Any] = {}
     for question in questions:
         kind: Any = type(question)
@@ -69,12 +69,12 @@ def ids(studies: "Asked | str | Iterable[Asked | str]") -> tuple[str, ...]:
 
 
 def explained(*questions: type) -> Callable[[Function], Function]:
-    """Write the parameters of questions into the documentation of the function that asks them.
+    """Write the parameters of questions into the docstring of their function.
 
     Parameters
     ----------
     *questions : type
-        Values whose fields the function takes; what the function documents itself stays.
+        Values whose fields the function takes; its own documentation has precedence.
     """
     fields = [each for question in questions for each in fields_of(question) if "client" in each.doors]
     entries = [entry(each) for each in sorted(fields, key=lambda each: each.is_named)]

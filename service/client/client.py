@@ -39,12 +39,12 @@ class Client:
     Parameters
     ----------
     url : str
-        Where `damperlab serve` listens.
+        Address of `damperlab serve`.
     api_key : str, optional
-        A key of the service, as `damperlab admin keys create` makes it; sent as ``Authorization: Bearer …``. If not given it is
-        taken from ``DAMPERLAB_KEY``, or from the file that ``DAMPERLAB_KEY_FILE`` names.
+        A key of the service, from `damperlab admin keys create`; sent as ``Authorization: Bearer …``. By default it
+        is read from ``DAMPERLAB_KEY``, or from the file that ``DAMPERLAB_KEY_FILE`` names.
     timeout : float
-        How long one answer may take [s]. The first simulation of a new installation compiles for a while.
+        Longest wait for an answer [s]. The first simulation of a new installation compiles for a while.
 
     Raises
     ------
@@ -74,29 +74,29 @@ class Client:
         self.close()
 
     def close(self) -> None:
-        """Close the connections; studies go on without them."""
+        """Close the connections; studies continue without them."""
         self._transport.close()
 
     def __repr__(self) -> str:
-        """Say where the service is."""
+        """Give the address of the service."""
         return f"Client({self._transport.url!r})"
 
     def _repr_html_(self) -> str:
-        """Show a notebook where the service is; it is not asked."""
+        """Show the address of the service in a notebook, without a request."""
         return card("damperlab service", [("address", self._transport.url)])
 
     def submit(self, study: "Definition", reuse: bool = True, priority: int = 0) -> Study:
-        """Submit a study; one that exists already is returned and not computed again.
+        """Submit a study; an existing one is returned and not computed again.
 
         Parameters
         ----------
         study : mapping, Study, path or str
-            The study as a mapping or a checked `damperlab.Study`; a path of a .json, .yaml or .yml file; a text of YAML;
-            or the name of a study of the paper, such as ``"figure-11"``.
+            The study as a mapping or a checked `damperlab.Study`; a path of a .json, .yaml or .yml file; a text of
+            YAML; or the name of a study of the paper, for example ``"figure-11"``.
         reuse : bool
             Reuse points already computed by earlier studies.
         priority : int
-            Of the studies that wait the one with the highest begins first, −10 to 10; above 0 needs a key of scope admin.
+            The waiting study with the highest priority starts first, −10 to 10; above 0 needs a key of scope admin.
 
         Returns
         -------
@@ -119,7 +119,7 @@ class Client:
     def submit_all(
         self, studies: "Iterable[Definition]", reuse: bool = True, priority: int = 0
     ) -> list[Study]:
-        """Submit many studies, in requests of up to 200; of each request either all are stored or none.
+        """Submit many studies, in requests of up to 200; each request stores all of its studies or none.
 
         Parameters
         ----------
@@ -128,17 +128,17 @@ class Client:
         reuse : bool
             Reuse points already computed by earlier studies.
         priority : int
-            As for `submit`, of each.
+            As for `submit`, for each.
 
         Returns
         -------
         list of Study
-            In the order in which they were given.
+            In the given order.
 
         Raises
         ------
         Refused
-            With every fault of every study of a request, its place in it first.
+            With every fault of every study of a request, with the study's place first.
         """
         every = [_document(study) for study in studies]
         found: list[Study] = []
@@ -150,7 +150,7 @@ class Client:
         return found
 
     def estimate(self, study: "Definition") -> Estimate:
-        """Say what a study would cost; nothing is stored.
+        """Estimate the cost of a study; nothing is stored.
 
         Parameters
         ----------
@@ -179,7 +179,7 @@ class Client:
         Parameters
         ----------
         reference : str
-            Its id, the start of it, or its name.
+            Its id, the beginning of it, or its name.
 
         Raises
         ------
@@ -198,7 +198,7 @@ class Client:
         within: "tuple[str, float | None, float | None] | None" = None,
         designs: bool = False,
     ) -> list[Study]:
-        """List the studies that the service keeps, newest first.
+        """List the studies of the service, newest first.
 
         Parameters
         ----------
@@ -211,13 +211,13 @@ class Client:
         within : (str, float or None, float or None), optional
             Only those whose values of a dimension reach into a range, as in ``("clearance_ratio", 2, 5)``; None for no end.
         designs : bool
-            List the studies too that designs and refinements asked for; a name, a tag or a state other than done finds them
-            anyway.
+            Also list the studies of designs and refinements. They appear anyway for a name, a tag or a state other
+            than done.
 
         Raises
         ------
         Refused
-            If there is no such dimension, or the tag is none.
+            If there is no such dimension, or the tag is invalid.
         """
         axis, low, high = within or (None, None, None)
         asked = {"state": state, "name": name, "tag": tag, "axis": axis, "from": low, "to": high}
@@ -265,7 +265,7 @@ class Client:
         Returns
         -------
         Simulation
-            Its measures, its state at the end, and its time history.
+            Its results, its state at the end, and its time history.
 
         Raises
         ------
@@ -312,13 +312,13 @@ class Client:
         )
 
     def design(self, specification: "Specification") -> Design:
-        """Ask for a design: from a specification to a damper; one that was asked for before is returned as it is.
+        """Request a design, from a specification to a damper; an existing one is returned unchanged.
 
         Parameters
         ----------
         specification : mapping, path or str
-            The specification as a mapping; a path of a .json, .yaml or .yml file; a text of YAML; or the name of one
-            of the package, such as ``"prototype"``.
+            The specification as a mapping; a path of a .json, .yaml or .yml file; a text of YAML; or the name of a
+            built-in one, for example ``"prototype"``.
 
         Returns
         -------
@@ -349,32 +349,34 @@ class Client:
         measured : path or str
             A table whose first line names the columns with their units; or its text, of several lines.
         fit : mapping or iterable of str
-            What is estimated: lowest and highest value by name, None for a usual range; names alone for usual ranges.
+            Parameters to estimate: lowest and highest value by name, None for the default range; names alone for
+            default ranges.
         structure : mapping, optional
-            What is known, written as a study is; an axis in it is estimated within it.
+            Known values, in the form of a study; an axis is estimated within its range.
         deviation : float, optional
-            Standard deviation of the amplitudes as a share of each, where the table has none.
+            Standard deviation of the amplitudes relative to each, if the table has none.
         confidence : float, optional
-            Of the intervals; 0.95 where nothing is said.
+            Confidence of the intervals; by default 0.95.
         seed : int, optional
             Of the draws.
 
         Returns
         -------
         dict
-            What `damperlab fit --json` prints: ``parameters``, ``words``, ``rows``, the prototype as a ``study`` …
+            The output of `damperlab fit --json`: ``parameters``, ``words``, ``rows``, the prototype as a ``study`` …
 
         Raises
         ------
         Refused
-            With every fault of the request; or if it takes longer than a request may, which the command line does not mind.
+            With every fault of the request; or if it exceeds the time of a request, which the command line does not
+            limit.
         """
         document = question(measured, fit, structure, deviation=deviation, confidence=confidence, seed=seed)
         answer: dict[str, Any] = self._transport.ask("POST", "/fits", **body(document))
         return answer
 
     def designs(self, state: State | None = None, name: str | None = None) -> list[Design]:
-        """List the designs that the service keeps, newest first.
+        """List the designs of the service, newest first.
 
         Parameters
         ----------
@@ -394,19 +396,19 @@ class Client:
                 return found
 
     def accuracy(self) -> Accuracy:
-        """Give the last report of `damperlab check accuracy` that the service keeps.
+        """Give the service's last report of `damperlab check accuracy`.
 
         Raises
         ------
         NotFound
-            If none was made with the service's data directory.
+            If the service's data directory has none.
         """
         report = self._transport.ask("GET", "/accuracy")
         names = ("created", "version", "passed", "stability")
         return Accuracy(**{name: report[name] for name in names}, document=report)
 
     def records(self) -> "list[GroundRecord]":
-        """List the ground-motion records that the service keeps, those built in first."""
+        """List the ground-motion records of the service, the built-in ones first."""
         from damperlab.service.client.earthquake import read_ground_record
 
         return [read_ground_record(each) for each in self._transport.ask("GET", "/records")["records"]]
@@ -414,21 +416,21 @@ class Client:
     def upload_record(
         self, path: str | Path, name: str = "", units: AccelerationUnits | None = None
     ) -> "GroundRecord":
-        """Upload your own ground motion; the same samples again are the same record.
+        """Upload your own ground motion; the same samples are the same record.
 
         Parameters
         ----------
         path : path
             A PEER file (.at2), or one of two columns, time [s] and acceleration (.csv, .txt).
         name : str
-            What to call it; the file's name if not given.
+            Name of the record; by default the file's name.
         units : {"g", "m/s2", "cm/s2"}, optional
-            Of the acceleration, where the file does not say.
+            Unit of the acceleration, if the file does not state it.
 
         Raises
         ------
         Refused
-            If the file is not readable as one.
+            If the file cannot be read as a record.
         """
         from damperlab.service.client.earthquake import read_ground_record, upload
 
@@ -447,11 +449,11 @@ class Client:
     ) -> "DamperComparison":
         """Compare dampers under a ground motion, as the paper's Table A1.
 
-        The record may be a `GroundRecord`, or what to generate: ``{"kanai_tajimi": {"seed": 1}}``, ``{"sweep": {…}}``,
-        ``{"random_vibration": {…}}`` or ``{"shock": {…}}``. The ``contact`` is written as in a study, ``{"model":
-        "dwell", "contact_time": 0.1}``. Keywords say what differs from the paper's prototype: ``scale``, ``mass_kg``,
-        ``natural_frequency_hz``, ``damping_ratio``, ``particle_mass_kg``, ``clearance_m``, ``restitution``,
-        ``friction_force_n``, ``tmd_mass_kg``, ``tail_s``, ``perturbation_m``.
+        The record may be a `GroundRecord`, or the definition of a generated one: ``{"kanai_tajimi": {"seed": 1}}``,
+        ``{"sweep": {…}}``, ``{"random_vibration": {…}}`` or ``{"shock": {…}}``. The ``contact`` is written as in a
+        study, ``{"model": "dwell", "contact_time": 0.1}``. Keywords change the paper's prototype: ``scale``,
+        ``mass_kg``, ``natural_frequency_hz``, ``damping_ratio``, ``particle_mass_kg``, ``clearance_m``,
+        ``restitution``, ``friction_force_n``, ``tmd_mass_kg``, ``tail_s``, ``perturbation_m``.
 
         Returns
         -------
@@ -474,7 +476,7 @@ class Client:
 
 
 def _study(study: "Definition") -> dict[str, Any]:
-    """Give the arguments of `Transport.ask` that send a study; the service checks it, a file is only read."""
+    """Give the arguments of `Transport.ask` that send a study; a file is only read, and the service checks it."""
     if callable(document := getattr(study, "document", None)):
         return body(document())
     if isinstance(study, Mapping):

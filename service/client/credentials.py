@@ -1,4 +1,4 @@
-"""The key that a client sends: from the environment, or from a file that nobody else can read."""
+"""The client's key: from the environment, or from a file that other users cannot read."""
 
 import os
 import stat
@@ -12,12 +12,12 @@ KEY_FILE = "DAMPERLAB_KEY_FILE"
 
 
 def key_from_environment() -> str | None:
-    """Give the key that ``DAMPERLAB_KEY`` holds, or else the file that ``DAMPERLAB_KEY_FILE`` names; None without both.
+    """Give the key in ``DAMPERLAB_KEY``, or else in the file that ``DAMPERLAB_KEY_FILE`` names; None without both.
 
     Raises
     ------
     Refused
-        If the file cannot be read, holds no key, or can be read by others.
+        If the file cannot be read, holds no key, or is readable by other users.
     """
     key = os.environ.get(KEY, "").strip()
     if key:

@@ -1,4 +1,4 @@
-"""One design of a service: followed, steered, and its answer."""
+"""One design of a service: progress, control, and answer."""
 
 import time
 from collections.abc import Iterator, Mapping
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     Specification = Mapping[str, Any] | str | Path
 
 LOOK_SECONDS = 1.0
-"""Between two looks at a design that is waited for."""
+"""Interval between checks while waiting for a design."""
 
 
 class Design:
-    """A design that the service keeps.
+    """A design stored by the service.
 
     Made by `Client.design` and `Client.designs`.
 
@@ -31,12 +31,12 @@ class Design:
     transport : Transport
         The way to the service.
     document : mapping
-        What the service says of it, or the part of it that is at hand.
+        The service's record of it, or the available part.
 
     Attributes
     ----------
     id, name : str
-        The first twelve digits of the specification's digest; free text.
+        The first twelve digits of the specification's digest; its name.
     """
 
     def __init__(self, transport: Transport, document: Mapping[str, Any]) -> None:
@@ -45,11 +45,11 @@ class Design:
         self.name = str(document["name"])
 
     def __repr__(self) -> str:
-        """Say which design it is."""
+        """Name the design."""
         return f"<Design {self.id} {self.name!r}>"
 
     def _repr_html_(self) -> str:
-        """Show a notebook the design as it is now: its sentences, or how far it is."""
+        """Show the design in a notebook: its sentences, or its progress."""
         try:
             now = self.record
         except ClientFault:
@@ -65,30 +65,33 @@ class Design:
         return card(f"Design {self.name}".strip(), rows)
 
     def __eq__(self, other: object) -> bool:
-        """Equal ids of one service are one design."""
+        """Equal ids of one service mean the same design."""
         return isinstance(other, Design) and (self.id, self._transport.url) == (
             other.id,
             other._transport.url,
         )
 
     def __hash__(self) -> int:
-        """Hash as equality asks."""
+        """Hash consistent with equality."""
         return hash((self.id, self._transport.url))
 
     @property
     def record(self) -> dict[str, Any]:
-        """What the service knows now: ``state``, ``stage``, ``points``, ``budget_points``, ``known`` (the best so far), …"""
+        """The service's present record: ``state``, ``stage``, ``points``, ``budget_points``, ``known`` (the best so
+        far), …
+        """
         found: dict[str, Any] = self._ask("GET")
         return found
 
     @property
     def state(self) -> str:
-        """``queued``, ``running``, ``done``, ``cancelled`` or ``failed``, as it is now."""
+        """The present state: ``queued``, ``running``, ``done``, ``cancelled`` or ``failed``."""
         return str(self.record["state"])
 
     @property
     def answer(self) -> dict[str, Any]:
-        """What `damperlab design --json` prints: ``design`` in drawing values, ``worst``, ``probability``, ``words``, …
+        """The output of `damperlab design --json`: ``design`` in drawing values, ``worst``, ``probability``,
+        ``words``, …
 
         Raises
         ------
@@ -104,8 +107,9 @@ class Design:
 
     @property
     def amplitudes(self) -> "xr.Dataset":
-        """The response of the recommended damper over ``amplitude`` and ``frequency_ratio``, from half the least amplitude to
-        twice the largest: ``value``, ``ratio`` over the base amplitude, ``worst`` and ``worst_frequency_ratio``.
+        """The response of the recommended damper over ``amplitude`` and ``frequency_ratio``, from half the smallest
+        amplitude to twice the largest: ``value``, ``ratio`` over the base amplitude, ``worst`` and
+        ``worst_frequency_ratio``.
 
         Raises
         ------
@@ -121,15 +125,15 @@ class Design:
     def wait(self, progress: bool = True, timeout: float | None = None) -> "Design":
         """Wait until the design is done.
 
-        Lost connections and restarts of the service are waited out.
+        Lost connections and restarts of the service do not end the wait.
 
         Parameters
         ----------
         progress : bool
-            Show points, what is computed and the best damper so far: by a bar in a terminal or a notebook, by a line now and
-            then elsewhere.
+            Show points, activity and the best damper so far: by a bar in a terminal or a notebook, by occasional
+            lines elsewhere.
         timeout : float, optional
-            Give up after this many seconds; the design itself goes on.
+            Stop waiting after this many seconds; the design itself continues.
 
         Returns
         -------
@@ -175,12 +179,13 @@ class Design:
         return answer
 
     def report(self, path: str | Path) -> Path:
-        """Write the report of a design that is done, to sign or to print.
+        """Write the report of a completed design, to sign or to print.
 
         Parameters
         ----------
         path : path
-            The file to write, a page of HTML, or sheets of A4 where its name ends in ``.pdf``; it appears when it is complete.
+            The file to write: a page of HTML, or sheets of A4 if its name ends in ``.pdf``; it appears when it is
+            complete.
 
         Returns
         -------
@@ -190,7 +195,7 @@ class Design:
         Raises
         ------
         Refused
-            If it is to be a PDF, and the service cannot print.
+            If it is a PDF, and the service cannot print.
         Conflict
             If the design is not done.
         """
@@ -206,22 +211,22 @@ class Design:
             part.unlink(missing_ok=True)
 
     def cancel(self) -> "Design":
-        """Stop the design; what is computed is kept, and `resume` goes on from there."""
+        """Stop the design; computed points are kept, and `resume` continues from there."""
         self._ask("POST", "/cancel")
         return self
 
     def resume(self) -> "Design":
-        """Go on with a design that was cancelled or has failed."""
+        """Continue a design that was cancelled or has failed."""
         self._ask("POST", "/resume")
         return self
 
     def rename(self, name: str) -> "Design":
-        """Call the design something else; its specification keeps its own name."""
+        """Rename the design; its specification keeps its own name."""
         self.name = str(self._ask("PATCH", json={"name": name})["name"])
         return self
 
     def delete(self, trash: bool = False) -> None:
-        """Delete the design and its answer; one that has not ended has to be cancelled first. Its studies stay.
+        """Delete the design and its answer; cancel it first if it has not ended. Its studies stay.
 
         Parameters
         ----------
@@ -240,12 +245,14 @@ class Design:
 
 
 def ask_for(transport: Transport, specification: "Specification") -> Design:
-    """Ask a service for a design; see `Client.design`."""
+    """Request a design from a service; see `Client.design`."""
     return Design(transport, transport.ask("POST", "/designs", **_sent(specification)))
 
 
 def _sent(specification: "Specification") -> dict[str, Any]:
-    """Give the arguments of `Transport.ask` that send a specification; the service checks it, a file is only read."""
+    """Give the arguments of `Transport.ask` that send a specification; a file is only read, and the service checks
+    it.
+    """
     if isinstance(specification, Mapping):
         return body(specification)
     if isinstance(specification, str) and ("\n" in specification or specification.startswith("{")):
@@ -271,7 +278,7 @@ def _written(text: bytes, kind: str) -> dict[str, Any]:
 
 
 def _best(now: Mapping[str, Any]) -> str:
-    """Write the best damper so far; empty where there is none yet."""
+    """Write the best damper so far; empty if there is none yet."""
     from damperlab.studies.design.spelling import best_so_far
 
     return best_so_far(now["known"]) if now.get("known") else ""

@@ -18,20 +18,20 @@ UNITS = (("_m_s2", "m/s2"), ("_m_s", "m/s"), ("_m", "m"), ("_j", "J"), ("_s", "s
 
 @dataclass(frozen=True)
 class GroundRecord:
-    """A record of base acceleration that the service keeps.
+    """A record of base acceleration stored by the service.
 
     Parameters
     ----------
     id, name, source : str
-        What to name it by, what people call it, where it comes from.
+        Its id, its name, its source.
     samples : int
         Number of samples.
     step_s, duration_s : float
-        Time between samples and from first to last [s].
+        Time step, and duration [s].
     peak_acceleration_m_s2, peak_acceleration_g, peak_velocity_m_s, peak_displacement_m : float
         Largest absolute values of the base's motion.
     digest : str
-        Of step and samples.
+        Digest of step and samples.
     """
 
     id: str
@@ -58,7 +58,7 @@ def upload(path: Path, name: str, units: str | None) -> dict[str, Any]:
     Raises
     ------
     Refused
-        If the file cannot be read, or its suffix says nothing of its format.
+        If the file cannot be read, or its suffix is no known format.
     """
     kind, layout = KINDS.get(path.suffix.lower(), (None, None))
     if kind is None:
@@ -77,7 +77,9 @@ def upload(path: Path, name: str, units: str | None) -> dict[str, Any]:
 
 
 def read_comparison(document: Mapping[str, Any]) -> DamperComparison:
-    """Put a comparison into a Dataset along ``case``; measures over perturbed starts end in ``_lowest`` and ``_highest``."""
+    """Convert a comparison into a Dataset along ``case``; measures over perturbed starts end in ``_lowest`` and
+    ``_highest``.
+    """
     cases = document["cases"]
     measures = [name for name in next(iter(cases.values())) if name not in ("label", "spread")]
     data = {

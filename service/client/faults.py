@@ -1,4 +1,4 @@
-"""What a client raises: the service's problem document as an exception that reads well, and what is no answer at all."""
+"""Exceptions of the client: the service's problem document in readable form, and failures without an answer."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,19 +8,19 @@ from damperlab.studies.user_error import UserError
 
 
 class ClientFault(UserError):
-    """Anything that keeps a client from its answer."""
+    """Base of all failures to get an answer."""
 
 
 class Unreachable(ClientFault):
-    """No service answers at the address, or what answers is not a damperlab service."""
+    """No service answers at the address, or the answer is not from a damperlab service."""
 
 
 class Stopped(ClientFault):
-    """A study that was waited for has failed or was cancelled; the message says why."""
+    """A study has failed or was cancelled during the wait; the message gives the reason."""
 
 
 class StillRunning(ClientFault, TimeoutError):
-    """A study that was waited for has not ended in the time given; it goes on."""
+    """A study has not ended within the given time; it continues."""
 
 
 class Problem(ClientFault):
@@ -36,12 +36,12 @@ class Problem(ClientFault):
     status : int
         HTTP status.
     type, title, detail : str
-        What kind of problem it is, ``urn:damperlab:problem:<kind>``; the status in words; what happened.
-        Where nothing was sent, the status has no words.
+        The kind of problem, ``urn:damperlab:problem:<kind>``; the status in words; the event. If nothing was sent,
+        the status has no words.
     faults : tuple of Fault
-        What is wrong with the request: `field`, `found`, `allowed`, `advice` and `message` of each.
+        The faults of the request: `field`, `found`, `allowed`, `advice` and `message` of each.
     request_id : str, optional
-        Under which the service's log has the request.
+        Id of the request in the service's log.
     """
 
     def __init__(self, document: Mapping[str, Any]) -> None:
@@ -57,13 +57,13 @@ class Problem(ClientFault):
         super().__init__(self.detail)
 
     def __str__(self) -> str:
-        """Say what happened, and every fault in a line of its own."""
+        """Describe the event, and every fault in a separate line."""
         answered = f" ({self.status} {self.title})" if self.title else ""
         lines = [f"{self.detail}{answered}".lstrip()]
         return "\n".join((*lines, *(f"  {fault}" for fault in self.faults)))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Let the problem travel between processes."""
+        """Pickle the problem, so that it survives transport between processes."""
         return type(self), (self.document,)
 
 
@@ -76,15 +76,15 @@ class NotFound(Problem):
 
 
 class Conflict(Problem):
-    """The study is not in a state in which this can be done (409)."""
+    """The state of the study does not allow the request (409)."""
 
 
 class Unavailable(Problem):
-    """The service, or what stands before it, cannot answer now (429, 502, 503, 504); asking again did not help."""
+    """The service, or a proxy before it, cannot answer now (429, 502, 503, 504); repeating did not help."""
 
 
 class Denied(Problem):
-    """The service, or what guards it, requires another key (401, 403)."""
+    """The service, or its proxy, requires another key (401, 403)."""
 
 
 _KINDS: dict[int, type[Problem]] = {
@@ -97,12 +97,12 @@ _KINDS: dict[int, type[Problem]] = {
 
 
 def problem(document: Mapping[str, Any]) -> Problem:
-    """Make the exception that fits a problem document."""
+    """Make the exception for a problem document."""
     return _KINDS.get(int(document["status"]), Problem)(document)
 
 
 def refused(faults: tuple[Fault, ...]) -> Refused:
-    """Make the exception for what is wrong before anything is sent."""
+    """Make the exception for an error before anything is sent."""
     entries = [fault.document() for fault in faults]
     what = "Nothing was sent."
     return Refused(

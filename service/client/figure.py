@@ -1,4 +1,4 @@
-"""What happens to a figure that was drawn: written to a file, shown by a notebook."""
+"""Output of a figure: written to a file, or displayed by a notebook."""
 
 import sys
 from pathlib import Path
@@ -9,20 +9,20 @@ if TYPE_CHECKING:
 
 
 def in_notebook() -> bool:
-    """Whether this process is the kernel of a notebook."""
+    """Whether this process is a notebook's kernel."""
     shell: Any = sys.modules.get("IPython")
     return shell is not None and type(shell.get_ipython()).__name__ == "ZMQInteractiveShell"
 
 
 def finished(figure: "Figure", path: str | Path | None) -> "Figure":
-    """Write a figure where a path is given, and see to it that a notebook shows it.
+    """Write a figure if a path is given, and make a notebook display it.
 
     Parameters
     ----------
     figure : Figure
         Drawn by `damperlab.service.figures`.
     path : path, optional
-        The suffix says how it is written: .png, .svg, .pdf.
+        The suffix gives the format: .png, .svg, .pdf.
     """
     if path is not None:
         from damperlab.service.figures.style import save

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 
 class Questions(Asked):
-    """What a study is asked; a running one, too, with what is there.
+    """Questions to a study; a running one answers with its present results.
 
-    Where the study is given in SI units an answer holds its ratios in units too, as `amplitude_m` and `clearance_m`.
+    If the study is given in SI units, answers have their ratios in units too, as `amplitude_m` and `clearance_m`.
     """
 
     @cached_property
@@ -43,7 +43,7 @@ class Questions(Asked):
         return definition
 
     def _answer(self, question: Question[A], given: Mapping[str, Any]) -> A:
-        """Ask a question with arguments that are called like its fields; what else is given is not looked at."""
+        """Ask a question with arguments named like its fields; other arguments are ignored."""
         from damperlab.service.client.answers import read
         from damperlab.studies.answers.quantities import with_quantities
 
@@ -64,11 +64,11 @@ class Questions(Asked):
     ) -> "ResonanceMap":
         """Show one metric over two dimensions.
 
-        The dimensions are those along which the study varies, clearance and friction first, if not given. Unless the
-        frequency is given, or the record of a ground-motion suite, the largest value over all of them is shown.
+        By default the dimensions are those along which the study varies, clearance and friction first. Unless the
+        frequency, or the record of a ground-motion suite, is given, the largest value over all of them is shown.
 
-        With ``minus``, a second study with the same axes, ``other`` holds its values and ``difference`` those of the first
-        less those of the second; ``plot`` draws all three.
+        With ``minus``, a second study with the same axes, ``other`` holds its values and ``difference`` the first
+        minus the second; ``plot`` draws all three.
 
         Returns
         -------
@@ -87,8 +87,8 @@ class Questions(Asked):
     ) -> "FrequencyResponse":
         """Follow one design along the frequency ratio.
 
-        With a second study on the same frequencies, as the way down of a hysteresis, ``other`` holds its values,
-        ``differs`` and the attribute ``apart`` where the two are different responses.
+        With a second study on the same frequencies, for example the way down of a hysteresis, ``other`` holds its
+        values. ``differs`` and the attribute ``apart`` say where the two are different responses.
 
         Returns
         -------
@@ -113,7 +113,7 @@ class Questions(Asked):
     ) -> "Designs":
         """Rank designs over the frequencies of the study, the best first; dampers of a ground-motion suite by their worst case.
 
-        Ten designs are listed by default, of a Pareto front all.
+        By default ten designs are listed, and all of a Pareto front.
 
         Returns
         -------
@@ -152,7 +152,7 @@ class Questions(Asked):
         quantile: float = Fragile.quantile,
         **at: float | str,
     ) -> "Fragility":
-        """Fit how likely a damper of a ground-motion suite exceeds a limit, as its records are scaled up.
+        """Fit the probability that a damper of a ground-motion suite exceeds a limit, over the scale of its records.
 
         Returns
         -------
@@ -162,7 +162,7 @@ class Questions(Asked):
         return self._answer(FRAGILITY, locals())
 
     def work_precision(self) -> "WorkPrecision":
-        """Sort the points by run time, and say how exact those of each time are.
+        """Sort the points by run time, and give the errors for each time.
 
         Returns
         -------
@@ -173,7 +173,7 @@ class Questions(Asked):
 
 
 def _untyped(question: Question[Any]) -> Callable[..., Any]:
-    """Make the method of a question that has none above: the same, but for what a checker of types knows of it."""
+    """Make the method of a question without an explicit one: the same, except for its type annotations."""
     fields = sorted(
         (each for each in question.fields if "client" in each.doors), key=lambda each: each.is_named
     )

@@ -1,4 +1,4 @@
-"""What is no Dataset: an estimate, a refinement, a simulation, an accuracy report."""
+"""Results that are not Datasets: an estimate, a refinement, a simulation, an accuracy report."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
@@ -21,24 +21,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a study would cost.
+    """Cost of a study.
 
     Parameters
     ----------
     digest : str
-        Identity of the study; its first twelve digits are the id it would have.
+        Digest of the study; its first twelve digits would be the id.
     points, blocks, bytes : int
-        How many points, in how many blocks, and their size before compression.
+        Number of points and blocks, and their size before compression.
     seconds : float
-        Of one core [s]: kernels, and compiling them where they are missing.
+        On one core [s]: running the kernels, and compiling missing ones.
     definition : dict
-        The study with everything that was left out filled in.
+        The study with all defaults filled in.
     compiling_seconds : float
-        What compiling takes of `seconds` [s].
+        Part of `seconds` for compiling [s].
     seconds_low, seconds_high : float, optional
-        Between what they may well be [s].
+        Likely range of `seconds` [s].
     understood : tuple of str
-        What was assumed, the ratios that quantities make, and what is unusual, in sentences.
+        Assumptions, derived ratios, and unusual values, in sentences.
     """
 
     digest: str
@@ -55,7 +55,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Refinement:
-    """How well an optimum or a class boundary is known, and the follow-up that tells more.
+    """Uncertainty of an optimum or a class boundary, and the follow-up that reduces it.
 
     Parameters
     ----------
@@ -64,17 +64,17 @@ class Refinement:
     found : dict
         The optimum (coordinates, `value`, `error`) or the boundary (`low`, `high`, their classes) so far.
     steps : dict of float
-        By parameter, the distance to the farther of the neighbours between which it lies.
+        By parameter, the distance to the farther of its two neighbours.
     points, fine_points : int
-        Points of the follow-ups, and of a grid that would give the same answer; 0 where none is known to.
+        Points of the follow-ups, and of a grid that would give the same answer; 0 if none is known.
     note : str
-        The same in words.
+        The same as sentences.
     follow_up : Study, optional
-        The first study that was submitted; None where everything is known, or for a dry run.
+        The first submitted study; None if everything is known, or for a dry run.
     follow_ups : tuple of Study
-        All studies that were submitted.
+        All submitted studies.
     spent : dict
-        What has been computed: `points`, `cycles`, `seconds` of run time.
+        Cost so far: `points`, `cycles`, `seconds` of run time.
     """
 
     known: bool
@@ -97,21 +97,21 @@ class Simulation:
     metrics : dict of float
         The cube's variables, by name; None for a variable that this response does not have.
     status, response_class : str
-        How the computation ended and what kind of response it is, in words.
+        Outcome of the computation and class of the response, in words.
     state : dict of float
         ``u``, ``u_rate``, ``p``, ``p_rate`` at the end: absolute displacement over Z, velocity over Z·ω_n.
     events : dict of int
         Number of impacts, velocity reversals and attachments.
     cycles : int
-        Excitation cycles that were computed.
+        Computed excitation cycles.
     history : Dataset
-        Displacements and velocities over ``time`` [1/ω_n], each with its unit; empty where none was asked for.
+        Displacements and velocities over ``time`` [1/ω_n], each with its unit; empty if none was requested.
     ratios : dict of float
         The design point.
     attractors : dict, optional
-        The responses that many starts lead to (``met``, each with its ``share`` and ``metrics``), whether a change of the
-        start in its last digits leads to another one (``decided_by_a_rounding``), and the same in words (``note``); None
-        where no starts were asked for.
+        The responses that many starts lead to (``met``, each with its ``share`` and ``metrics``), whether a change
+        of the start in its last digits leads to another one (``decided_by_a_rounding``), and the same in words
+        (``note``); None if no starts were requested.
     """
 
     metrics: dict[str, Any]
@@ -125,7 +125,7 @@ class Simulation:
     attractors: dict[str, Any] | None = None
 
     def _repr_html_(self) -> str:
-        """Show a notebook the response, its measures and what happened."""
+        """Show the response, its results and its events in a notebook."""
         ratios = ", ".join(f"{name} = {value:g}" for name, value in self.ratios.items())
         measures = {name: value for name, value in self.metrics.items() if isinstance(value, float)}
         rows = [("response", self.response_class), ("status", self.status)]
@@ -133,7 +133,7 @@ class Simulation:
         return card(f"Simulation at {ratios}", [*rows, *self.events.items()])
 
     def plot(self, path: str | Path | None = None) -> "Figure":
-        """Draw the time history, and write it to `path` (.png, .svg, .pdf) where one is given."""
+        """Draw the time history, and write it to `path` (.png, .svg, .pdf) if given."""
         from damperlab.service.figures.curves import draw_history
 
         columns = {str(name): array.values for name, array in self.history.variables.items()}
@@ -142,18 +142,18 @@ class Simulation:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The last report of `damperlab check accuracy` that the service keeps.
+    """The service's last report of `damperlab check accuracy`.
 
     Parameters
     ----------
     created, version : str
-        When it was made, and by which version.
+        Its time, and the version.
     passed : bool
-        Whether every extreme case held.
+        Whether every extreme case passed.
     stability : list of dict
-        One entry a case.
+        One entry per case.
     document : dict
-        The whole report.
+        The complete report.
     """
 
     created: str
@@ -163,14 +163,14 @@ class Accuracy:
     document: dict[str, Any]
 
     def plot(self, path: str | Path | None = None) -> "Figure":
-        """Draw error against run time, and write it to `path` (.png, .svg, .pdf) where one is given."""
+        """Draw error against run time, and write it to `path` (.png, .svg, .pdf) if given."""
         from damperlab.service.figures.accuracy import draw_work_precision
 
         return finished(draw_work_precision(self.document["diagrams"]), path)
 
 
 def read_record(document: Mapping[str, Any]) -> Record:
-    """Read a study's record; what a newer service says beyond it is passed over."""
+    """Read a study's record; unknown fields of a newer service are ignored."""
     # what services of before did not say
     before = {
         "phase": document["state"],

@@ -1,4 +1,4 @@
-"""Searches that a service goes on with: follow-up studies around the best design, or around a class boundary."""
+"""Searches of a service: follow-up studies around the best design, or around a class boundary."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 class Searches(Asked, ABC):
-    """What computes further."""
+    """A study with searches."""
 
     @abstractmethod
     def _handle(self, document: Mapping[str, Any]) -> "Study":
-        """Give another study of the same service, of its record."""
+        """Give another study of the same service, from its record."""
 
     @explained(Search, Judging, FollowUps)
     def refine(
@@ -35,12 +35,12 @@ class Searches(Asked, ABC):
         budget: int = Search.budget,
         **ranges: Range,
     ) -> Refinement:
-        """Submit follow-up studies where a better design may lie, unless the best is known well enough.
+        """Submit follow-up studies where a better design may lie, unless the best is known accurately enough.
 
         Returns
         -------
         Refinement
-            With the follow-up to wait for, then to give as ``with_``.
+            With the follow-up, to wait for and then to pass as ``with_``.
         """
         return self._search("/refine", (Search, Judging, FollowUps), locals())
 
@@ -53,12 +53,12 @@ class Searches(Asked, ABC):
         dry_run: bool = False,
         **at: float,
     ) -> Refinement:
-        """Submit a follow-up study around a change of the response class, unless that is known well enough.
+        """Submit a follow-up study around a change of the response class, unless that is known accurately enough.
 
         Returns
         -------
         Refinement
-            With the follow-up to wait for, then to give as ``with_``.
+            With the follow-up, to wait for and then to pass as ``with_``.
         """
         return self._search("/refine-boundary", (Boundary, Step, FollowUps), locals())
 

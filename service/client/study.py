@@ -1,4 +1,4 @@
-"""One study of a service: followed and steered; what it is asked stands in `questions` and `searches`."""
+"""One study of a service: progress and control; its questions are in `questions` and `searches`."""
 
 import time
 from collections.abc import Iterable, Mapping
@@ -20,26 +20,26 @@ if TYPE_CHECKING:
 
 PIECE_BYTES = 1 << 20
 DRAIN_SECONDS = 60.0
-"""How long a cancelled study may take to let go of its blocks."""
+"""Longest wait for a cancelled study to release its blocks."""
 
 
 class Study(Questions, Searches):
-    """A study that the service keeps.
+    """A study stored by the service.
 
-    Made by `Client.submit`, `Client.study` and `Client.studies`. Every question is answered on a running study,
-    too, with what is there; the answer's attribute ``complete`` says how much of it that is.
+    Made by `Client.submit`, `Client.study` and `Client.studies`. A running study also answers every question with
+    its present results; the answer's attribute ``complete`` gives their share.
 
     Parameters
     ----------
     transport : Transport
         The way to the service.
     document : mapping
-        Its record, or the part of it that is at hand.
+        Its record, or the available part of it.
 
     Attributes
     ----------
     id, name : str
-        The first twelve digits of the digest; free text.
+        The first twelve digits of the digest; its name.
     """
 
     def __init__(self, transport: Transport, document: Mapping[str, Any]) -> None:
@@ -51,18 +51,18 @@ class Study(Questions, Searches):
         return Study(self._transport, document)
 
     def __repr__(self) -> str:
-        """Say which study it is."""
+        """Name the study."""
         return f"<Study {self.id} {self.name!r}>"
 
     def _repr_html_(self) -> str:
-        """Show a notebook the study as it is now; without an answer of the service, its name."""
+        """Show the study in a notebook; without an answer of the service, its name."""
         try:
             return self.record._repr_html_()
         except ClientFault:
             return card(f"Study {self.name}", [("id", self.id)])
 
     def __eq__(self, other: object) -> bool:
-        """Equal ids of one service are one study."""
+        """Equal ids of one service mean the same study."""
         return isinstance(other, Study) and (self.id, self._transport.url) == (
             other.id,
             other._transport.url,
@@ -74,7 +74,7 @@ class Study(Questions, Searches):
 
     @property
     def record(self) -> Record:
-        """What the service knows about the study now: states, counts, times, the definition, versions."""
+        """The service's present record of the study: states, counts, times, the definition, versions."""
         return read_record(self._ask("GET"))
 
     @property
@@ -90,9 +90,9 @@ class Study(Questions, Searches):
         Parameters
         ----------
         progress : bool
-            Show a bar in a terminal or a notebook, a line now and then elsewhere.
+            Show a bar in a terminal or a notebook, occasional lines elsewhere.
         timeout : float, optional
-            Give up after this many seconds; the study itself goes on.
+            Stop waiting after this many seconds; the study itself continues.
 
         Returns
         -------
@@ -102,7 +102,7 @@ class Study(Questions, Searches):
         Raises
         ------
         Stopped
-            If it has failed or was cancelled; what has been computed can still be queried.
+            If it has failed or was cancelled; computed results can still be queried.
         StillRunning
             If it has not ended in time.
         """
@@ -136,21 +136,21 @@ class Study(Questions, Searches):
     def remark(
         self, tags: "Iterable[str] | None" = None, note: str | None = None, name: str | None = None
     ) -> "Study":
-        """Tag the study, write a note to it, or rename it; None leaves what is there.
+        """Tag the study, write its note, or rename it; None changes nothing.
 
         Parameters
         ----------
         tags : iterable of str, optional
-            All its tags from now on: up to 40 lower-case letters, digits and hyphens each.
+            Its new tags: up to 40 lower-case letters, digits and hyphens each.
         note : str, optional
-            Its note from now on.
+            Its new note.
         name : str, optional
-            What it is called from now on; its definition stays as it is.
+            Its new name; the definition is unchanged.
 
         Raises
         ------
         Refused
-            If one of them is not allowed, or none is given.
+            If one of them is not allowed, or all are None.
         """
         said = {"tags": None if tags is None else list(tags), "note": note, "name": name}
         self._ask("PATCH", json={name: value for name, value in said.items() if value is not None})
@@ -167,29 +167,30 @@ class Study(Questions, Searches):
         return self
 
     def resume(self) -> "Study":
-        """Go on with a study that was cancelled or has failed."""
+        """Continue a study that was cancelled or has failed."""
         self._ask("POST", "/resume")
         return self
 
     def retry(self) -> "Study":
-        """Recompute blocks that failed as a whole; points that failed numerically stay as they are."""
+        """Recompute blocks that failed as a whole; numerical failures of points are unchanged."""
         self._ask("POST", "/retry")
         return self
 
     def recompute(self) -> "Study":
-        """Compute an outdated study with the service's solver, beside these results, and give the new version.
+        """Compute an outdated study with the service's solver, keep these results, and give the new version.
 
         Both are kept until one is deleted; `differences` compares them.
         """
         return Study(self._transport, self._ask("POST", "/recompute"))
 
     def differences(self, older: "Study | str | None" = None) -> dict[str, Any]:
-        """How this version differs from an older one: points, and of each variable the largest difference and where.
+        """Differences of this version from an older one: points, and for each variable the largest difference and
+        its place.
 
         Parameters
         ----------
         older : Study or str, optional
-            The other version; by default the one before.
+            The other version; by default the previous one.
 
         Returns
         -------
@@ -203,11 +204,13 @@ class Study(Questions, Searches):
 
     @property
     def outdated(self) -> bool:
-        """Whether the results are by a solver other than the service's; `recompute` makes a new version beside them."""
+        """Whether the results belong to a solver other than the service's; `recompute` makes a new version and keeps
+        these.
+        """
         return self.record.outdated
 
     def delete(self, trash: bool = False) -> None:
-        """Delete the study and its cube; one that runs has to be cancelled first.
+        """Delete the study and its cube; cancel a running one first.
 
         Parameters
         ----------
@@ -226,21 +229,21 @@ class Study(Questions, Searches):
             time.sleep(0.2)
 
     def cube(self, chunks: Any = "blocks") -> "xr.Dataset":
-        """Open the whole cube lazily: values are fetched when they are computed with.
+        """Open the complete cube lazily: values are fetched when they are used.
 
-        Of a study that has not ended it shows what is done now, and stays so; open it again for more.
+        If the study has not ended, it shows the present results and does not change; open it again for more.
 
         Parameters
         ----------
         chunks : mapping, int or None
-            As for `xarray.open_zarr`; by default the blocks of the study as chunks of Dask, with None no Dask.
+            As for `xarray.open_zarr`; by default the study's blocks are chunks of Dask; None means no Dask.
 
         Returns
         -------
         Dataset
-            All dimensions and every stored variable; points that are not computed have status −1. A study in SI units
-            has coordinates in them beside the ratios (``clearance_m``, ``friction_force_n``, …), and where the cube is
-            lazy the results too (``amplitude_m``, ``impact_speed_max_m_per_s``, …).
+            All dimensions and every stored variable; points that are not computed have status −1. A study in SI
+            units also has coordinates in units (``clearance_m``, ``friction_force_n``, …) and, if the cube is lazy,
+            results in units (``amplitude_m``, ``impact_speed_max_m_per_s``, …).
         """
         import xarray as xr
 
@@ -257,14 +260,14 @@ class Study(Questions, Searches):
         return with_units(cube, results=chunks is not None)
 
     def export(self, path: str | Path, format: ExportFormat | None = None) -> Path:
-        """Download the whole cube into a file.
+        """Download the complete cube into a file.
 
         Parameters
         ----------
         path : path
             The file to write; it appears when it is complete.
         format : {"netcdf", "csv", "parquet"}, optional
-            What the suffix of `path` says, ``.nc``, ``.csv`` or ``.parquet``, if not given.
+            By default from the suffix of `path`: ``.nc``, ``.csv`` or ``.parquet``.
 
         Returns
         -------

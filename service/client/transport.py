@@ -1,4 +1,4 @@
-"""One request: sent, repeated with growing pauses while that may help, and answered or refused in words."""
+"""One request: sent, repeated with growing pauses while that may help, and finally answered or refused in words."""
 
 import json
 import logging
@@ -19,16 +19,16 @@ from damperlab.studies.faults import Fault, describe
 from damperlab.studies.spacing import evenly_spaced
 
 PATIENCE_SECONDS = 60.0
-"""How long a service that has answered before may be away: the time of a restart."""
+"""Longest absence of a service that has answered before: the time of a restart."""
 FIRST_SECONDS = 4.0
-"""How long one that has never answered may: somebody may have mistyped the address."""
+"""Longest absence of one that has never answered: the address may be mistyped."""
 LONGEST_PAUSE_SECONDS = 5.0
 PREFERRED = "respond-async, wait=20"
-"""An answer that takes longer is promised and fetched, so that no proxy on the way ends the connection for its silence."""
+"""An answer that takes longer is deferred and fetched later, so that no proxy closes the silent connection."""
 PROMISED_AT = "/api/v1/answers/"
 PROMISE_PAUSE_SECONDS = 0.5
 LONGEST_REFUSAL = 1 << 20
-"""Bytes of a refusal that are read."""
+"""Most bytes read of a refusal."""
 
 # Without a handler the standard library prints each pause to standard error, through a progress bar.
 logging.getLogger("stamina").addHandler(logging.NullHandler())
@@ -42,9 +42,9 @@ class Transport:
     url : str
         Where it is.
     api_key : str, optional
-        Sent as ``Authorization: Bearer …``; if not given, see `key_from_environment`.
+        Sent as ``Authorization: Bearer …``; by default see `key_from_environment`.
     timeout_seconds : float
-        How long one answer may take.
+        Longest wait for one answer.
 
     Raises
     ------
@@ -69,17 +69,17 @@ class Transport:
         self._http.close()
 
     def ask(self, method: str, path: str, **how: Any) -> Any:
-        """Send a request and give the JSON of its answer; None where it has none.
+        """Send a request and give the JSON of its answer; None if it has none.
 
-        Every request of the service may be sent twice: a study and a follow-up are named by what they are, a
-        simulation leaves nothing behind, and a study that is stopped or deleted is so after the second time too.
+        Every request may be sent twice: studies and follow-ups are identified by their content, a simulation changes
+        nothing, and stopping or deleting a study twice has the same effect.
 
         Parameters
         ----------
         method, path : str
             As in ``GET``, ``/studies``.
         **how
-            What `httpx.Client.request` takes; parameters that are None are left out.
+            Arguments of `httpx.Client.request`; parameters that are None are omitted.
 
         Raises
         ------
@@ -99,7 +99,7 @@ class Transport:
         raise refusal from None
 
     def _answer(self, method: str, path: str, how: Mapping[str, Any]) -> httpx.Response | None:
-        """Send a request, again while that may help; None for a study that the first attempt deleted."""
+        """Send a request, and repeat it while that may help; None for a study that the first attempt deleted."""
         for attempt in self.attempts():
             with attempt, self._translated():
                 response = self._http.request(method, path, **how)
@@ -111,7 +111,7 @@ class Transport:
         return response
 
     def _fetched(self, promise: httpx.Response) -> httpx.Response:
-        """Wait for an answer that was promised; whoever stops waiting has it given up."""
+        """Wait for a deferred answer; interrupting the wait cancels it."""
         give_up = time.monotonic() + self._timeout_seconds
         where = f"{self.url}{promise.headers['Location']}"
         response = promise
@@ -127,14 +127,14 @@ class Transport:
             raise
         if response.status_code == 404:
             # the service was restarted: what it had promised is computed again
-            detail = "The service no longer has the answer that it promised."
+            detail = "The service no longer has the deferred answer."
             raise problem({"status": 503, "title": "Service Unavailable", "detail": detail})
         _check(response)
         return response
 
     @contextmanager
     def stream(self, path: str, **how: Any) -> Iterator[httpx.Response]:
-        """Open an answer that is read piece by piece; it is asked for once, and errors are translated."""
+        """Open an answer that is read piece by piece; it is requested only once, and errors are translated."""
         how["params"] = written(how.get("params") or {})
         with self._translated(), self._http.stream("GET", path, **how) as response:
             if response.is_error:
@@ -143,7 +143,7 @@ class Transport:
             yield response
 
     def attempts(self) -> Iterable[Any]:
-        """Give attempts, with pauses between them, for as long as asking again may help."""
+        """Give attempts, with pauses between them, as long as repeating may help."""
         seconds = PATIENCE_SECONDS if self._met else FIRST_SECONDS
         give_up = time.monotonic() + seconds
 
@@ -180,7 +180,7 @@ class Transport:
 
 
 def written(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Write query parameters as the routes read them: none that is None, `lower,higher` for a pair."""
+    """Write query parameters in the form of the routes: without None, and `lower,higher` for a pair."""
     texts: dict[str, Any] = {}
     for name, value in parameters.items():
         if isinstance(value, bool):
@@ -204,7 +204,7 @@ def body(document: Mapping[str, Any] | Sequence[Any]) -> dict[str, Any]:
 
 
 def _axis(value: Any) -> Any:
-    """Spell an array of numpy as the range that it was made from, where it is one: `np.linspace` rounds more than once."""
+    """Write an array of numpy as its range, if it is one: `np.linspace` rounds more than once."""
     values = value.tolist()
     if np.ndim(value) == 1 and len(values) > 2 and np.isfinite(value).all():
         start, stop, num = values[0], values[-1], len(values)

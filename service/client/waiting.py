@@ -20,16 +20,16 @@ if TYPE_CHECKING:
 
 ENDS = ("done", "cancelled", "failed")
 LOOK_SECONDS = 1.0
-"""Between two looks at the record where the stream of events says nothing."""
+"""Interval between checks of the record if the stream of events is silent."""
 SILENCE_SECONDS = 20.0
-"""The service sends a comment every 15 s; what is silent for longer is not it, or something holds it back."""
+"""The service sends a comment every 15 s; a longer silence means that it is gone, or that a proxy holds them back."""
 
 
 def follow(transport: Transport, study_id: str, until: float | None = None) -> Iterator[Mapping[str, Any]]:
-    """Give the record of a study again and again, when something changed, and at last when it has ended.
+    """Yield the record of a study at every change, and finally when it has ended.
 
-    The events of the service tell of changes. Where they break off, or something between here and there keeps
-    them back, the record itself is asked for.
+    The events of the service announce changes. If they stop, or a proxy holds them back, the record itself is
+    requested.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ def follow(transport: Transport, study_id: str, until: float | None = None) -> I
     study_id : str
         The study.
     until : float, optional
-        Stop then, on the clock `time.monotonic`, though it has not ended.
+        Stop at this time, on the clock `time.monotonic`, although it has not ended.
 
     Yields
     ------
     mapping
-        As of ``GET /studies/{id}`` or shorter, as the events have it.
+        As of ``GET /studies/{id}`` or shorter, as in the events.
     """
     while True:
         record = transport.ask("GET", f"/studies/{study_id}")
@@ -79,7 +79,9 @@ def _events(transport: Transport, study_id: str, silence_seconds: float) -> Iter
 
 
 def preparation(record: Mapping[str, Any]) -> str | None:
-    """Say what a study does before its first block; None where it is beyond that, or the service does not tell."""
+    """Describe the activity of a study before its first block; None afterwards, or if the service does not report
+    it.
+    """
     if record.get("phase") == "starting":
         return "starting workers"
     if record.get("phase") == "compiling":
@@ -90,14 +92,14 @@ def preparation(record: Mapping[str, Any]) -> str | None:
 
 
 class DesignShown(Protocol):
-    """What shows the progress of a design."""
+    """A display for the progress of a design."""
 
     def begin(self, points: int, stage: str, best: str) -> None:
-        """Take the points known, what is computed next, and the best damper so far, empty where there is none."""
+        """Take the known points, the activity, and the best damper so far, which may be empty."""
 
 
 def shown_design(name: str, budget: int) -> AbstractContextManager[DesignShown]:
-    """Choose how to show a design's progress, as `shown` does."""
+    """Choose the display of a design's progress, as `shown` does."""
     if in_notebook():
         return _NotebookBar(name, budget)
     from damperlab.service.cli.design_progress import DesignProgress
@@ -106,7 +108,7 @@ def shown_design(name: str, budget: int) -> AbstractContextManager[DesignShown]:
 
 
 def shown(name: str, points: int) -> "AbstractContextManager[Shown]":
-    """Choose how to show progress: a bar in a terminal or a notebook, a line now and then elsewhere."""
+    """Choose the display: a bar in a terminal or a notebook, occasional lines elsewhere."""
     if in_notebook():
         return _NotebookBar(name, points)
     from damperlab.service.cli.progress import StudyProgress
@@ -115,7 +117,7 @@ def shown(name: str, points: int) -> "AbstractContextManager[Shown]":
 
 
 class _NotebookBar:
-    """A bar of the browser's own: what rich draws in a notebook needs a package of widgets."""
+    """A bar in HTML: rich's bar in a notebook needs a package of widgets."""
 
     def __init__(self, name: str, points: int) -> None:
         self._name, self._points = name, points
@@ -139,7 +141,7 @@ class _NotebookBar:
         seconds_left: float | None,
         preparation: str | None = None,
     ) -> None:
-        """Draw the bar anew."""
+        """Draw the bar again."""
         phrases = [f"{done:,} of {self._points:,} points"]
         phrases += [f"{failed} failed"] if failed else []
         phrases += [preparation] if preparation else []
@@ -147,7 +149,7 @@ class _NotebookBar:
         self._draw(done, f"{self._name}: {', '.join(phrases)}")
 
     def begin(self, points: int, stage: str, best: str) -> None:
-        """Draw the bar of a design anew."""
+        """Draw the bar of a design again."""
         phrases = [f"{points:,} of at most {self._points:,} points", *filter(None, [stage])]
         self._draw(points, f"{self._name}: {', '.join(phrases)}{f'. Best so far: {best}' if best else ''}")
 

@@ -1,1 +1,1 @@
-"""The edge of HTTP: connections that may not last for ever, heads and bodies that may not grow, answers that arrive."""
+"""The edge of HTTP: limits on connections, heads and bodies, and reliable delivery of answers."""

@@ -1,4 +1,4 @@
-"""Compressed answers, for clients that take them."""
+"""Compressed answers, for clients that accept them."""
 
 import re
 
@@ -10,9 +10,10 @@ _REFUSED = re.compile(r"gzip\s*;\s*q\s*=\s*0(\.0*)?")
 
 
 class Compressed(GZipMiddleware):
-    """ASGI middleware: compresses answers, unless the client gives that a weight of 0 (RFC 9110, section 12.5.3).
+    """ASGI middleware: compresses answers, unless the client gives the encoding a weight of 0 (RFC 9110, section
+    12.5.3).
 
-    The framework looks for the name alone.
+    The framework checks only the name.
     """
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:

@@ -1,4 +1,4 @@
-"""Answers that the client has already, and parts of answers: ETag, If-None-Match, Range, HEAD."""
+"""Answers that the client already has, and parts of answers: ETag, If-None-Match, Range, HEAD."""
 
 import re
 from hashlib import blake2b
@@ -12,7 +12,7 @@ TAGGED_BYTES = 8 * 1024 * 1024
 
 
 class Head:
-    """ASGI middleware: answers HEAD as GET without the body, and stops the computation of the body."""
+    """ASGI middleware: answers HEAD as GET without the body, and stops its computation."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -86,29 +86,29 @@ def _taggable(start: Message) -> bool:
 
 
 def has_seen(headers: Headers, tag: str) -> bool:
-    """Whether If-None-Match says that the client has what the tag stands for."""
+    """Whether If-None-Match contains the tag."""
     seen = headers.get("if-none-match", "").strip()
     bare = tag.removeprefix("W/")
     return seen == "*" or bare in [each.strip().removeprefix("W/") for each in seen.split(",")]
 
 
 def part_asked(request: Request, size: int, tag: str) -> tuple[int, int] | None:
-    """Give the first byte and the one after the last that Range asks for.
+    """Give the first byte of the Range, and the one after the last.
 
     Parameters
     ----------
     request : Request
-        Its If-Range must be `tag`, where there is one.
+        Its If-Range must be `tag`, if there is one.
     size : int
-        Bytes that there are.
+        Number of bytes.
     tag : str
-        A strong tag: parts of different bytes make no whole.
+        A strong tag: parts of different contents must not be combined.
 
     Returns
     -------
     tuple of int, optional
-        Equal, where the part lies outside. None where the whole is the right answer: without Range, or with several
-        parts or another unit.
+        Equal if the part lies outside. None if the complete answer is right: without Range, or with several parts or
+        another unit.
     """
     wanted = request.headers.get("range")
     if wanted is None or request.headers.get("if-range", tag) != tag:

@@ -1,4 +1,4 @@
-"""One connection: how long it may take, how its errors are answered, and how it ends without losing an answer."""
+"""One connection: its time limits, the answers to its errors, and an end that loses no answer."""
 
 import logging
 import sys
@@ -22,20 +22,20 @@ if TYPE_CHECKING:
     from damperlab.service.traffic import Traffic
 
 LINGER_SECONDS = 3.0
-"""How long a connection that ends with an error still reads, so that the client gets to see the answer."""
+"""Time for which a connection that ends with an error still reads, so that the client receives the answer."""
 LEAVE_SECONDS = 5.0
-"""How long a client that has ended its half of the connection is still answered: most of those have left."""
+"""Time for which a client that has closed its half of the connection is still answered: most of those have left."""
 STUCK_SECONDS = 60.0
-"""How long a client may leave an answer unread."""
+"""Longest time that a client may leave an answer unread."""
 
 _log = logging.getLogger("damperlab.edge")
 
 
 class Connection(H11Protocol):
-    """uvicorn's connection, with an end to everything that a client may do slowly.
+    """uvicorn's connection, with time limits on everything that a client may do slowly.
 
-    The server calls `overdue` about once a second. A head that does not come, or a body that does not, is answered with 408;
-    an answer that nobody reads is given up.
+    The server calls `overdue` about once a second. A missing head or body is answered with 408; an answer that
+    nobody reads is abandoned.
     """
 
     _head_since: float | None = None
@@ -55,7 +55,7 @@ class Connection(H11Protocol):
         return self.config.app.state  # type: ignore[union-attr]
 
     def connection_made(self, transport: "asyncio.Transport") -> None:  # type: ignore[override]
-        """Take a connection, or refuse it where there are too many."""
+        """Accept a connection, or refuse it if there are too many."""
         super().connection_made(transport)
         self._heard = self._head_since = time.monotonic()
         self._address = counted_address(self.client[0]) if self.client else ""
@@ -90,12 +90,12 @@ class Connection(H11Protocol):
             addresses.pop(self._address, None)
 
     def _is_proxy(self) -> bool:
-        """Whether a reverse proxy is at the other end, which connects for many."""
+        """Whether the peer is a reverse proxy, which connects for many."""
         believes: bool = self._state.guard.proxies.believes(self.client[0] if self.client else "")
         return believes
 
     def data_received(self, data: bytes) -> None:
-        """Take bytes; what comes after the connection's last answer is dropped."""
+        """Accept bytes; those after the connection's last answer are dropped."""
         now = self._heard = time.monotonic()
         if self._lingers_until is not None:
             return
@@ -108,7 +108,7 @@ class Connection(H11Protocol):
         self._body_since = (self._body_since or now) if their is h11.SEND_BODY else None
 
     def eof_received(self) -> bool | None:  # type: ignore[override]
-        """Answer a client that sends no more, for a moment: it may have left, or only have ended its half."""
+        """Answer a client that has stopped sending, for a moment: it may have left, or only have closed its half."""
         if self._lingers_until is not None or self.scheme == "https":
             return None  # under TLS there is no half of a connection
         under_way = self.cycle is not None and not self.cycle.response_complete
@@ -121,12 +121,12 @@ class Connection(H11Protocol):
         return None
 
     def pause_writing(self) -> None:
-        """Note since when the client reads nothing."""
+        """Record when the client stopped reading."""
         super().pause_writing()
         self._stuck_since = time.monotonic()
 
     def resume_writing(self) -> None:
-        """Note that it reads again."""
+        """Record that it reads again."""
         super().resume_writing()
         self._stuck_since = None
 
@@ -138,7 +138,7 @@ class Connection(H11Protocol):
             self.transport.abort()
 
     def overdue(self, now: float) -> None:
-        """End the connection if it has taken too long over anything."""
+        """End the connection if it has exceeded a time limit."""
         settings = self._settings
         if self._lingers_until is not None:
             if now > self._lingers_until:
@@ -157,13 +157,13 @@ class Connection(H11Protocol):
                 self._refuse(408, "request-timeout", detail)
 
     def send_400_response(self, msg: str) -> None:
-        """Answer what is no HTTP with a problem document."""
+        """Answer anything that is no HTTP with a problem document."""
         error = sys.exception()
         status = getattr(error, "error_status_hint", 400) or 400
         self._refuse(status, "malformed-request", f"This is no request of HTTP/1.1: {error or msg}.")
 
     def _refuse(self, status: int, kind: str, detail: str) -> None:
-        """Send an answer of the server's own, the last one on this connection."""
+        """Send an answer of the server itself, the last one on this connection."""
         request_id = uuid.uuid4().hex
         _log.info("%s %s [%s]: %s", self.client[0] if self.client else "-", status, request_id, detail)
         traffic: Traffic = self._state.traffic
@@ -198,7 +198,9 @@ class Connection(H11Protocol):
         self._linger()
 
     def _linger(self) -> None:
-        """Close our half, and read a little longer: closed with bytes unread, a connection is reset and its answer lost."""
+        """Close our half, and read a little longer: closing with unread bytes resets a connection and loses its
+        answer.
+        """
         self._unset_keepalive_if_required()
         self._head_since = self._body_since = None
         self._lingers_until = time.monotonic() + LINGER_SECONDS

@@ -5,15 +5,15 @@ from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 DROPPED_BYTES = 64 * 1024 * 1024
-"""Most bytes of a body that are read only to be dropped; a longer one may lose its answer."""
+"""Most bytes of a body that are read and dropped; a longer one may lose its answer."""
 DROP_SECONDS = 20.0
 
 
 class Drain:
-    """ASGI middleware: reads what is left of a body and drops it, before an answer begins.
+    """ASGI middleware: reads and drops the rest of a body, before an answer begins.
 
-    A connection that is closed while bytes of the client wait unread is reset, and a reset takes along the answer that the
-    client has not read yet.
+    Closing a connection with unread bytes of the client resets it, and the client loses an answer that it has not
+    read yet.
     """
 
     def __init__(self, app: ASGIApp) -> None:

@@ -1,4 +1,4 @@
-"""Heads of requests: limited in length, so that they cost little to read, and with one framing of the body."""
+"""Heads of requests: limited in length, so that reading them is cheap, and with only one framing of the body."""
 
 import re
 
@@ -14,11 +14,11 @@ HEAD_LIMIT_BYTES = 32 * 1024
 CONTENT_TYPE_LIMIT_BYTES = 1024
 _SESSION = re.compile(rf"(?:^|; ?)({COOKIE}=[0-9a-f.]{{1,200}})(?=;|$)".encode())
 PARAMETERS_LIMIT = 500
-"""Most parameters of an address; no question has as many."""
+"""Most parameters of an address; no question has so many."""
 
 
 class ShortHead:
-    """ASGI middleware: refuses a long head and a body framed twice; drops all cookies but the service's own."""
+    """ASGI middleware: refuses a long head and a body framed twice; drops all cookies except the service's own."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -35,7 +35,7 @@ class ShortHead:
 
 
 def _without_cookies(headers: list[tuple[bytes, bytes]]) -> list[tuple[bytes, bytes]]:
-    """Leave only the session in the Cookie headers: reading the others may take seconds (CVE-2024-7592)."""
+    """Keep only the session in the Cookie headers: reading the others may take seconds (CVE-2024-7592)."""
     kept = [(name, value) for name, value in headers if name != b"cookie"]
     cookies = [_SESSION.search(value) for name, value in headers if name == b"cookie"]
     return kept + [(b"cookie", found[1]) for found in cookies if found]

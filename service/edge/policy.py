@@ -1,4 +1,4 @@
-"""What every answer tells a browser: nothing here may be framed, guessed at, or used from elsewhere."""
+"""Browser policy of every answer: no framing, no type guessing, no use by other sites."""
 
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -9,9 +9,9 @@ POLICY_HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Frame-Options": "DENY",
 }
-"""Of every answer; the page's own policy allows its own files beside that."""
+"""Of every answer; the page's own policy also allows its own files."""
 HSTS = "max-age=31536000"
-"""Under TLS: no browser asks without it again."""
+"""Under TLS: browsers use no unencrypted connection any more."""
 
 
 class Policy:
@@ -20,9 +20,9 @@ class Policy:
     Parameters
     ----------
     app : ASGI application
-        What answers.
+        The application.
     shared : bool
-        Whether pages of other origins may read answers, as `cors_origins` says.
+        Whether pages of other origins may read answers, from `cors_origins`.
     """
 
     def __init__(self, app: ASGIApp, shared: bool) -> None:

@@ -1,4 +1,4 @@
-"""Requests that wait for a catalogue which does not answer: refused within a second, instead of held until it does."""
+"""Requests while the catalogue does not answer: refused within a second, instead of being held."""
 
 import asyncio
 
@@ -12,16 +12,16 @@ from damperlab.studies.store.catalogue.catalogue import Catalogue
 from damperlab.studies.store.faults import StoreFault
 
 PATIENCE_SECONDS = 0.5
-"""Time after which a pending request leads to a test whether the catalogue answers."""
+"""Time of a pending request after which the catalogue is tested."""
 SILENCE_SECONDS = 0.4
-"""How long the catalogue may take to answer that."""
+"""Longest time for the catalogue to answer the test."""
 
 
 class Silence:
     """ASGI middleware: answers 503 for a request that has no answer yet while the catalogue gives none.
 
-    The thread of such a request cannot be ended: it goes on, and what it answers is dropped. A catalogue in a file has no
-    server that could fall silent: what is late there is this machine, and refusing would only add to its work.
+    The thread of such a request cannot be ended: it continues, and its answer is dropped. A catalogue in a file has
+    no server that could be silent: delays come from this machine, and refusing would only add to its work.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -61,7 +61,7 @@ class Silence:
             raise
 
     async def _answers(self, catalogue: Catalogue) -> bool:
-        """Test once for all requests that wait."""
+        """Test once for all waiting requests."""
         if self._asking is None or self._asking.done():
             self._asking = asyncio.create_task(_ask(catalogue))
         asking = self._asking  # by the time this one has ended another may be asking anew

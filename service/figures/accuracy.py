@@ -1,4 +1,4 @@
-"""Error against run time: one panel a scene, one curve a method, both axes logarithmic."""
+"""Error against run time: one panel per scene, one curve per method, both axes logarithmic."""
 
 from collections.abc import Mapping, Sequence
 from math import ceil
@@ -11,7 +11,7 @@ from damperlab.service.figures.style import BLUE, GREY, VERMILION, styled
 
 COLUMNS = 3
 OTHERS = (GREY, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#7f4f24")
-"""For methods with a setting, in the order of the report; the event-driven marches have the project's two colours."""
+"""For methods with a setting, in the order of the report; the event-driven ones have the project's two colours."""
 OURS = (VERMILION, BLUE)
 MARKERS = "osD^vPX"
 

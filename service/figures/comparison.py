@@ -1,4 +1,4 @@
-"""The study's damper beside a tuned mass damper over frequency, in the manner of the paper's Figure 14."""
+"""The study's damper and a tuned mass damper over frequency, in the manner of the paper's Figure 14."""
 
 import numpy as np
 import xarray as xr
@@ -17,7 +17,8 @@ from damperlab.service.figures.style import (
 
 
 def draw_comparison(answer: xr.Dataset) -> Figure:
-    """Draw both curves and that of the bare structure; where the study's damper is better is shaded, if that can be known.
+    """Draw both curves and that of the bare structure; the range where the study's damper is better is shaded, if
+    known.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where the numbers of contour lines stand: each where no other line, and no fold of its own, runs through it."""
+"""Positions of the numbers on contour lines: each where no other line, and no fold of its own line, runs through it."""
 
 from collections.abc import Iterator
 
@@ -10,28 +10,31 @@ from numpy.typing import NDArray
 from damperlab.service.figures.style import is_logarithmic
 
 ROOM = 0.035
-"""Of either axis, around a number: half of its length."""
+"""Share of either axis around a number: half of its length."""
 STEP = 0.005
-"""Of either axis, between the points that a line is judged by."""
+"""Share of either axis between the points at which a line is sampled."""
 FOLDED = 1.3
-"""Times the length of a straight line through the room of a number: more is a line that comes back."""
+"""Multiple of the length of a straight line through the space of a number: more means a line that returns."""
 STRAIGHT = 0.97
-"""Least distance of the ends of a number over the way along its line."""
+"""Least distance of the ends of a number, relative to the length along its line."""
 MOST_POINTS, CANDIDATES = 10_000, 200
-"""Of all lines, and places that are tried for a number: they bound time and memory. Where lines fill a map there is no room."""
+"""Most points of all lines, and most places tried for a number: they bound time and memory. If lines fill a map
+there is no space.
+"""
 
 
 def label_places(
     lines: ContourSet, x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> list[tuple[float, float]]:
-    """Choose a place for the number of each level; a level without a free one has none, and the scale of colours tells it.
+    """Choose a position for the number of each level; a level without a free one has none, and the colour scale
+    shows it.
 
     Parameters
     ----------
     lines : ContourSet
         Drawn over x and y.
     x, y : ndarray
-        Of the grid, ascending; evenly spaced in their logarithm where the axis is logarithmic.
+        Of the grid, ascending; evenly spaced in their logarithm if the axis is logarithmic.
 
     Returns
     -------
@@ -61,7 +64,7 @@ def label_places(
 
 
 def _straight(piece: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Find the points of a piece about which it goes straight on for the length of a number."""
+    """Find the points of a piece around which it is straight for the length of a number."""
     half = int(ROOM / STEP)
     if len(piece) <= 2 * half:
         return np.empty(0, np.intp)
@@ -70,7 +73,7 @@ def _straight(piece: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def _pieces(path: Path, x: NDArray[np.float64], y: NDArray[np.float64]) -> Iterator[NDArray[np.float64]]:
-    """Give points at equal steps on each piece of a path, in shares of both axes."""
+    """Give points at equal steps on each piece of a path, as shares of both axes."""
     for piece in path.to_polygons(closed_only=False):
         across, up = np.asarray(piece, np.float64).T
         corners = np.column_stack([_share(across, x), _share(up, y)])

@@ -77,7 +77,7 @@ def draw_response(answer: xr.Dataset, metric: str) -> Figure:
 
 
 def draw_compared(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Figure:
-    """Draw a metric of two studies over the frequency ratio; where they differ is shaded.
+    """Draw a metric of two studies over the frequency ratio; differences are shaded.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def draw_compared(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Fi
     metric : str
         Which variable was compared.
     names : (str, str)
-        What to call the studies.
+        Names of the studies.
     """
     answer = drawn(answer)
     x = answer["frequency_ratio"]
@@ -127,7 +127,7 @@ def draw_ranking(answer: xr.Dataset) -> Figure:
     Parameters
     ----------
     answer : Dataset
-        Of `damperlab.studies.answers.optimal_designs`, or of `worst_case_designs`.
+        From `damperlab.studies.answers.optimal_designs`, or `worst_case_designs`.
     """
     answer = drawn(answer)
     count = answer.sizes["rank"]
@@ -157,7 +157,7 @@ def draw_ranking(answer: xr.Dataset) -> Figure:
 
 
 def draw_precision(answer: xr.Dataset) -> Figure:
-    """Draw how exact a study's points are against how long each took.
+    """Draw the errors of a study's points against their run times.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def draw_precision(answer: xr.Dataset) -> Figure:
 
 
 def draw_history(history: Mapping[str, NDArray[np.float64]], ratios: Mapping[str, float]) -> Figure:
-    """Draw a time history: the mass above its base and, where there is a particle, the mass seen from it.
+    """Draw a time history: the mass against its base and, if there is a particle, the mass against the particle.
 
     Parameters
     ----------

@@ -17,11 +17,11 @@ from damperlab.studies.tmd.absorber import Absorber
 
 Floats = NDArray[np.float64]
 GREEN = "#009e73"
-"""Of the Okabe-Ito palette, as the others are."""
+"""Colours of the Okabe-Ito palette, as in the other figures."""
 DEEPEST = 300.0
-"""Largest over least response that is shown."""
+"""Largest ratio of responses that is shown."""
 SAMPLES = 801
-"""Of the curves that have a closed form."""
+"""Points of the curves with a closed form."""
 
 
 def draw_alternatives(found: Found) -> Figure:
@@ -82,7 +82,9 @@ def draw_amplitudes(found: Found) -> Figure:
 
 
 def draw_front(found: Found) -> Figure:
-    """Draw the best response found of every particle's mass, and that of the tuned mass damper of it."""
+    """Draw the best response found for every mass of the particle, and that of the tuned mass damper of the same
+    mass.
+    """
     asked, size = found.asked, _size(found.asked)
     share = 1.0 if asked.in_units else asked.structure.mass_kg
     with styled():
@@ -110,7 +112,7 @@ def draw_front(found: Found) -> Figure:
 
 
 def _label(asked: Specification, words: str) -> str:
-    """Name what an axis shows, no longer than the axis is: everything in these figures is of the structure."""
+    """Name the quantity of an axis, no longer than the axis: everything in these figures is about the structure."""
     words = words.replace(" of the structure", "")
     return f"{words[:1].upper()}{words[1:]} [{_unit(asked)}]"
 
@@ -142,7 +144,9 @@ def _line(
 
 
 def _known(found: Found, build: Build) -> tuple[Floats, Floats]:
-    """Give all that is known of a build under the largest amplitude of what binds, in the unit of the measure."""
+    """Give the known response of a build under the largest amplitude of the binding excitation, in the unit of the
+    measure.
+    """
     curve = found.book.curve(build, found.binding.largest)
     return curve.r, curve.measured
 

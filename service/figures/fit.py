@@ -1,4 +1,4 @@
-"""The figure of a fit: what was measured, and the response with the estimated parameters."""
+"""The figure of a fit: the measurement, and the response with the estimated parameters."""
 
 from collections.abc import Iterable, Mapping
 
@@ -32,31 +32,31 @@ UNITS = {
     "friction_force_n": "N",
     "damping_n_s_per_m": "N s/m",
 }
-"""Of what may be estimated or measured; all else is a ratio."""
+"""Units of parameters and measurements; all others are ratios."""
 _ALSO = {
     "mass_kg": "$M$",
     "damping_n_s_per_m": "$c$",
     "particle_friction_coefficient": "$μ_i$",
     "tilt_deg": "$α$",
 }
-"""Symbols of what no study varies."""
+"""Symbols of quantities that no study varies."""
 MOST_NAMED = 8
-"""Of rows measured at more conditions than these, the first are named."""
+"""If rows were measured at more conditions than these, only the first are named."""
 TONES = colormaps[COLOURS].resampled(256)
 FEW = (BLUE, VERMILION, "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "black", GREY)
-"""Of the Okabe-Ito palette: up to as many conditions have colours that no kind of colour vision takes for another."""
+"""Colours of the Okabe-Ito palette: for so many conditions they are distinguishable with any colour vision."""
 MASSES = ("mass_ratio", "particle_mass_kg")
 
 
 def draw_fit(fitted: Fitted, curves: list[FittedCurve]) -> Figure:
-    """Draw measured amplitudes with their standard deviations, the fitted response, and below it what is left.
+    """Draw measured amplitudes with their standard deviations, the fitted response, and the residuals below.
 
     Parameters
     ----------
     fitted : Fitted
         The outcome.
     curves : list of FittedCurve
-        Of `damperlab.worker.fit.model.curves_of`; one for each condition.
+        From `damperlab.worker.fit.model.curves_of`; one for each condition.
     """
     question = fitted.question
     measured = question.measured
@@ -121,15 +121,16 @@ def title_of(estimates: Iterable[Estimate]) -> str:
 
 
 def caption_of(question: FitQuestion) -> str:
-    """Say what the figure shows."""
+    """Name the content of the figure."""
     return (
-        f"The measured amplitudes of {question.measured.name}, the response with the estimated parameters, and what is left "
-        "in standard deviations of measurement and model together; the band holds 95 % of them if the model is right."
+        f"The measured amplitudes of {question.measured.name}, the response with the estimated parameters, "
+        "and the residuals in combined standard deviations of measurement and model; the band "
+        "contains 95 % of them if the model is right."
     )
 
 
 def _condition(conditions: Mapping[str, float]) -> str:
-    """Write what rows were measured at; where there was no particle, nothing of its cavity."""
+    """Write the conditions of the rows; without a particle, nothing about its cavity."""
     if not conditions:
         return "fitted response; measured: dots, ± one standard deviation"
     alone = any(conditions.get(name) == 0.0 for name in MASSES)

@@ -8,7 +8,7 @@ from damperlab.studies.answers.phrases import TERMS
 
 
 def draw_fragility(answer: xr.Dataset) -> Figure:
-    """Draw the results over the scale of the records, and below it how likely they exceed the limit.
+    """Draw the results over the scale of the records, and below them the probability of exceeding the limit.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The maps of two studies beside each other on one scale of colours, and their difference."""
+"""The maps of two studies on one scale of colours, and their difference."""
 
 import numpy as np
 import xarray as xr
@@ -22,16 +22,16 @@ from damperlab.service.figures.style import (
 from damperlab.studies.answers.map_difference import DIFFERENCE
 
 DIVERGING = "PuOr_r"
-"""White at 0; purple and orange are told apart by every kind of colour vision."""
+"""White at 0; purple and orange are distinguishable with any colour vision."""
 
 
 def draw_difference(answer: xr.Dataset, metric: str, names: tuple[str, str]) -> Figure:
-    """Draw two maps on one scale of colours, and the first less the second on a scale that is white at 0.
+    """Draw two maps on one scale of colours, and their difference on a scale that is white at 0.
 
     Parameters
     ----------
     answer : Dataset
-        Of `damperlab.studies.answers.map_difference`, dimensions (y, x).
+        From `damperlab.studies.answers.map_difference`, dimensions (y, x).
     metric : str
         Which variable was mapped.
     names : (str, str)

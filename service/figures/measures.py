@@ -1,4 +1,4 @@
-"""Dampers beside each other under one ground motion: peak and rms displacement, with the spread over the starts."""
+"""Dampers under one ground motion: peak and rms displacement, with the spread over the starts."""
 
 import numpy as np
 import xarray as xr
@@ -10,12 +10,12 @@ SHOWN = (("peak_relative_displacement_m", "Peak"), ("rms_relative_displacement_m
 
 
 def draw_measures(answer: xr.Dataset) -> Figure:
-    """Draw peak and rms of the displacement against the base, one bar a damper.
+    """Draw peak and rms of the displacement against the base, one bar per damper.
 
     Parameters
     ----------
     answer : Dataset
-        Dimension case, with the two measures [m], and where starts were perturbed their `…_lowest` and `…_highest`.
+        Dimension case, with the two measures [m], and for perturbed starts their `…_lowest` and `…_highest`.
     """
     labels = answer["label"].values.tolist()
     colours = [{"none": GREY, "hybrid": VERMILION}.get(case, BLUE) for case in answer["case"].values]

@@ -1,4 +1,4 @@
-"""Figures of the paper, drawn anew in this project's style."""
+"""Figures of the paper, drawn in this project's style."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -17,7 +17,7 @@ DASHED = (0, (5, 2))
 
 
 def draw_responses(panels: Sequence[Mapping[str, Any]]) -> Figure:
-    """Draw frequency responses, one panel a clearance, one curve a contact model (Figure 7).
+    """Draw frequency responses, one panel per clearance, one curve per contact model (Figure 7).
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def draw_responses(panels: Sequence[Mapping[str, Any]]) -> Figure:
 
 
 def draw_histories(histories: Mapping[tuple[float, float], Mapping[str, NDArray[np.float64]]]) -> Figure:
-    """Draw displacement over time, one row a clearance, one column a restitution (Figure 8).
+    """Draw displacement over time, one row per clearance, one column per restitution (Figure 8).
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def draw_finite_time(
     steady, finite : ndarray, shape (ratios, frequencies)
         X/Z.
     cycles : int
-        After which `finite` was taken.
+        Number of cycles of `finite`.
     """
     with styled():
         figure = Figure(figsize=(8.4, 4.2), layout="constrained")
@@ -98,7 +98,7 @@ def draw_finite_time(
 def draw_friction_law(
     friction: NDArray[np.float64], curves: Mapping[str, Sequence[float]], levels: Mapping[str, float]
 ) -> Figure:
-    """Draw X/Z at r = 1 over the friction ratio beside the paper's measured peaks (Figures 10 and 9 compared)."""
+    """Draw X/Z at r = 1 over the friction ratio, with the paper's measured peaks (Figures 10 and 9 compared)."""
     with styled():
         figure = Figure(figsize=(6.6, 4.0), layout="constrained")
         axes = figure.add_subplot()
@@ -121,7 +121,7 @@ def draw_beside_tuned_mass(
     without: NDArray[np.float64],
     hybrids: Mapping[str, tuple[NDArray[np.float64], NDArray[np.float64]]],
 ) -> Figure:
-    """Draw the hybrid for several friction ratios beside tuned mass dampers (Figure 14)."""
+    """Draw the hybrid for several friction ratios, and tuned mass dampers (Figure 14)."""
     with styled():
         figure = Figure(figsize=(6.6, 4.6), layout="constrained")
         axes = figure.add_subplot()
@@ -147,9 +147,9 @@ def draw_numbers(
     names : sequence of str
         Of the cases.
     measured : sequence of float
-        X/Z as printed, one a case.
+        X/Z as printed, one per case.
     computed : mapping
-        By what was assumed: X/Z computed, one a case.
+        By the assumption: X/Z computed, one per case.
     """
     with styled():
         figure = Figure(figsize=(8.4, 3.6), layout="constrained")

@@ -1,4 +1,4 @@
-"""A metric over two dimensions: one cell a grid point, contour lines, and the optimum."""
+"""A metric over two dimensions: one cell per grid point, contour lines, and the optimum."""
 
 from typing import Any
 
@@ -42,26 +42,26 @@ SMALLER_IS_BETTER = frozenset(
         *(name for name in SUITE.variables if name.startswith(("peak_", "rms_"))),
     )
 )
-"""Metrics of which a map has an optimum."""
+"""Metrics whose map has an optimum."""
 MET = frozenset(("frequency_ratio", "frequency_hz", AMPLITUDE, RECORD, "scale", "natural_frequency_hz"))
-"""Dimensions that no designer chooses: over one, the smallest value is no optimum."""
+"""Dimensions that no designer chooses: along them, the smallest value is no optimum."""
 ALIKE = 1e-9
-"""Relative difference of values that are drawn as one."""
+"""Relative difference of values that are drawn as equal."""
 CONTOUR_POINTS = 8
-"""Along either axis; lines between fewer points would be inventions."""
+"""Least number of points along either axis; lines between fewer would be misleading."""
 QUIET = (ResponseClass.LINEAR, ResponseClass.LOCKED, ResponseClass.NO_IMPACT)
 """Responses in which a particle, if there is one, does nothing."""
 
 
 def draw_map(answer: xr.Dataset, metric: str) -> Figure:
-    """Draw a metric over two dimensions: one cell a grid point, contour lines over it, a star at the optimum.
+    """Draw a metric over two dimensions: one cell per grid point, contour lines over it, a star at the optimum.
 
     Parameters
     ----------
     answer : Dataset
         Of `damperlab.studies.answers.resonance_map`, dimensions (y, x).
     metric : str
-        Which of its variables; one of codes is drawn with a colour for each code.
+        The variable; codes are drawn with a colour for each.
     """
     answer = drawn(answer)
     values = answer[metric]
@@ -104,7 +104,7 @@ def _fill(
     x: NDArray[np.float64],
     y: NDArray[np.float64],
 ) -> None:
-    """Colour the cells and put the scale beside them."""
+    """Colour the cells and draw the scale."""
     flags = VARIABLES[str(values.name)].flags if values.name in VARIABLES else None
     if flags is not None:
         codes = [flag.value for flag in flags]
@@ -126,9 +126,9 @@ def _fill(
 def _stars(
     axes: Axes, answer: xr.Dataset, x: xr.DataArray, y: xr.DataArray, shown: np.ma.MaskedArray[Any, Any]
 ) -> list[Line2D]:
-    """Put a star at the smallest value that is not trivial and, where no impacts make it, one at the best with them.
+    """Mark the smallest nontrivial value by a star and, if it has no impacts, the best with impacts by another.
 
-    A map over a further dimension knows the response at the extreme alone: the particle may strike elsewhere.
+    A map over a further dimension has only the response at the extreme: the particle may strike elsewhere.
     """
     kinds = answer["response_class"].values if "response_class" in answer else np.full(shown.shape, -1)
     quiet = np.isin(kinds, QUIET) | ~_weighs(answer, shown)
@@ -155,13 +155,13 @@ def _stars(
 
 
 def _where(answer: xr.Dataset) -> str:
-    """Say which point along the dimension that was reduced a class of response is that of."""
+    """Name the point along the reduced dimension to which a class of response belongs."""
     words = {"max": " where it is largest", "min": " where it is smallest"}
     return words.get(str(answer.attrs.get("reduce")), "")
 
 
 def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[np.bool_]:
-    """Say where there is a particle that has mass, as a study without one has none."""
+    """Say where there is a particle with mass; a study without one has none."""
     for name in ("mass_ratio", "particle_mass_kg"):
         if name in answer.coords:
             return np.asarray(
@@ -171,7 +171,7 @@ def _weighs(answer: xr.Dataset, shown: np.ma.MaskedArray[Any, Any]) -> NDArray[n
 
 
 def _place(candidates: np.ma.MaskedArray[Any, Any], x: xr.DataArray, y: xr.DataArray) -> tuple[int, int, str]:
-    """Give row and column of the smallest value, and say where it is; of a row that shares it the first, as in rankings."""
+    """Give row and column of the smallest value; among equal ones the first, as in rankings."""
     row, column = (int(index) for index in np.unravel_index(int(candidates.argmin()), candidates.shape))
     across, up = SYMBOLS[str(x.name)], SYMBOLS[str(y.name)]
     as_good = np.ma.filled(candidates <= candidates[row, column] * (1 + ALIKE), False)

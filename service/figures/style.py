@@ -1,4 +1,4 @@
-"""One look for all figures: type, colours, scales and names of axes."""
+"""One look for all figures: typeface, colours, scales and names of axes."""
 
 import threading
 from collections.abc import Iterator, Mapping
@@ -40,22 +40,22 @@ STYLE: dict[str, Any] = {
     "svg.hashsalt": "damperlab",
     "savefig.dpi": 200,
 }
-"""One look for all figures; the serif face comes with matplotlib, so that a figure is the same on every machine."""
+"""One look for all figures; matplotlib includes the serif face, so that a figure is the same on every machine."""
 
 COLOURS = "viridis"
-"""Even in lightness and readable for every kind of colour vision."""
+"""Uniform in lightness and readable with any colour vision."""
 BLUE, VERMILION, GREY = "#0072b2", "#d55e00", "#8c8c8c"
-"""Of the Okabe-Ito palette, which all kinds of colour vision can tell apart; vermilion stands out from viridis."""
+"""Colours of the Okabe-Ito palette, distinguishable with any colour vision; vermilion stands out from viridis."""
 
 MILLIMETRES = 1e3
 DARK, EMPTY = "#3b3b6d", "#e6e6e6"
-"""Behind the hatch of locked points in the legend; where a map has no value."""
+"""Colour behind the hatch of locked points in the legend, and of a map's cells without a value."""
 
 _SPELLED = {"m s-1": "m/s", "m s-2": "m/s²"}
-"""Units of CF conventions as an axis carries them."""
+"""Units of CF conventions as written on an axis."""
 
 LOG_FROM = 10.0
-"""Largest over smallest value from which a scale is logarithmic."""
+"""Ratio of largest to smallest value above which a scale is logarithmic."""
 
 
 SYMBOLS: dict[str, str] = {
@@ -66,19 +66,19 @@ SYMBOLS: dict[str, str] = {
     AMPLITUDE: "$Z$",
     "frequency_hz": "$f$",
 }
-"""The dimensions as the paper writes them; a record goes by its own name."""
+"""The dimensions in the paper's notation; a record has its own name."""
 
 _DRAWING = threading.RLock()
 
 
 @contextmanager
 def styled(changes: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """Draw in the project's style; matplotlib keeps its settings per process, so one thread draws at a time.
+    """Draw in the project's style; matplotlib's settings are global, so only one thread draws.
 
     Parameters
     ----------
     changes : mapping, optional
-        Settings that this figure has differently.
+        Settings that differ in this figure.
     """
     settings: Any = STYLE | dict(changes or {})
     with _DRAWING, rc_context(settings):
@@ -91,7 +91,7 @@ def save(figure: Figure, path: Path) -> None:
     Parameters
     ----------
     figure : Figure
-        Drawn by this module.
+        A figure of this module.
     path : Path
         The same answer gives the same bytes: no date is written.
     """
@@ -100,7 +100,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def title_of(array: xr.DataArray) -> str:
-    """Long name and unit of an array as an axis carries them; symbols are set as in the paper."""
+    """Long name and unit of an array for an axis; symbols are set as in the paper."""
     name = str(array.attrs.get("long_name", array.name))
     units = str(array.attrs.get("units", "1"))
     if units == "1":
@@ -121,7 +121,7 @@ def title_of(array: xr.DataArray) -> str:
 
 
 def told(name: str, value: float | str, units: str = "1") -> str:
-    """Write one coordinate as a title has it."""
+    """Write one coordinate for a title."""
     if isinstance(value, str):
         return value
     if units == "m":
@@ -130,9 +130,9 @@ def told(name: str, value: float | str, units: str = "1") -> str:
 
 
 def fixed_title(answer: xr.Dataset) -> str:
-    """Title of a slice: the values of the dimensions that it does not run along, and how one was reduced.
+    """Title of a slice: the values of the other dimensions, and how one was reduced.
 
-    A quantity that the answer has in units too is told in them alone.
+    A quantity that the answer also has in units is given only in units.
     """
     in_units = {ratio: name for name, ratio in COORDINATE_SOURCES.items() if name in answer.coords}
     hertz = bool(in_units) and answer.attrs.get("over") == "frequency_ratio"
@@ -152,7 +152,7 @@ def fixed_title(answer: xr.Dataset) -> str:
 
 
 def drawn(answer: xr.Dataset) -> xr.Dataset:
-    """Give an answer with its lengths in mm, as a drawing has them; all else is as it is."""
+    """Give an answer with its lengths in mm, as in a drawing; all else is unchanged."""
     lengths = [str(name) for name, array in answer.variables.items() if array.attrs.get("units") == "m"]
     found = {name: answer[name] * MILLIMETRES for name in lengths}
     scaled = {name: array.variable for name, array in found.items()}
@@ -163,7 +163,7 @@ def drawn(answer: xr.Dataset) -> xr.Dataset:
 
 
 def norm_of(values: np.ma.MaskedArray[Any, Any]) -> Normalize:
-    """Choose the scale of values: logarithmic where all are positive and they span a decade."""
+    """Choose the scale of values: logarithmic if all are positive and they span a decade."""
     low, high = float(values.min()), float(values.max())
     if low > 0.0 and high >= LOG_FROM * low:
         return LogNorm(low, high)
@@ -178,7 +178,7 @@ def ticks_1_2_5(axis: Axis) -> None:
 
 
 def is_logarithmic(values: NDArray[np.float64]) -> bool:
-    """Tell whether the values of an axis are evenly spaced in their logarithm, and span a decade."""
+    """Whether the values of an axis are evenly spaced in their logarithm, and span a decade."""
     if values.size < 3 or values[0] <= 0.0 or values[-1] < LOG_FROM * values[0]:
         return False
     steps = np.diff(np.log(values))
@@ -186,7 +186,9 @@ def is_logarithmic(values: NDArray[np.float64]) -> bool:
 
 
 def scale(axes: Axes, which: str, values: NDArray[np.float64]) -> None:
-    """Give the axis `which`, "x" or "y", the scale on which `values` are evenly spaced; of a single one its tick alone."""
+    """Give the axis `which`, "x" or "y", the scale on which `values` are evenly spaced; a single one gets only its
+    tick.
+    """
     if values.size == 1:
         axes.set(**{f"{which}ticks": values})
     if is_logarithmic(values):

@@ -1,4 +1,4 @@
-"""The page's files as they are served: packed once, named by what they hold, so that a browser keeps them."""
+"""The page's files as served: compressed once, with their digest in the address, so that browsers cache them."""
 
 import gzip
 import re
@@ -17,7 +17,9 @@ SMALL = "plotly-cartesian.min.js"
 """Plotly's bundle of cartesian figures, a third of the whole: `make install-dev` and `make dist` put it into the package."""
 _BLOCK = rb"/\*\*(?:(?!\*/)[\s\S])*\*/"
 _COMMENT = re.compile(rb"^[ \t]*(?:" + _BLOCK + rb"|//.*)\n|" + _BLOCK + rb" ?", re.MULTILINE)
-"""Whole lines, and what says the type of an expression; no module has a text of several lines that could hold one."""
+"""Complete lines, and comments with the type of an expression; no module has a multi-line text that could contain
+one.
+"""
 MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -33,11 +35,11 @@ class PageFile:
     Parameters
     ----------
     content, packed : bytes
-        As it is, and with gzip.
+        Plain, and with gzip.
     media_type : str
         Its ``Content-Type``.
     etag : str
-        A digest of the content, in quotation marks as HTTP wants it.
+        A digest of the content, in quotation marks as in HTTP.
     """
 
     content: bytes
@@ -47,7 +49,7 @@ class PageFile:
 
     @classmethod
     def of(cls, content: bytes, suffix: str) -> "PageFile":
-        """Pack a file; no time stamp in it, so equal contents are equal bytes."""
+        """Compress a file without a time stamp, so equal contents give equal bytes."""
         digest = sha256(content).hexdigest()[:20]
         return cls(content, gzip.compress(content, 6, mtime=0), MEDIA_TYPES[suffix], f'"{digest}"')
 
@@ -81,7 +83,7 @@ def page_file(name: str) -> PageFile | None:
 
 @cache
 def first_page(docs: str) -> PageFile:
-    """Give the page that everything starts from, with the addresses of its files and of the documentation in it."""
+    """Give the start page, with the addresses of its files and of the documentation."""
     modules = [name for name in page_names() if name.endswith(".js")]
     links = "\n".join(f'<link rel="modulepreload" href="page/{page_version()}/{name}">' for name in modules)
     text = _read("index.html").decode()
@@ -91,7 +93,7 @@ def first_page(docs: str) -> PageFile:
 
 
 def _read(name: str) -> bytes:
-    """Read a file; of a module without its comments, a fifth of what a browser would load."""
+    """Read a file; a module loses its comments, a fifth of its size."""
     if name == MODULE:
         return words_module()
     content = (files("damperlab.service") / "page" / name).read_bytes()
@@ -99,7 +101,7 @@ def _read(name: str) -> bytes:
 
 
 def plotly_path() -> Path:
-    """Give the plotting library: the small bundle where the package has it, else the whole of plotly's wheel."""
+    """Give the plotting library: the small bundle if the package has it, else that of plotly's wheel."""
     small = Path(str(files("damperlab.service") / "page" / "library" / SMALL))
     if small.is_file():
         return small

@@ -1,4 +1,4 @@
-"""The words of the service that the page shows, as a module of the page: all are taken from the registries."""
+"""The service's vocabulary for the page, as a module: all taken from the registries."""
 
 import json
 from typing import Any
@@ -62,25 +62,25 @@ from damperlab.studies.vocabulary import (
 )
 
 _IN_SI = AMPLITUDES | ACCELERATIONS | {"impact_speed_max": SPEED, "dissipation_per_cycle": ENERGY}
-"""The name in SI units of each result that has one."""
+"""The name in SI units of each result, if there is one."""
 
 _RESULT_UNITS = {SPEED: "m/s", ENERGY: "J"} | dict.fromkeys(ACCELERATIONS.values(), "m/s²")
-"""Of results that are no lengths."""
+"""Results that are not lengths."""
 
 _KINDS = {"harmonic": HARMONIC, "suite": SUITE, "amplitudes": AMPLITUDES_KIND}
-"""Kinds of study by what the page calls them."""
+"""Kinds of study by their names on the page."""
 
 MODULE = "words.js"
-"""Under this name the page's modules import it; `words.d.ts` has its types."""
+"""The module's name for imports; `words.d.ts` has its types."""
 
 
 _SOURCES = {each.name for each in PHYSICAL_QUANTITIES}
 _SELDOM = ("damping_n_s_per_m", *MADE_BY.values())
-"""Asked about by a fit's form where a document says something of them."""
+"""Fields that a fit's form shows if a document has them."""
 
 
 def words_module() -> bytes:
-    """Give the module: one frozen value, the same bytes for the same registries."""
+    """Give the module: one frozen value, with the same bytes for the same registries."""
     text = json.dumps(_words(), ensure_ascii=False, indent=1)
     return f"/** Made by the service. */\nexport const WORDS = {text};\n".encode()
 
@@ -139,7 +139,7 @@ def _words() -> dict[str, Any]:
 
 
 def _fitted(name: str, meaning: str) -> dict[str, Any]:
-    """Give a quantity of a prototype, and where it stands in what is known of one."""
+    """Give a quantity of a prototype, and its place in the known values."""
     place = "physical." if name in _SOURCES else "" if name in BESIDE_AXES else "axes."
     return _specified(name, meaning) | {
         "path": f"{place}{name}",
@@ -149,7 +149,7 @@ def _fitted(name: str, meaning: str) -> dict[str, Any]:
 
 
 def _specification() -> dict[str, Any]:
-    """Give every field of a specification, as its form shows it."""
+    """Give every field of a specification for its form."""
     chosen = [_specified(name, SPECIFIED[name].meaning) | {"ratio": RATIO_OF[name]} for name in CHOSEN]
     for each in chosen:
         each["called"] = each["label"].partition(",")[0]
@@ -220,7 +220,7 @@ def _specification() -> dict[str, Any]:
 
 
 def _specified(name: str, meaning: str) -> dict[str, Any]:
-    """Give a field of a specification: what people call it, its unit, and that unit in the unit of its name."""
+    """Give a field of a specification: its label, its unit, and the factor to the unit of its name."""
     unit = _unit_of(meaning).strip("[]")
     label = meaning.removesuffix(f" [{unit}]")
     return {
@@ -236,7 +236,7 @@ def _unit_of(meaning: str) -> str:
 
 
 def _prototype() -> dict[str, float]:
-    """Give the paper's prototype in SI units, its base amplitude that of the smallest cavity, excited at resonance."""
+    """Give the paper's prototype in SI units, with the base amplitude of the smallest cavity, excited at resonance."""
     defaults = {
         name: default
         for name, (_, default) in QUANTITIES.items()
@@ -250,7 +250,7 @@ def _prototype() -> dict[str, float]:
 
 
 def _names_in_si() -> dict[str, str]:
-    """Name what a harmonic study has not as a dimension."""
+    """Name the dimensions that a harmonic study lacks."""
     amplitude = AMPLITUDE_DIMENSIONS[AMPLITUDE][1].removesuffix(" Z")
     return {AMPLITUDE: _capital(amplitude)} | {
         name: _capital(words.removesuffix(f" {SUITE_SYMBOLS.get(name, '')}"))
@@ -260,12 +260,12 @@ def _names_in_si() -> dict[str, str]:
 
 
 def _shown_unit(unit: str) -> str:
-    """Give the unit that is shown: lengths are in mm."""
+    """Give the displayed unit: lengths are in mm."""
     return {"m": "mm", "1": ""}.get(unit, unit)
 
 
 def _in_units() -> dict[str, tuple[str, str, str, float]]:
-    """Give what stands in units for each ratio that a study in units shows so."""
+    """Give the quantity in units for each ratio that a study in units displays so."""
     shown = {}
     for name, (symbol, label, unit, scale) in PRINTED.items():
         if name in SYMBOLS:
@@ -277,13 +277,13 @@ def _in_units() -> dict[str, tuple[str, str, str, float]]:
 
 
 def _names_in_si_of_ratios() -> dict[str, str]:
-    """Give the name by which a ratio is asked for in SI units."""
+    """Give the name in SI units under which a ratio is requested."""
     coordinates = {ratio: name for name, ratio in COORDINATE_SOURCES.items()}
     return coordinates | _IN_SI
 
 
 def _judged() -> list[str]:
-    """Name the results of which less is better: no error, no energy, no count."""
+    """Name the results that are to be small: no error, no energy, no count."""
     lengths = [
         name for names in AMPLITUDES.items() for name in names if not name.startswith("amplitude_error")
     ]

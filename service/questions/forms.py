@@ -1,4 +1,4 @@
-"""How an answer becomes a document, and how a client makes the same Dataset of the document again."""
+"""Conversion of an answer into a document, and back into the same Dataset by a client."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 ENVELOPE = frozenset(
     ("study", "name", "state", "metric", "units", "long_name", "values", "meanings", "at", "columns")
 )
-"""What stands in a document beside the columns and the attributes of the answer."""
+"""Parts of a document apart from the columns and the attributes of the answer."""
 
 
 class Parts(NamedTuple):
-    """What a Dataset is made of."""
+    """The parts of a Dataset."""
 
     data: "dict[str, Part]"
     coordinates: "dict[str, Part]"
@@ -35,7 +35,8 @@ class Form:
     Parameters
     ----------
     write : callable
-        Makes a document of a Dataset. In it stands `columns`: what each column is, so that a program can rebuild it.
+        Makes a document of a Dataset. It contains `columns`, a description of each column, so that a program can
+        rebuild it.
     read : callable
         Makes the parts of the Dataset of a document.
     """
@@ -45,7 +46,7 @@ class Form:
 
 
 def metric_of(answer: "xr.Dataset") -> str:
-    """Name what an answer of one metric shows: it has it in front of what stands beside it."""
+    """Name the metric of an answer, which comes before its companions."""
     return str(next(iter(answer.data_vars)))
 
 
@@ -73,7 +74,7 @@ def _read_map(document: Mapping[str, Any]) -> Parts:
 
 
 def _curve(answer: "xr.Dataset") -> dict[str, Any]:
-    """Write ``frequency_ratio`` and ``values``, one entry a frequency, with the rest of `_described`."""
+    """Write ``frequency_ratio`` and ``values``, one entry per frequency, with the rest of `_described`."""
     return {"frequency_ratio": answer["frequency_ratio"].values, **_described(answer)}
 
 
@@ -82,8 +83,9 @@ def _read_curve(document: Mapping[str, Any]) -> Parts:
 
 
 def _described(answer: "xr.Dataset") -> dict[str, Any]:
-    """Write one metric: ``values``; in the same shape what says how far a value can be trusted; ``at`` the grid point of the
-    other dimensions, and in the attributes ``note``, that choice in words."""
+    """Write one metric: ``values``; its companions in the same shape; ``at``, the grid point of the other
+    dimensions; and in the attributes ``note``, that choice in words.
+    """
     metric = metric_of(answer)
     return {
         "metric": metric,
@@ -110,7 +112,7 @@ def _flags(name: str) -> dict[str, str]:
 
 
 def _ranking(answer: "xr.Dataset") -> dict[str, Any]:
-    """Write designs, the best first, each with its coordinates and what the answer says of it; then how many there are."""
+    """Write designs, the best first, each with its coordinates and results; then their number."""
     said = {str(name): value for name, value in answer.attrs.items()}
     worst = "metric" in said  # of dampers that are ranked by their worst case
     first = answer.coords if worst else (*dimensions_of(answer.coords), "value", "error", "response_class")
@@ -191,7 +193,7 @@ def _parts(
 
 
 def array_of(values: Any, dtype: str) -> "np.ndarray[Any, Any]":
-    """Make an array of a list: JSON has no NaN, and numpy takes null for it where the type is a float's."""
+    """Make an array of a list: JSON has no NaN; numpy reads null as NaN if the type is a float."""
     import numpy as np
 
     return np.asarray(values, np.dtype(dtype))

@@ -1,4 +1,4 @@
-"""The question how likely a damper exceeds a limit as ground motions are scaled up."""
+"""The question for the probability that a damper exceeds a limit as ground motions are scaled up."""
 
 from typing import TYPE_CHECKING, NotRequired
 
@@ -72,8 +72,9 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, fragile: Fragile) 
 FRAGILITY: "Question[answers.Fragility]" = Question(
     route="fragility",
     command="fragility",
-    summary="How likely a damper exceeds a limit as the records are scaled up",
-    help="Say how likely a damper of a ground-motion suite exceeds a limit, as its records are scaled up.",
+    summary="Probability that a damper exceeds a limit as the records are scaled up",
+    help="Give the probability that a damper of a ground-motion suite exceeds a limit, over the scale of its "
+    "records.",
     asks=(Fragile,),
     answer=answer,
     gives=Fragility,

@@ -1,4 +1,4 @@
-"""The question for a frequency response: one design followed along the frequency, in one study or in two."""
+"""The question for a frequency response: one design along the frequency, in one study or in two."""
 
 from typing import TYPE_CHECKING, NotRequired
 
@@ -48,7 +48,7 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 
 
 def _tell(study: Subject, found: "xr.Dataset", details: bool, selection: Followed, second: Second) -> Words:
-    """Say where the curve is least and largest."""
+    """Say where the curve is smallest and largest."""
     from damperlab.service.cli import words
     from damperlab.service.cli.store import label
     from damperlab.studies.answers.phrases import Phrases

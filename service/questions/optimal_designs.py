@@ -1,4 +1,4 @@
-"""The question for the best designs of a study, and of its follow-ups with it."""
+"""The question for the best designs of a study, optionally together with its follow-ups."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, NotRequired
@@ -28,7 +28,7 @@ RANKED = {
     "clearance": "clearance_ratio",
     "impact_speed": "impact_speed_max",
 }
-"""What columns of a ranking mean."""
+"""Meanings of the columns of a ranking."""
 
 _NUMBER = {"type": ["number", "null"]}
 _TEXT = {"type": "string"}
@@ -49,7 +49,7 @@ Design = Annotated[
 
 
 class Doubt(TypedDict):
-    """Why the best value may not hold."""
+    """A reason why the best value may not be valid."""
 
     kind: DoubtKind
     sentence: str
@@ -79,8 +79,8 @@ class RankedDesigns(OfCube):
 def answer(study: Subject, judging: Judging, ranking: Ranking) -> "xr.Dataset":
     """Rank the designs of a study over its frequencies; `<dimension>=lower,higher` narrows the choice.
 
-    Dampers of a ground-motion suite are ranked by their worst case over its records, scales and structures, those of a
-    study over base amplitudes by theirs over amplitudes and frequencies.
+    Dampers of a ground-motion suite are ranked by their worst case over its records, scales and structures. Those of
+    a study over base amplitudes are ranked by their worst case over amplitudes and frequencies.
     """
     from damperlab.studies.answers.ranking import ranked_designs
 
@@ -104,7 +104,7 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 
 
 def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, ranking: Ranking) -> Words:
-    """Say which design is the best, how well that is known, and what comes after it."""
+    """Name the best design, its certainty, and the next ones."""
     from damperlab.service.cli.words import axes_of, rows_table, words_of
     from damperlab.studies.answers.phrases import Phrases
 
@@ -120,7 +120,7 @@ def _tell(study: Subject, found: "xr.Dataset", details: bool, judging: Judging, 
 
 
 def _worst_of(found: "xr.Dataset", phrases: "Phrases") -> dict[str, str]:
-    """Say what value and error mean where dampers are ranked by their worst case."""
+    """Explain value and error for dampers that are ranked by their worst case."""
     metric = str(found.attrs.get("metric", RANKED["value"]))
     error = metric.replace("amplitude", "amplitude_error", 1)
     return {"value": metric} | ({"error": error} if phrases.unit(error) else {})

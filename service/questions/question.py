@@ -1,8 +1,8 @@
-"""A question to a study's cube: all that any door needs to know of it, in one value.
+"""A question to a study's cube: everything that the interfaces need, in one value.
 
-Its route, its command, the client's method, the page's entry, the key under which its answer is kept, and the process that
-computes it follow from the value. Functions import what is heavy where they need it: the client and the command line read
-these values and load no solver, no cluster and no web.
+Its route, command, client method, entry on the page, cache key and process all follow from this value. Functions
+import heavy modules only where needed: the client and the command line read these values without loading solver,
+cluster or web.
 """
 
 from collections.abc import Callable, Mapping
@@ -27,23 +27,23 @@ if TYPE_CHECKING:
     Table = tuple[tuple[str, ...], list[tuple[str, ...]]]
 
 A = TypeVar("A", covariant=True)
-"""What the client gives: the answer as a Dataset that draws itself."""
+"""The client's answer: a Dataset with its own figure."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """The study that is asked, with the store in which others may stand beside it.
+    """The study of the question, with the store of the others.
 
     Parameters
     ----------
     record : Record
         Of the study.
     store : Store
-        Where its cube is.
+        The store of its cube.
     called : str
-        What the door that asks calls the question.
+        The study as the user named it.
     http : bool
-        Whether a request asks: it names what it wants, and its answer is bounded.
+        Whether the question came by HTTP: then its answer is bounded and every choice must be named.
     """
 
     record: "Record"
@@ -53,7 +53,7 @@ class Subject:
 
     @cached_property
     def cube(self) -> "xr.Dataset":
-        """Its results as they are now."""
+        """Its present results."""
         return self.store.cube(self.record.id)
 
     def beside(self, name: str) -> "Subject":
@@ -67,13 +67,13 @@ class Words(NamedTuple):
     Parameters
     ----------
     brief : mapping, optional
-        The short answer; where there is none, `sentences` are the answer.
+        The short answer; without one, `sentences` are the answer.
     sentences : list of str
-        What is said with the details.
+        Sentences of the details.
     table : tuple, optional
-        Head and rows, where they are shown.
+        Head and rows, if they are shown.
     after : list of str
-        What is said after the table.
+        Sentences after the table.
     """
 
     brief: Mapping[str, Any] | None
@@ -89,32 +89,32 @@ class Question(Generic[A]):
     Parameters
     ----------
     route : str
-        What stands behind the study in an address; the client's method is called so too.
+        Last part of the address; also the name of the client's method.
     command : str
         Its name on the command line.
     summary, help : str
-        What it is, for HTTP and for the command line.
+        Its description, for HTTP and for the command line.
     asks : tuple of type
-        Frozen dataclasses of `damperlab.studies.questions`: what is asked.
+        Frozen dataclasses of `damperlab.studies.questions`: its inputs.
     answer : callable
-        Called with a `Subject` and one value of each of `asks`; gives a Dataset. HTTP describes the question with its
-        docstring.
+        Called with a `Subject` and one value of each of `asks`; gives a Dataset. Its docstring is the HTTP
+        description.
     gives : type
-        The document's shape, a TypedDict; its schema bears the name of this class.
+        The document's shape, a TypedDict, whose name the schema has.
     form : Form
-        How the Dataset becomes a document, and is read back.
+        Conversion of the Dataset into a document, and back.
     draw : callable
-        Called with the Dataset and the names of the studies that it is about, where they are two; gives a figure.
+        Called with the Dataset and, if there are two studies, their names; gives a figure.
     tell : callable
-        Called with the `Subject`, the Dataset, whether details are wanted, and what was asked; gives `Words`.
+        Called with the `Subject`, the Dataset, whether details are wanted, and the inputs; gives `Words`.
     kinds : tuple of Kind
-        Kinds of study that can be asked; of others it is refused.
+        Kinds of study that can answer; others refuse.
     first : bool
-        Whether a newcomer asks it: the help of the command line lists it before others.
+        Whether it is common: the help of the command line lists it first.
     details : bool
         Whether the command has a short answer and details.
     operation : str
-        Its name in the OpenAPI document; ``ask_`` and the command, unless it had another before.
+        Its name in the OpenAPI document; by default ``ask_`` and the command.
     """
 
     route: str
@@ -139,17 +139,17 @@ class Question(Generic[A]):
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """Everything that is asked."""
+        """All its inputs."""
         return tuple(each for asked in self.asks for each in fields_of(asked))
 
     @property
     def studies(self) -> tuple[str, ...]:
-        """Parameters that name further studies, which the answer is made of too."""
+        """Parameters that name further studies, whose results are part of the answer."""
         return tuple(each.key for each in self.fields if each.studies)
 
     @property
     def dimensions(self) -> tuple[str, ...]:
-        """Dimensions by which a point may be named, of all kinds of study that can be asked."""
+        """Dimensions by which a point may be named, of all kinds of study that can answer."""
         if SUITE in self.kinds:
             return EVERY_AXIS
         return (*BEFORE, *DIMENSIONS, *(() if self.kinds == (HARMONIC,) else (AMPLITUDE,)))
@@ -164,5 +164,5 @@ class Question(Generic[A]):
 
 
 def in_front(record: "Record", answer: Mapping[str, Any]) -> dict[str, Any]:
-    """Put the study in front of its answer."""
+    """Add the study to its answer."""
     return {"study": record.id, "name": record.name, "state": record.state, **answer}

@@ -1,4 +1,4 @@
-"""What a refinement is answered with: what is known, how well, and what computing on costs."""
+"""The answer to a refinement: the result, its uncertainty, and the cost of continuing."""
 
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Refined(TypedDict):
-    """How well an optimum or a class boundary is known, and the follow-ups that tell more."""
+    """Uncertainty of an optimum or a class boundary, and the follow-ups that reduce it."""
 
     known: bool
     found: Table
@@ -29,7 +29,7 @@ class Refined(TypedDict):
 
 
 class RefinementDocument(Refined, OfStudy):
-    """The same with the study in front."""
+    """The same with the study added."""
 
 
 Entered = Annotated[dict[str, Any], Like(Record, "definition")]
@@ -44,7 +44,7 @@ class FollowUpsDocument(RefinementDocument):
 
 
 def refinement_document(found: "Refinement") -> Refined:
-    """Put a refinement into a document, but for the study in front."""
+    """Convert a refinement into a document, without the study."""
     definitions = [study.document() for study in found.studies]
     return {
         "known": found.known,

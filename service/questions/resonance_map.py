@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 MOST_POINTS = 4_000_000
-"""Of a map that a request gets; a screen has as many, and a larger answer would be built in memory."""
+"""Most values of a map in a request, which matches a screen; a larger answer would be built in memory."""
 
 
 class ResonanceMap(OfMetric):
@@ -50,8 +50,8 @@ def answer(
 ) -> "xr.Dataset":
     """Slice the cube: `values[y][x]`. Others are fixed by `<dimension>=value`, or reduced with `over`.
 
-    Without a word on the frequency the map shows the largest value over the study's band. With `minus` the answer has
-    `other`, the values of the second study, and `difference`, those of the first less those of the second.
+    If no frequency is given, the map shows the largest value over the study's band. With `minus` the answer has
+    `other`, the values of the second study, and `difference`, the first minus the second.
     """
     from damperlab.studies.answers.map_difference import map_difference
     from damperlab.studies.answers.resonance_map import resonance_map
@@ -75,7 +75,7 @@ def _axes(study: Subject, axes: Axes, selection: Selection) -> tuple[str, str]:
 
 
 def _check(study: Subject, axes: Axes, x: str, y: str) -> None:
-    """Refuse a request that leaves an axis open, or whose map would be too large."""
+    """Refuse a request without axes, or whose map would be too large."""
     from damperlab.service.problems import lacking
     from damperlab.studies.answers.selection import dimensions_of
     from damperlab.studies.units import in_ratios
@@ -105,7 +105,7 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 def _tell(
     study: Subject, found: "xr.Dataset", details: bool, axes: Axes, selection: Selection, *_: object
 ) -> Words:
-    """Say where the map is least and largest."""
+    """Say where the map is smallest and largest."""
     from damperlab.service.cli import words
     from damperlab.service.cli.store import label
     from damperlab.studies.answers.phrases import Phrases
@@ -130,7 +130,8 @@ RESONANCE_MAP: "Question[answers.ResonanceMap]" = Question(
     first=True,
     summary="One metric over two dimensions",
     help="Show a result over two dimensions of a study.\n\n"
-    "As the amplitude at resonance over clearance and friction. With --minus the maps of two studies and their difference.",
+    "An example is the amplitude at resonance over clearance and friction."
+    " With --minus it shows the maps of two studies and their difference.",
     asks=(Axes, Selection, Subtracted, Window),
     answer=answer,
     gives=ResonanceMap,

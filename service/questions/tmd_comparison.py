@@ -1,4 +1,4 @@
-"""The question how a design compares with a tuned mass damper."""
+"""The question that compares a design with a tuned mass damper."""
 
 from typing import TYPE_CHECKING, NotRequired
 
@@ -66,7 +66,7 @@ class TmdComparison(OfPoints):
 
 
 def answer(study: Subject, tuning: Tuning, design: Design) -> "xr.Dataset":
-    """Compare both curves, their peaks, bandwidths and ratio; the masses are equal unless told otherwise."""
+    """Compare both curves, their peaks, bandwidths and ratio; by default the masses are equal."""
     from damperlab.studies.answers.one_amplitude import at_one_amplitude, said_of_it
     from damperlab.studies.answers.tmd_comparison import tmd_comparison
 
@@ -81,7 +81,7 @@ def _draw(found: "xr.Dataset", names: tuple[str, ...]) -> "Figure":
 
 
 def _tell(study: Subject, found: "xr.Dataset", details: bool, tuning: Tuning, design: Design) -> Words:
-    """Say which of the two is better, and where."""
+    """Name the better of the two, and where."""
     from damperlab.service.cli.words import completeness_sentence, rows_table, words_of
     from damperlab.studies.answers.excited import excitation_of
     from damperlab.studies.answers.one_amplitude import at_one_amplitude

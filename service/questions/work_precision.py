@@ -1,4 +1,4 @@
-"""The question how exact the points of a study are for the time that they took."""
+"""The question for the errors of a study's points over their run times."""
 
 from typing import TYPE_CHECKING
 

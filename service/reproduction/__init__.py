@@ -1,1 +1,1 @@
-"""The paper reproduced: sections that compute its figures and tables anew, and the report made of them."""
+"""Reproduction of the paper: sections that compute its figures and tables again, and their report."""

@@ -1,4 +1,4 @@
-"""Where the paper disagrees with itself: its own numbers, one computed from the others."""
+"""Contradictions within the paper: its numbers, computed from others of its numbers."""
 
 from damperlab.service.reproduction.section import Row, Section, Solve
 from damperlab.studies.paper import paper_numbers
@@ -7,7 +7,7 @@ from damperlab.studies.tmd.tunings import den_hartog
 
 
 def disagreements(solve: Solve, quick: bool) -> Section:
-    """Set numbers of the paper beside what others of its numbers make of them."""
+    """Compare numbers of the paper with values computed from others of its numbers."""
     section = Section("The paper beside itself")
     known = paper_numbers()
     value = {name: number.value for name, number in known.items()}

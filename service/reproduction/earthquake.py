@@ -32,7 +32,7 @@ STARTS = 8
 
 
 def table_a1(solve: Solve, quick: bool) -> Section:
-    """Peak and rms with each damper, for each cavity and each friction force that the paper may have meant."""
+    """Peak and rms with each damper, for each possible cavity and friction force of the paper."""
     section = Section("Table A1: dampers under an earthquake")
     known = paper_numbers()
     motion = builtin_record(RECORD)
@@ -101,7 +101,7 @@ def figure_a2(solve: Solve, quick: bool) -> Section:
 
 
 def _tried(motion: GroundMotion, factor: float, starts: int) -> Iterator[tuple[str, str, GroundResponse]]:
-    """Compute every damper of the table, for each reading of what the paper leaves open: case, reading, response."""
+    """Compute every damper of the table, for each reading of the paper's open choices: case, reading, response."""
     structure = Structure()
     mass = 0.1 * structure.mass_kg
     forces = {

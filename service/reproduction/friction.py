@@ -14,14 +14,14 @@ from damperlab.worker.point import Design
 from damperlab.worker.simulate import simulate
 
 LONGEST = 1000
-"""Cycles after which friction alone is steady for the paper's damping: e^(−2πζN) is below 1e-10."""
+"""Cycles after which friction alone is steady with the paper's damping: e^(−2πζN) is below 1e-10."""
 SMALL_DAMPING = 1e-4
-"""So small that the amplitude at r = 1 is (1 − 4γ_F/π)/(2ζ) to a millionth."""
+"""Small enough that the amplitude at r = 1 is (1 − 4γ_F/π)/(2ζ) to a millionth."""
 ROUNDS = 50
 
 
 def figure_9(solve: Solve, quick: bool) -> Section:
-    """Frequency response with friction alone: steady, and after the time that explains the paper's peak."""
+    """Frequency response with friction alone: steady, and after the number of cycles that explains the paper's peak."""
     section = Section("Figure 9: frequency response, friction alone")
     known = paper_numbers()
     ratio, damping = known["friction_ratio"].value, known["damping_ratio"].value
@@ -68,7 +68,7 @@ def figure_9(solve: Solve, quick: bool) -> Section:
 
 
 def figure_10(solve: Solve, quick: bool) -> Section:
-    """What friction ratio the measured curves of Figure 10 stand for, and whether the spring's law agrees."""
+    """Friction ratio of the measured curves of Figure 10, and agreement with the spring's law."""
     section = Section("Figures 10 and 9 compared: friction ratio of a spring compression")
     known = paper_numbers()
     damping, ratio = known["damping_ratio"].value, known["friction_ratio"].value
@@ -140,7 +140,7 @@ def cycles_to_reach(peak: float, friction_ratio: float, damping: float) -> int:
 
 
 def friction_for(peak: float, value: Callable[[float], float]) -> float:
-    """Friction ratio below π/4 at which a falling function of it takes a value, by bisection."""
+    """Friction ratio below π/4 at which a decreasing function of it takes a value, by bisection."""
     low, high = 0.0, math.pi / 4
     for _ in range(ROUNDS):
         middle = (low + high) / 2

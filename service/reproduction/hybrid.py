@@ -1,4 +1,4 @@
-"""Figure 11 and Table 3: the hybrid damper at resonance, and beside its parts."""
+"""Figure 11 and Table 3: the hybrid damper at resonance, compared with its parts."""
 
 import math
 from dataclasses import dataclass
@@ -33,12 +33,12 @@ MEASURES = {
     "largest over r = 0.85 to 1.15, mean of the largest |x|/Z of each cycle": ("amplitude_ratio", True),
     "largest over r = 0.85 to 1.15, largest |x|/Z of all cycles": ("amplitude_ratio_max", True),
 }
-"""What "maximum vibration amplitude at resonance" may mean: which variable, and whether over the band."""
+"""Possible meanings of "maximum vibration amplitude at resonance": the variable, and whether over the band."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """One way to read Table 3, and what it gives."""
+    """One reading of Table 3, and its result."""
 
     base_amplitude: str
     contact: str
@@ -95,7 +95,7 @@ def figure_11(solve: Solve, quick: bool) -> Section:
 
 
 def figure_12(solve: Solve, quick: bool) -> Section:
-    """Frequency responses of the hybrid damper for the three cavities and each friction ratio it may have had."""
+    """Frequency responses of the hybrid damper for the three cavities and each possible friction ratio."""
     section = Section("Figure 12: frequency response, hybrid damper")
     known = paper_numbers()
     cubes = _cavities(section, solve, quick)
@@ -153,7 +153,7 @@ def _cavities(section: Section, solve: Solve, quick: bool) -> dict[str, xr.Datas
 
 
 def table_3(solve: Solve, quick: bool) -> Section:
-    """Nine entries of Table 3 under every reading of what the paper leaves open."""
+    """Nine entries of Table 3 under every reading of the paper's open choices."""
     section = Section("Table 3: particle, friction, and both")
     known = paper_numbers()
     cubes = _cavities(section, solve, quick)
@@ -222,7 +222,7 @@ def table_3(solve: Solve, quick: bool) -> Section:
 
 
 def _by_the_papers_method(section: Section, solve: Solve, quick: bool) -> list[Row]:
-    """Compute the entries with a particle by Runge-Kutta in the paper's steps, impacts at their ends."""
+    """Compute the entries with a particle by Runge-Kutta in the paper's steps, with impacts at their ends."""
     known = paper_numbers()
     steps = round(1 / (known["natural_frequency_hz"].value * known["time_step_s"].value))
     labels = clearances()[LABELS]

@@ -1,4 +1,4 @@
-"""The paper's prototype: what is open about it, and the parameters with which Table 3 comes out nearest."""
+"""The paper's prototype: its unknown parameters, and the values that agree best with Table 3."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -27,29 +27,31 @@ RANGES = {
     "particle_friction": (0.0, 0.2),
     "restitution": (0.2, 0.9),
 }
-"""Physical ranges of what may be fitted. A search sees a share of each: of its logarithm where it starts above zero."""
+"""Physical ranges of the parameters that may be fitted. A search uses fractions of each range, of its logarithm if
+it starts above zero.
+"""
 ASSUMED = ("base_amplitude_m", "damping_ratio")
-"""What every fit leaves free."""
+"""Parameters that every fit estimates."""
 STARTS = 4
-"""Values of each of them that are tried first."""
+"""Initial values of each of them."""
 STEP = 0.08
-"""First step of a search, as a share of the range."""
+"""First step of a search, as a fraction of the range."""
 EVALUATIONS_EACH = 20
 """Evaluations of a search, for each free parameter."""
 DIFFERENCE = 1e-3
-"""Share of the range over which derivatives are taken."""
+"""Fraction of the range over which derivatives are taken."""
 CONFIDENCE = 0.95
 RMS_DIGITS = 5
-"""To which a search compares deviations: rounding on another processor must not lead it elsewhere."""
+"""Resolution of deviations in a search: rounding on another processor must not change its result."""
 CAVITIES = (1, 2, 3)
 WORDS = {"particle": "particle alone", "hybrid": "hybrid"}
 CASES = tuple(product(WORDS, CAVITIES))
-"""The numbers of Table 3 with a particle, by what their names begin with and the cavity."""
+"""The numbers of Table 3 with a particle, by the beginning of their names and the cavity."""
 
 
 @dataclass(frozen=True)
 class Prototype:
-    """What is open about the prototype: base amplitude Z [m], ζ, μ_i, e, and the contact model by its name."""
+    """Unknown parameters of the prototype: base amplitude Z [m], ζ, μ_i, e, and the contact model by its name."""
 
     base_amplitude_m: float
     damping_ratio: float
@@ -59,11 +61,11 @@ class Prototype:
 
     @property
     def friction_ratio(self) -> float:
-        """γ_F with which friction alone has the peak that Table 3 prints."""
+        """γ_F with which friction alone gives the peak printed in Table 3."""
         return self.friction_of(paper_numbers()["friction_alone"].value)
 
     def friction_of(self, peak: float) -> float:
-        """γ_F with which friction alone has a peak: the peak is (1 − 4γ_F/π)/(2ζ) (Den Hartog)."""
+        """γ_F with which friction alone gives a peak: the peak is (1 − 4γ_F/π)/(2ζ) (Den Hartog)."""
         return 0.25 * pi * (1.0 - 2.0 * self.damping_ratio * peak)
 
     def study(self) -> Study:
@@ -89,11 +91,11 @@ class Prototype:
         return parse_harmonic(document)
 
     def shares(self, names: Sequence[str]) -> NDArray[np.float64]:
-        """Where it lies within the ranges of some parameters, shape (names,)."""
+        """Its place within the ranges of some parameters, shape (names,)."""
         return np.array([_share(getattr(self, name), *RANGES[name]) for name in names])
 
     def at(self, names: Sequence[str], shares: Sequence[float] | NDArray[np.float64]) -> "Prototype":
-        """Move some parameters to shares of their ranges; a share outside counts as the end."""
+        """Move some parameters to fractions of their ranges; a fraction outside counts as the end."""
         values: dict[str, Any] = {
             name: _value(share, *RANGES[name]) for name, share in zip(names, shares, strict=True)
         }
@@ -105,7 +107,7 @@ def _share(value: float, low: float, high: float) -> float:
 
 
 def _value(share: float, low: float, high: float) -> float:
-    """Six digits, so that a study states what it is."""
+    """Rounded to six digits, so that a study states them exactly."""
     within = float(np.clip(share, 0.0, 1.0))
     return float(f"{low + within * (high - low) if low == 0.0 else low * (high / low) ** within:.6g}")
 
@@ -120,7 +122,7 @@ def peaks_of(amplitude: xr.DataArray) -> dict[str, float]:
 
 
 def computed_here(study: Study) -> xr.DataArray:
-    """Compute the responses of a study that nobody will ask for again, and store nothing."""
+    """Compute the responses of a temporary study, and store nothing."""
     values = solve_block(study, Block.whole(study.shape))
     return xr.DataArray(values["amplitude_ratio"], dims=tuple(study.coordinates))
 
@@ -143,12 +145,12 @@ def deviation_of(prototype: Prototype) -> float:
 
 
 def _seen(prototype: Prototype) -> float:
-    """Give the deviation as a search compares it."""
+    """Give the deviation at the resolution of a search."""
     return round(deviation_of(prototype), RMS_DIGITS)
 
 
 def fitted(start: Prototype, free: Sequence[str], quick: bool) -> Prototype:
-    """Find the prototype of the least deviation near another, by Nelder and Mead over shares of the ranges."""
+    """Find the prototype of the least deviation near another, by Nelder and Mead over fractions of the ranges."""
     first = start.shares(free)
     steps = np.diag(np.where(first > 0.5, -STEP, STEP))
     found = minimize(
@@ -166,7 +168,7 @@ def fitted(start: Prototype, free: Sequence[str], quick: bool) -> Prototype:
 
 
 def fitted_from_anywhere(start: Prototype, quick: bool) -> Prototype:
-    """Find Z and ζ of the least deviation: the best of a coarse grid, and on from there."""
+    """Find Z and ζ of the least deviation: from the best of a coarse grid."""
     count = 1 if quick else STARTS
     shares = (np.arange(count) + 0.5) / count
     grid = [start.at(ASSUMED, each) for each in product(shares, repeat=len(ASSUMED))]
@@ -174,10 +176,10 @@ def fitted_from_anywhere(start: Prototype, quick: bool) -> Prototype:
 
 
 def intervals(best: Prototype, free: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Intervals of a fit's parameters, from its derivatives and what it leaves over.
+    """Intervals of a fit's parameters, from its derivatives and its residuals.
 
-    Least squares with errors of one unknown size (Seber and Wild, Nonlinear Regression, 1989, section 5.1): each is the
-    estimate ± t·s·√((JᵀJ)⁻¹), with Student's t of as many degrees of freedom as there are more numbers than parameters.
+    Least squares with errors of one unknown size (Seber and Wild, Nonlinear Regression, 1989, section 5.1): each is
+    the estimate ± t·s·√((JᵀJ)⁻¹). The degrees of freedom of Student's t are the numbers minus the parameters.
     """
 
     def left_over(shares: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""What the paper leaves open, and every way in which it is read here: contact times, base amplitude."""
+"""Open choices of the paper, and all readings of them: contact times, base amplitude."""
 
 from damperlab.studies.faults import listing
 from damperlab.studies.paper import paper_numbers
@@ -16,7 +16,7 @@ HARD: dict[str, dict[str, object]] = {
     PRINTED: {"model": "dwell", "contact_time": "paper_hard_printed"},
     REAL: {"model": "dwell", "contact_time": "paper_hard_real"},
 }
-"""The same of the aluminium wall, under the name of the foam's: both times are read in one way."""
+"""The same for the aluminium wall, under the name of the foam's: both times are read in the same way."""
 
 LABELS = "labels of Figure 12"
 FRICTION_RATIOS = (0.6, 0.69, 0.8)
@@ -39,7 +39,7 @@ def clearances() -> dict[str, tuple[float, float, float]]:
 
 
 def contacts_in_words() -> str:
-    """Say what the contact models are."""
+    """Describe the contact models."""
     named = [f"{name} ({CONTACT_TIMES[name].doc})" for name in ("paper_soft_printed", "paper_soft_real")]
     return (
         "The paper adds contact times to all its simulations without saying how. Tried: `instant` (none), and `dwell` "

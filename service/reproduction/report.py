@@ -33,7 +33,7 @@ SECTIONS: dict[str, Callable[[Solve, bool], Section]] = {
     "figure A2": figure_a2,
     "the paper beside itself": disagreements,
 }
-"""By what is shown while it is worked on; each computes what it needs through `solve`."""
+"""Sections by the text shown during their work; each computes its studies through `solve`."""
 PAPER = (
     "M. A. Akbar, W. O. Wong, E. Rustighi, A Hybrid Damper with Tunable Particle Impact Damping and Coulomb Friction, "
     "Machines 2023, 11, 545"
@@ -48,11 +48,11 @@ def make_report(
     Parameters
     ----------
     solve : callable
-        From a study to its cube: computed, or found where it is computed already.
+        From a study to its cube: computed, or found in a store.
     quick : bool
-        A short form with a few points of each study: for trying out, not for the numbers.
+        A short form with a few points of each study: for tests, not for the numbers.
     on_section : callable
-        Told what is being worked on.
+        Called with the section that is being computed.
 
     Returns
     -------
@@ -78,12 +78,12 @@ def make_report(
 
 
 def in_markdown(report: dict[str, Any]) -> str:
-    """Put a report into words.
+    """Write a report as text.
 
     Parameters
     ----------
     report : dict
-        Of `make_report`; the figures are expected beside the file.
+        From `make_report`; the figures are expected next to the file.
     """
     lines = [
         "# The paper reproduced",

@@ -1,4 +1,4 @@
-"""Table 3 once more, with the particle's own friction: one base amplitude, peaks of curves, what is open fitted."""
+"""Table 3 with the particle's own friction: one base amplitude, peaks of curves, unknown parameters fitted."""
 
 from dataclasses import replace
 
@@ -28,15 +28,17 @@ from damperlab.studies.questions import Tuning
 PROFILE = (0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2)
 """Values of μ_i for which the best Z and ζ are found."""
 MIDDLE = Prototype(0.0015, 0.008, 0.0)
-"""From where a search of the whole ranges begins; what it finds does not depend on it."""
+"""Start of a search over all ranges; its result does not depend on it."""
 FREE = (*ASSUMED, "particle_friction")
 WITHOUT, WITH = "without friction of the particle", "with friction of the particle"
 FIGURES = {"particle": 7, "hybrid": 12}
-"""Where the paper draws the curves of each."""
+"""The paper's figures with the curves of each."""
 
 
 def table_3_rubbing(solve: Solve, quick: bool) -> Section:
-    """Fit what is open of the prototype to Table 3, with and without friction of the particle, and ask it for the figures."""
+    """Fit the prototype's unknown parameters to Table 3, with and without friction of the particle, and compute the
+    figures with it.
+    """
     section = Section("Table 3 with the particle's own friction")
     frictions = PROFILE[-1:] if quick else PROFILE
     profile = {mu: fitted_from_anywhere(replace(MIDDLE, particle_friction=mu), quick) for mu in frictions}
@@ -94,7 +96,7 @@ def _friction_alone(prototype: Prototype) -> Study:
 def _peaks(
     section: Section, solve: Solve, fits: dict[str, Prototype]
 ) -> tuple[list[Row], dict[str, dict[str, float]]]:
-    """Set the seven numbers of each fit beside the paper's."""
+    """Compare the seven numbers of each fit with the paper's."""
     known = paper_numbers()
     rows, found = [], {}
     for name, prototype in fits.items():
@@ -113,7 +115,7 @@ def _peaks(
 
 
 def _figures(section: Section, solve: Solve, best: Prototype, peaks: dict[str, float]) -> list[Row]:
-    """Say what the fitted prototype makes of the paper's other statements."""
+    """Compare the fitted prototype with the paper's other statements."""
     known = paper_numbers()
     lengths = {k: known[f"clearance_{k}_mm"].value for k in CAVITIES}
     hard = replace(best, restitution=known["restitution_hard"].value)
@@ -183,7 +185,7 @@ def _fits(fits: dict[str, Prototype]) -> tuple[tuple[str, ...], list[tuple[objec
 
 
 def _words(best: Prototype, peaks: dict[str, float], within: dict[str, tuple[float, float]]) -> list[str]:
-    """Say how Table 3 is read, what was found, and what stays open."""
+    """Describe the reading of Table 3, the findings, and open points."""
     known = paper_numbers()
     (z, zeta, mu), factor = (within[name] for name in FREE), 1e3
     ranges = {name: RANGES[name] for name in FREE}

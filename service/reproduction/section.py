@@ -1,4 +1,4 @@
-"""What a section of the report is: rows of numbers beside the paper's, sentences, figures."""
+"""A section of the report: rows of numbers with the paper's, sentences, figures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -14,32 +14,32 @@ from damperlab.studies.paper import PaperNumber
 from damperlab.studies.reading import named_study
 
 Solve = Callable[[Study], xr.Dataset]
-"""Computes a study, or finds it computed, and gives its cube."""
+"""Computes a study, or finds it stored, and gives its cube."""
 
 MET = 0.1
-"""Share by which a number may differ from the paper's and counts as met."""
+"""Relative difference within which a number agrees with the paper's."""
 QUICK_VALUES = 5
-"""Most values of an axis in the short form, beside the few that a section asks for by name."""
+"""Most values of an axis in the short form, in addition to those that a section names."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One number beside the paper's.
+    """One number, compared with the paper's.
 
     Parameters
     ----------
     quantity : str
-        What it is.
+        Its name.
     paper : PaperNumber or None
-        As printed; None where the paper prints none.
+        As printed; None if the paper prints none.
     ours : float
         Computed now.
     assumption : str
-        What the paper leaves open, and how it was read here.
+        The reading of the paper's open choices.
     error : float or None
-        What is unknown about `ours`; None where it is exact or the question makes no sense.
+        Uncertainty of `ours`; None if it is exact or has no meaning.
     contact : str
-        Contact model; empty where nothing strikes.
+        Contact model; empty without impacts.
     """
 
     quantity: str
@@ -79,17 +79,17 @@ class Section:
     title : str
         Its name in the paper.
     verdict : str
-        What comes out, in a sentence or two.
+        The result, in a sentence or two.
     rows : list of Row
         Numbers.
     words : list of str
-        What they say together, a paragraph each.
+        Conclusions, a paragraph each.
     figures : dict of Figure
         By file name.
     tables : list
         Further tables, each a head and rows of text or numbers.
     studies : list of Study
-        What was computed for it.
+        Studies computed for it.
     """
 
     title: str
@@ -101,14 +101,14 @@ class Section:
     studies: list[Study] = field(default_factory=list)
 
     def solve(self, solve: Solve, study: Study) -> xr.Dataset:
-        """Compute a study, and note once that the section stands on it."""
+        """Compute a study, and record it once for the section."""
         if study not in self.studies:
             self.studies.append(study)
         return solve(study)
 
     @property
     def met(self) -> tuple[int, int]:
-        """How many of the paper's numbers some reading meets within `MET`, and how many there are."""
+        """How many of the paper's numbers agree within `MET` under some reading, and their total."""
         best: dict[tuple[str, float], float] = {}
         for row in self.rows:
             if row.paper is not None and row.difference is not None:
@@ -134,16 +134,16 @@ class Section:
 
 
 def variant(name: str, called: str = "", quick: bool = False, **changes: Any) -> Study:
-    """Make a study from a named one with some of it changed.
+    """Make a study from a named one with some changes.
 
     Parameters
     ----------
     name : str
-        Of a named study.
+        Name of a study.
     called : str
-        What is added to its name.
+        Suffix of its name.
     quick : bool
-        Keep a few values of each axis: the ends, r = 1, what is in `changes`.
+        Keep a few values of each axis: the ends, r = 1, and those in `changes`.
     changes
         Entries of `axes` by their names, or `contact`.
     """
@@ -171,5 +171,5 @@ def _few(values: np.ndarray) -> list[float]:
 
 
 def at(cube: xr.Dataset, name: str, **point: float) -> float:
-    """Value of a variable at a grid point, which must be on the grid to rounding."""
+    """Value of a variable at a grid point, which must exist up to rounding."""
     return float(cube[name].sel(point, method="nearest", tolerance=1e-9).squeeze())

@@ -1,4 +1,4 @@
-"""Table 4 and Figure 14: the tuned mass damper, and the hybrid beside it."""
+"""Table 4 and Figure 14: the tuned mass damper, compared with the hybrid."""
 
 import numpy as np
 
@@ -15,9 +15,11 @@ from damperlab.studies.tmd.tunings import tuned
 from damperlab.studies.vocabulary import Criterion
 
 SHOWN_FRICTION = (0.4, 0.6, 0.69, 0.8)
-"""Drawn: the friction ratio of Figure 14 is a spring compression of 4 mm, which nothing printed turns into one."""
+"""Only drawn: the friction ratio of Figure 14 is a spring compression of 4 mm, for which the paper prints no
+conversion.
+"""
 ALIKE = 0.15
-"""Share by which peaks that the paper calls similar may differ."""
+"""Relative difference of peaks that the paper may call similar."""
 
 
 def table_4(solve: Solve, quick: bool) -> Section:
@@ -57,7 +59,7 @@ def table_4(solve: Solve, quick: bool) -> Section:
 
 
 def figure_14(solve: Solve, quick: bool) -> Section:
-    """Frequency response of the hybrid of Table 4 beside the tuned mass damper."""
+    """Frequency response of the hybrid of Table 4, and the tuned mass damper."""
     section = Section("Figure 14: hybrid and tuned mass damper")
     known = paper_numbers()
     mass, damping = known["mass_ratio"].value, known["damping_ratio"].value

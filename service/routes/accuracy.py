@@ -18,7 +18,7 @@ router = APIRouter(prefix="/api/v1", tags=["accuracy"])
     summary="Which accuracy reports there are",
 )
 def list_reports(service: TheService) -> Document:
-    """List when each was made and with which version: the last one of this data directory, or none."""
+    """List time and version of each: the latest one of this data directory, or none."""
     report = last_report(service.settings.data_dir)
     told = ("created", "version", "passed")
     kept = [] if report is None else [{name: report[name] for name in told if name in report}]
@@ -32,7 +32,7 @@ def list_reports(service: TheService) -> Document:
     summary="Error against run time, and extreme cases, as last measured",
 )
 def ask_accuracy(service: TheService) -> Document:
-    """Give the report that `damperlab check accuracy` made last with this data directory."""
+    """Give the latest report of `damperlab check accuracy` with this data directory."""
     report = last_report(service.settings.data_dir)
     if report is None:
         raise Problem(

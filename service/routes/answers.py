@@ -1,4 +1,4 @@
-"""Answers that were promised, at the place where they are fetched."""
+"""Deferred answers, at the address where they are fetched."""
 
 from typing import Annotated
 
@@ -36,7 +36,7 @@ async def _promises(request: Request) -> Promises:
 async def _promise(
     promises: Annotated[Promises, Depends(_promises)],
     caller: TheCaller,
-    answer_id: Annotated[str, Path(description="As the promise names it.")],
+    answer_id: Annotated[str, Path(description="Id in the address of the deferred answer.")],
 ) -> Promise:
     return promises.find(answer_id, caller.name)
 
@@ -52,13 +52,13 @@ ThePromise = Annotated[Promise, Depends(_promise)]
         202: PROMISED,
         **documented(404, 413, 415, 422, 429, 503),
     },
-    summary="Fetch an answer that was promised",
+    summary="Fetch a deferred answer",
 )
 async def fetch(promise: ThePromise) -> Response:
-    """Give what the request would have been answered, whatever its status; 202 while it is computed.
+    """Give the answer to the request, whatever its status; 202 while it is computed.
 
-    A request gets a promise where it prefers one (`Prefer: respond-async, wait=5`) and takes longer than it waits. The
-    answer is kept for ten minutes after it is there, for who asked for it.
+    A request is deferred if it asks for it (`Prefer: respond-async, wait=5`) and takes longer than it waits. The
+    answer is kept for ten minutes, for the caller who requested it.
     """
     if promise.ended is None:
         return promised(promise)
@@ -72,9 +72,9 @@ async def fetch(promise: ThePromise) -> Response:
     status_code=204,
     response_class=Response,
     responses=documented(404),
-    summary="Give up an answer that was promised",
+    summary="Cancel a deferred answer",
 )
 async def give_up(promise: ThePromise, promises: Annotated[Promises, Depends(_promises)]) -> Response:
-    """Stop computing it, or forget it where it is there."""
+    """Stop computing it, or delete the stored answer."""
     promises.give_up(promise)
     return Response(status_code=204)

@@ -1,4 +1,4 @@
-"""What a study can be made of: the named studies, the dimensions, the variables and their meanings."""
+"""Parts of a study: the named studies, the dimensions, the variables and their meanings."""
 
 from typing import Annotated, Any
 
@@ -21,7 +21,7 @@ router = APIRouter(prefix="/api/v1", tags=["studies"])
 
 
 class Named(TypedDict):
-    """A named study or specification, as it was written."""
+    """A named study or specification, in its original text."""
 
     name: str
     about: Sentences
@@ -29,7 +29,7 @@ class Named(TypedDict):
 
 
 class Bounds(TypedDict):
-    """A quantity, and between what it may lie."""
+    """A quantity, and its limits."""
 
     name: str
     lowest: Number
@@ -38,7 +38,7 @@ class Bounds(TypedDict):
 
 
 class Dimension(Bounds):
-    """A dimension; `default` is what a study gets where it says nothing."""
+    """A dimension; `default` is its value if a study does not give it."""
 
     default: Number
 
@@ -54,7 +54,7 @@ class AboutVariable(TypedDict):
 
 
 class SuiteDimension(TypedDict):
-    """A dimension of a survey over records."""
+    """A dimension of a ground-motion suite."""
 
     name: str
     units: str
@@ -62,21 +62,21 @@ class SuiteDimension(TypedDict):
 
 
 class OfSuites(TypedDict):
-    """What surveys over records have."""
+    """Parts of ground-motion suites."""
 
     dimensions: list[SuiteDimension]
     variables: list[AboutVariable]
 
 
 class Meaning(TypedDict):
-    """What a response class is called, and is."""
+    """Name and meaning of a response class."""
 
     name: str
     sentence: str
 
 
 class Catalog(TypedDict):
-    """What a study can be made of, and what its results mean."""
+    """Parts of a study, and the meaning of its results."""
 
     studies: list[Named]
     specifications: list[Named]
@@ -98,7 +98,7 @@ class Catalog(TypedDict):
     summary="Named studies, dimensions, variables, meanings",
 )
 def catalog() -> Document:
-    """Say what a study can be made of and what its results mean: all that a form or a legend needs."""
+    """Describe the parts of a study and the meaning of its results, for a form or a legend."""
     found: Catalog = {
         "studies": [_study(name, text) for name, text in named_texts().items()],
         "specifications": [_study(name, text) for name, text in named_specifications().items()],
@@ -147,7 +147,7 @@ def _variable(variable: Variable) -> AboutVariable:
 
 
 def _study(name: str, text: bytes) -> Named:
-    """Give a named study or specification as it was written, and the comment that it opens with."""
+    """Give a named study or specification in its original text, and its opening comment."""
     opening = []
     for line in text.decode().splitlines():
         if not line.startswith("#"):

@@ -1,4 +1,4 @@
-"""Designs: asked for by a specification, listed, looked at, cancelled, resumed, deleted, restored; their reports."""
+"""Designs: submit, list, show, cancel, resume, delete, restore; their reports."""
 
 from contextlib import suppress
 from typing import Annotated
@@ -39,7 +39,7 @@ class DesignPage(TypedDict):
 
 
 class DesignDocument(KeptDocument):
-    """A design, how far the studies are that it waits for, and its answer."""
+    """A design, the progress of its studies, and its answer."""
 
     studies_done: Count
     points_of_round: Annotated[Count, Says(description="Points of the round's studies that are there.")]
@@ -51,7 +51,7 @@ DesignOrBudget = TypeAliasType("DesignOrBudget", DesignDocument | DesignSize)
 
 
 class AskQuery(BaseModel):
-    """Parameters of a design that is asked for."""
+    """Parameters of a requested design."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -71,7 +71,7 @@ class DesignsQuery(BaseModel):
     )
     state: State | None = None
     name: str | None = Field(None, max_length=200, description="Only designs whose name contains this text.")
-    trash: bool = Field(False, description="List those instead that were deleted and can be restored.")
+    trash: bool = Field(False, description="List deleted designs that can be restored.")
 
 
 @router.post(
@@ -79,15 +79,15 @@ class DesignsQuery(BaseModel):
     status_code=201,
     response_class=Document,
     responses={
-        200: gives(DesignOrBudget, "The same was asked for before; or the answer to a dry run"),
-        201: gives(DesignDocument, "Kept, and about to be searched", Location="Address of the design."),
+        200: gives(DesignOrBudget, "The design existed already; or the answer to a dry run"),
+        201: gives(DesignDocument, "Stored, and about to be searched", Location="Address of the design."),
         **documented(413, 415, 422, 429, 503, 507),
     },
     openapi_extra={"requestBody": SPECIFICATION_BODY},
     summary="Ask for a design",
 )
 async def ask(request: Request, service: TheService, query: Annotated[AskQuery, Query()]) -> Document:
-    """Take a specification as JSON or YAML. The same one again answers 200 with the design that is there.
+    """Take a specification as JSON or YAML. The same one again answers 200 with the existing design.
 
     One that was cancelled, or has failed, stays so until it is resumed.
     """
@@ -135,7 +135,7 @@ def list_designs(service: TheService, query: Annotated[DesignsQuery, Query()]) -
     summary="A design: how far it is, and its answer",
 )
 def show(service: TheService, design: TheDesign) -> Document:
-    """Say what is known so far and what is left; once it is done, `answer` is what `damperlab design --json` prints."""
+    """Give the progress; once the design is done, `answer` is the output of `damperlab design --json`."""
     return Document(shown(service, design))
 
 
@@ -148,7 +148,9 @@ def show(service: TheService, design: TheDesign) -> Document:
 async def ask_report(
     request: Request, service: TheService, design: TheDesign, query: Annotated[ReportQuery, Query()]
 ) -> Response:
-    """Give drawing values with their tolerances, the response beside that of other dampers, and what decides it."""
+    """Give drawing values with their tolerances, the response compared with other dampers, and the basis of the
+    decision.
+    """
     if design.state != "done":
         raise Problem(
             409, "design-not-done", f"The design is {design.state}: its report comes with its answer."
@@ -164,7 +166,7 @@ async def ask_report(
     summary="Stop a design",
 )
 def cancel(service: TheService, design: TheExactDesign) -> Document:
-    """Cancel a design and the studies that it waits for; what is computed is kept, and resume goes on from there."""
+    """Cancel a design and the studies that it waits for; computed points are kept, and resume continues from there."""
     kept = service.designer.cancel(design)
     if kept.state != "cancelled":
         raise Problem(409, "design-ended", f"The design is {kept.state}: there is nothing left to cancel.")
@@ -192,7 +194,7 @@ def resume(service: TheService, design: TheExactDesign) -> Document:
     summary="Delete a design and its answer",
 )
 def delete(service: TheService, design: TheExactDesign, query: Annotated[DeleteQuery, Query()]) -> Response:
-    """Delete a design that has ended; the studies that it asked for stay."""
+    """Delete a design that has ended; its studies stay."""
     service.designer.shelf.delete(design, query.trash)
     return Response(status_code=204)
 
@@ -215,7 +217,7 @@ def undelete(
 
 
 def shown(service: Service, kept: Kept) -> DesignDocument:
-    """Give a design with its answer, and how far the studies are that it waits for."""
+    """Give a design with its answer, and the progress of its studies."""
     done = points = 0
     waited_for = () if kept.round is None or kept.ended else kept.round.studies
     for study_id in waited_for:

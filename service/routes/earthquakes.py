@@ -37,7 +37,7 @@ router = APIRouter(prefix="/api/v1", tags=["earthquakes"])
 
 
 class GroundMotions(TypedDict):
-    """The records that there are."""
+    """The available records."""
 
     records: list[GroundMotionDocument]
 
@@ -52,7 +52,7 @@ TEXT_TYPES = ("text/plain", "text/csv", "application/octet-stream")
 
 
 class RecordQuery(BaseModel):
-    """How an uploaded record is written."""
+    """Format of an uploaded record."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -68,7 +68,7 @@ class RecordQuery(BaseModel):
 
 
 class ShownQuery(BaseModel):
-    """How much of a record is shown."""
+    """Number of samples of a record in the answer."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -116,7 +116,7 @@ def _list(service: Service) -> Document:
 async def add_record(
     request: Request, service: TheService, query: Annotated[RecordQuery, Query()]
 ) -> Document:
-    """Keep a record: 201 where it is new, 200 where the same samples are there already."""
+    """Store a record: 201 if it is new, 200 if the same samples exist already."""
     kind = media_type(request, (*TEXT_TYPES, *JSON_TYPES))
     body = await read_body(request, service.settings.body_limit_bytes)
     if kind in JSON_TYPES:

@@ -1,4 +1,4 @@
-"""The whole cube as a download, written and sent piece by piece."""
+"""The complete cube as a download, written and sent piece by piece."""
 
 from hashlib import blake2b
 from os import SEEK_END
@@ -31,7 +31,7 @@ FILES: dict[ExportFormat, tuple[str, str]] = {
 """Suffix and media type of each format."""
 COMPLETE = "X-Complete"
 CACHING = "private, no-cache"
-"""A client may keep an export, and asks each time whether it is still the one."""
+"""A client may cache an export, and revalidates it each time."""
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
 
@@ -73,7 +73,7 @@ class ExportQuery(BaseModel):
 async def export(
     request: Request, service: TheService, study: TheStudy, query: Annotated[ExportQuery, Query()]
 ) -> Response:
-    """Send the cube as it is now; points that are not computed yet have status -1. Range is for netCDF."""
+    """Send the present cube; points that are not computed yet have status -1. Range applies to netCDF."""
     tag = _tag(study, query)
     if tag is not None and has_seen(request.headers, tag):
         return Response(status_code=304, headers={"ETag": tag, "Cache-Control": CACHING})
@@ -88,7 +88,7 @@ async def export(
 
 
 def _write(store: Store, study: Record, place: Path, written_as: ExportFormat, names: bool) -> None:
-    """Write the whole cube: what is damaged is met before anything is sent."""
+    """Write the complete cube, so that damage is detected before anything is sent."""
     cube = store.cube(study.id)
     write_file(cube if names else without_names(cube), place, written_as)
 
@@ -96,7 +96,7 @@ def _write(store: Store, study: Record, place: Path, written_as: ExportFormat, n
 def _download(
     request: Request, study: Record, written_as: ExportFormat, tag: str | None, file: BinaryIO
 ) -> Response:
-    """Send a file, or the part of one that Range asks for."""
+    """Send a file, or the part of it in Range."""
     size = file.seek(0, SEEK_END)
     part = part_asked(request, size, tag) if tag is not None and written_as == "netcdf" else None
     start, stop = part or (0, size)
@@ -118,7 +118,7 @@ def _download(
 
 
 def _tag(study: Record, query: ExportQuery) -> str | None:
-    """Name the bytes of an export; None while the study goes on, whose next export may hold more."""
+    """Identify the content of an export; None while the study runs, because its next export may hold more."""
     if not study.ended:
         return None
     asked = repr((study.id, study.revision, study.created, study.points_done, query, code_version()))

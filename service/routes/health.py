@@ -1,4 +1,4 @@
-"""Whether the process lives, and whether it can serve."""
+"""Whether the process is alive, and whether it can serve."""
 
 from typing import Literal
 
@@ -15,13 +15,13 @@ router = APIRouter(prefix="/health", tags=["health"])
 
 
 class Live(TypedDict):
-    """That the process answers."""
+    """The process answers."""
 
     status: Literal["live"]
 
 
 class Ready(TypedDict):
-    """That studies can be taken, and how the cluster is."""
+    """Studies can be submitted; state of the cluster."""
 
     status: Literal["ready"]
     cluster: ClusterState
@@ -31,7 +31,7 @@ class Ready(TypedDict):
 
 @router.get("/live", response_class=Document, responses={200: gives(Live)}, summary="The process answers")
 async def live() -> Document:
-    """Answer from the event loop itself: whatever computes, this does not wait."""
+    """Answer from the event loop itself, so that computing never delays it."""
     return Document(Live(status="live"))
 
 
@@ -42,7 +42,7 @@ async def live() -> Document:
     summary="Studies can be taken, queried and run",
 )
 async def ready(request: Request) -> Document:
-    """Say how the store, its folders and the service's threads were seen a moment ago, and how the cluster is."""
+    """Give the state of the store, its folders and the service's threads at the last check, and of the cluster."""
     # nothing here waits: no store, no lock, and no thread of a pool that others may have taken
     service: Service = request.app.state.service
     if service.closing.is_set():

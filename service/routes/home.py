@@ -1,4 +1,4 @@
-"""The web page and its files. Nothing on it comes from anywhere else, and the browser is told to hold it to that."""
+"""The web page and its files. All its parts come from this service, and the browser is told to enforce this."""
 
 from fastapi import APIRouter
 from starlette.exceptions import HTTPException
@@ -14,15 +14,16 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; style-src-attr 'unsafe-inline'; "
     "img-src 'self' data: blob:; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""Scripts and style sheets from files of this service only. The plotting library sets style attributes, and makes a PNG by
-way of a picture in memory, so both are allowed."""
+"""Scripts and style sheets from files of this service only. The plotting library sets style attributes, and makes a
+PNG through an image in memory, so both are allowed.
+"""
 
 YEAR_SECONDS = 31_536_000
 
 
 @router.get("/")
 def home(request: Request) -> Response:
-    """Send the page; a browser asks each time whether it has changed."""
+    """Send the page; a browser revalidates it each time."""
     documented = request.app.state.settings.docs_dir is not None
     answer = _answer(request, first_page(PLACE.lstrip("/") if documented else ""), "no-cache")
     answer.headers["Content-Security-Policy"] = POLICY
@@ -32,7 +33,7 @@ def home(request: Request) -> Response:
 
 @router.get("/page/{version}/{name}")
 def page(request: Request, version: str, name: str) -> Response:
-    """Send a file of the page; under its version's address it never changes, under another it is the present one."""
+    """Send a file of the page; under a versioned address it never changes, under another it is the present one."""
     file = page_file(name)
     if file is None:
         raise HTTPException(404)

@@ -1,4 +1,4 @@
-"""What a monitor reads: studies, points, cluster and requests in the text format of Prometheus."""
+"""Metrics for a monitor: studies, points, cluster and requests in the text format of Prometheus."""
 
 from collections.abc import Iterable, Mapping
 
@@ -13,7 +13,7 @@ from damperlab.worker.jit import source_hash
 from damperlab.worker.provenance import code_version
 
 FORMAT = "text/plain; version=0.0.4; charset=utf-8"
-"""Of the exposition format, https://prometheus.io/docs/instrumenting/exposition_formats."""
+"""Version of the exposition format, https://prometheus.io/docs/instrumenting/exposition_formats."""
 
 router = APIRouter(tags=["health"])
 
@@ -26,7 +26,9 @@ Labels = Mapping[str, object]
     summary="Numbers for a monitor, as Prometheus reads them",
 )
 def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
-    """Count studies by state, points, requests; tell how long routes take, and what cluster, compiler and process do."""
+    """Count studies by state, points, requests; give durations of routes, and the load of cluster, compiler and
+    process.
+    """
     totals = service.store.totals()
     traffic: Traffic = request.app.state.traffic
     counts, durations = traffic.read()
@@ -123,7 +125,7 @@ def ask_metrics(service: TheService, request: Request) -> PlainTextResponse:
 
 
 def _tell_durations(lines: list[str], durations: Mapping[tuple[str, str], Durations]) -> None:
-    """Write a histogram for each method and route; a route is a path of ours, with names in place of what clients send."""
+    """Write a histogram for each method and route; a route has placeholders instead of the client's values."""
     name = "damperlab_request_duration_seconds"
     lines += [f"# HELP {name} Time until an answer was complete, by route.", f"# TYPE {name} histogram"]
     for (method, route), each in sorted(durations.items()):

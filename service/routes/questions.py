@@ -1,4 +1,6 @@
-"""The routes of all questions to a study's cube; a running study is asked for what is there, and the answer says how much."""
+"""The routes of all questions to a study's cube; a running study answers with its present results, and says how
+complete they are.
+"""
 
 from inspect import cleandoc
 from os import SEEK_END
@@ -38,9 +40,7 @@ class StudyAxes(TypedDict):
     variables: list[str]
     in_units: Annotated[
         dict[str, float],
-        Says(
-            description="What a ratio is multiplied with to be in SI units, where the study has a structure."
-        ),
+        Says(description="Factors from ratios to SI units, if the study has a structure."),
     ]
 
 
@@ -51,7 +51,7 @@ class StudyAxes(TypedDict):
     summary="The values of every dimension",
 )
 def axes(service: TheService, study: TheStudy) -> Document:
-    """List the grid's values by dimension, the variables that the study stores, and what turns ratios into SI units."""
+    """List the grid's values by dimension, the stored variables, and the factors from ratios to SI units."""
     cube = service.store.cube(study.id)
     return Document(
         StudyAxes(
@@ -104,7 +104,7 @@ def _write(store: Store, study: Record, place: Path, route: str, asked: tuple[An
 
 
 def _sent(file: BinaryIO, headers: dict[str, str]) -> Response:
-    """Send what lies in a file: whole where it is short, so that it is tagged and may be kept."""
+    """Send the content of a file, completely if it is short, so that it is tagged and may be cached."""
     size = file.seek(0, SEEK_END)
     if size > TAGGED_BYTES:
         return StreamingResponse(pieces(file, 0, size), headers=headers)
@@ -117,7 +117,7 @@ def answered(study: Record, answer: dict[str, Any]) -> Document:
     Raises
     ------
     Problem
-        409 if the study stopped before anything of the answer was computed: nobody will compute it unless asked.
+        409 if the study stopped before any part of the answer was computed: it is computed only on request.
     """
     if study.state in ("cancelled", "failed") and answer.get("complete", 1) < 1:
         resume = f"POST /api/v1/studies/{study.id}/resume computes what is missing"

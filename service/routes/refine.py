@@ -54,7 +54,7 @@ FOLLOW_UPS: dict[int | str, dict[str, Any]] = {
 def refine(
     settings: Settings, study: Record, known: FollowUps, search: Search, judging: Judging
 ) -> Refinement:
-    """Search where a better design may lie; name the follow-ups that are done with `with`."""
+    """Search where a better design may lie; name completed follow-ups with `with`."""
     cubes = _cubes(settings, study, known)  # first: of another kind of study it says so
     return refine_optimum(parse_harmonic(study.definition), cubes, search, judging)
 
@@ -62,7 +62,7 @@ def refine(
 def refine_class(
     settings: Settings, study: Record, known: FollowUps, boundary: Boundary, step: Step
 ) -> Refinement:
-    """Search along one dimension, the others fixed, for where the class of response changes."""
+    """Search along one dimension, with the others fixed, for a change of the response class."""
     cubes = _cubes(settings, study, known)
     if boundary.along is None:
         raise lacking(["along"], dimensions_of(cubes[study.id]))
@@ -75,7 +75,7 @@ def _cubes(settings: Settings, study: Record, known: FollowUps) -> Mapping[str, 
 
 
 def _add(path: str, summary: str, function: Callable[..., Refinement], *questions: type) -> None:
-    """Give a search its route; `questions` are what its function takes."""
+    """Give a search its route; `questions` are the inputs of its function."""
     values = asks(*questions, dimensions=(*BEFORE, *DIMENSIONS))
 
     async def search(

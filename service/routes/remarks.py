@@ -1,4 +1,4 @@
-"""Tags, notes and other names of studies and designs."""
+"""Tags, notes and new names of studies and designs."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -28,7 +28,7 @@ _PROPERTIES: dict[str, dict[str, Any]] = {
     "name": {
         "type": "string",
         "maxLength": MAX_NAME,
-        "description": "What it is called from now on; its definition stays as it is.",
+        "description": "The new name; the definition is unchanged.",
     },
 }
 _EXAMPLES = {
@@ -36,7 +36,7 @@ _EXAMPLES = {
         "summary": "Tags and a note",
         "value": {"tags": ["rig-2", "steel"], "note": "Measured on the shaker in May."},
     },
-    "none": {"summary": "No tag any more, the note as it is", "value": {"tags": []}},
+    "none": {"summary": "Remove all tags, keep the note", "value": {"tags": []}},
 }
 _NAME_ALONE = ("name",)
 
@@ -67,11 +67,11 @@ async def _read(request: Request, service: Service, known: Sequence[str]) -> Rem
     response_class=Document,
     responses={200: gives(RecordDocument), **documented(404, 413, 415, 422, 503)},
     openapi_extra=_body(KNOWN, _EXAMPLES),
-    summary="Tag a study, write a note to it, or call it something else",
+    summary="Tag or rename a study, or write a note to it",
     tags=["studies"],
 )
 async def remark(request: Request, service: TheService, study: TheExactStudy) -> Document:
-    """Keep tags, a note and another name with a study. They are no part of what it asks, and change nothing computed."""
+    """Store tags, a note and a new name with a study. They are not part of the definition, and change no result."""
     remarks = await _read(request, service, KNOWN)
     record = await run_sync(service.dispatcher.remark, study.id, remarks)
     return Document(record.document())
@@ -84,11 +84,11 @@ async def remark(request: Request, service: TheService, study: TheExactStudy) ->
     openapi_extra=_body(
         _NAME_ALONE, {"name": {"summary": "Another name", "value": {"name": "pump, second draft"}}}
     ),
-    summary="Call a design something else",
+    summary="Rename a design",
     tags=["designs"],
 )
 async def rename(request: Request, service: TheService, design: TheExactDesign) -> Document:
-    """Keep another name with a design; the specification keeps its own."""
+    """Store a new name with a design; the specification keeps its own."""
     remarks = await _read(request, service, _NAME_ALONE)
     return await run_sync(_rename, service, design.id, remarks.name or "")
 

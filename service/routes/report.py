@@ -24,7 +24,7 @@ POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
     "frame-ancestors 'none'"
 )
-"""The document loads nothing, and runs nothing: its style and its figures are in it."""
+"""The document is self-contained: it loads nothing and has no scripts."""
 
 
 PDF = "application/pdf"
@@ -51,7 +51,7 @@ DOCUMENT: dict[str, Any] = {
 
 
 async def document(request: Request, service: Service, query: ReportQuery, text: str, name: str) -> Response:
-    """Answer with a page of HTML as it is, or printed; `name` is that of the file without what says its format."""
+    """Answer with a page of HTML, or its printed form; `name` is that of the file without its suffix."""
     headers = {"Content-Disposition": f'inline; filename="{name}.{query.format}"'}
     if query.format == "pdf":
         return Response(await service.work.run(request, printed, text), media_type=PDF, headers=headers)
@@ -59,7 +59,7 @@ async def document(request: Request, service: Service, query: ReportQuery, text:
 
 
 def stem(name: str, otherwise: str) -> str:
-    """Make a part of a file's name of free text."""
+    """Convert free text into a part of a file's name."""
     return re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.") or otherwise
 
 
@@ -72,7 +72,7 @@ def stem(name: str, otherwise: str) -> str:
 async def ask_report(
     request: Request, service: TheService, study: TheStudy, query: Annotated[ReportQuery, Query()]
 ) -> Response:
-    """Write maps, designs, a tuned mass damper beside the best, accuracy, cost and versions into one document."""
+    """Write maps, designs, a comparison with a tuned mass damper, accuracy, cost and versions into one document."""
     text = await computed(request, service, study, _report)
     return await document(request, service, query, text, f"{stem(study.name, 'study')}-{study.id}")
 

@@ -1,4 +1,4 @@
-"""The page's sign-in: a key is turned into a cookie that scripts cannot read."""
+"""The page's sign-in: a key is exchanged for a cookie that scripts cannot read."""
 
 from anyio.to_thread import run_sync
 from fastapi import APIRouter
@@ -23,7 +23,7 @@ router = APIRouter(prefix="/api/v1/session", tags=["session"])
 
 
 class Session(TypedDict):
-    """Whether the service asks for keys, and who the caller is."""
+    """Whether the service requires keys, and the caller's identity."""
 
     needed: bool
     signed_in: bool
@@ -53,7 +53,7 @@ _BODY = {
     summary="Who asks, and whether a key is needed",
 )
 def show(request: Request, caller: TheCallerOrNobody) -> Document:
-    """Say whether the service asks for keys, and who the caller is."""
+    """Say whether the service requires keys, and give the caller's identity."""
     return _document(_guard(request), caller.owner if caller else "", caller.scopes if caller else ())
 
 
@@ -65,7 +65,7 @@ def show(request: Request, caller: TheCallerOrNobody) -> Document:
     summary="Sign in with a key",
 )
 async def sign_in(request: Request) -> Document:
-    """Begin a session of some hours; its cookie goes to no script and to no other site."""
+    """Begin a session of some hours; no script and no other site can read its cookie."""
     guard = _guard(request)
     media_type(request, JSON_TYPES)
     document = load_text(await read_body(request, BODY_LIMIT_BYTES), "json")
@@ -109,7 +109,7 @@ async def sign_in(request: Request) -> Document:
 
 @router.delete("", status_code=204, summary="Sign out")
 async def sign_out(request: Request) -> Response:
-    """End the session and take its cookie back."""
+    """End the session and delete its cookie."""
     _guard(request).end_session(request.headers)
     answer = Response(status_code=204)
     answer.delete_cookie(COOKIE, httponly=True, samesite="strict", secure=request.scope["scheme"] == "https")

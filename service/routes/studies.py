@@ -1,4 +1,4 @@
-"""Studies: submitted, listed, looked at, followed, cancelled, resumed, deleted."""
+"""Studies: submit, list, show, follow, cancel, resume, delete."""
 
 from collections.abc import AsyncIterator
 from typing import Annotated, Any
@@ -53,8 +53,8 @@ class SubmitQuery(BaseModel):
         0,
         ge=PRIORITIES[0],
         le=PRIORITIES[1],
-        description="Of the studies that wait the one with the highest begins first; below 0 it gives way to those of "
-        "others, and above 0 needs a key of scope admin. A study that exists keeps its own.",
+        description="The waiting study with the highest priority starts first; below 0 it yields to those of "
+        "others, and above 0 needs a key of scope admin. An existing study keeps its own.",
     )
 
 
@@ -87,11 +87,11 @@ class ListQuery(BaseModel):
     )
     designs: bool = Field(
         False,
-        description="List the studies too that designs and refinements asked for; a name, a tag or a state other than done "
-        "finds them anyway.",
+        description="Also list the studies of designs and refinements; a name, a tag or a state other than "
+        "done finds them anyway.",
     )
 
-    trash: bool = Field(False, description="List those instead that were deleted and can be restored.")
+    trash: bool = Field(False, description="List deleted studies that can be restored.")
 
 
 class DifferencesQuery(BaseModel):
@@ -125,10 +125,10 @@ async def submit(
     caller: TheCaller,
     idempotency_key: IdempotencyKey = None,
 ) -> Document:
-    """Take a study as JSON or YAML. The same definition again answers 200 with the study that is there.
+    """Take a study as JSON or YAML. The same definition again answers 200 with the existing study.
 
-    A list of up to 200 studies is stored as a whole or not at all; the answer is `studies`, their records in the list's
-    order without definitions, each with `created`.
+    A list of up to 200 studies is stored completely or not at all. The answer's `studies` are their records in the
+    list's order without definitions, each with `created`.
     """
     _require_leave(caller, query.priority)
     kind = media_type(request, (*JSON_TYPES, *YAML_TYPES))
@@ -150,7 +150,7 @@ async def submit(
 
 
 def _require_leave(caller: Caller, priority: int) -> None:
-    """Refuse a place before the studies of others to whoever is no admin; raise `Problem`."""
+    """Refuse a raised priority to anybody but an admin; raise `Problem`."""
     if priority > 0 and "admin" not in caller.scopes:
         fault = Fault(
             "priority",
@@ -195,8 +195,8 @@ def _submit(service: Service, body: bytes, kind: Format, query: SubmitQuery, key
 def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> Document:
     """List records without their definitions, which may be long; ask for one study to see its own.
 
-    With a range of an axis a page may be short, or empty, though `cursor` leads to others: of large catalogues not all is
-    looked at for one page.
+    With a range of an axis a page may be short, or empty, although `cursor` leads to others: only a part of a large
+    catalogue is examined for one page.
     """
     try:
         wanted = Wanted(
@@ -224,7 +224,7 @@ def list_studies(service: TheService, query: Annotated[ListQuery, Query()]) -> D
     summary="A study's record",
 )
 async def show(study: TheStudy) -> Document:
-    """Say how far the study is, and everything that is needed to compute it again."""
+    """Give the progress of the study, and everything needed to compute it again."""
     return Document(study.document())
 
 
@@ -250,7 +250,7 @@ async def _unless_seen(
 async def events(
     service: TheService, study: TheStudy, last_seen: Annotated[str | None, Depends(_unless_seen)]
 ) -> AsyncIterator[ServerSentEvent]:
-    """Send `progress` when something has changed and `end` when the study has ended; comments in between."""
+    """Send `progress` at every change and `end` when the study has ended, with comments in between."""
     async for event in progress(service, study, last_seen):
         yield event
 
@@ -276,7 +276,7 @@ def cancel(service: TheService, study: TheExactStudy) -> Document:
     summary="Go on with a study",
 )
 def resume(service: TheService, study: TheExactStudy) -> Document:
-    """Queue a cancelled or failed study again; only the blocks that are missing are computed."""
+    """Queue a cancelled or failed study again; only missing blocks are computed."""
     record = service.dispatcher.resume(study)
     if record.state == "done":
         raise Problem(409, "study-ended", "The study is done: there is nothing left to compute.")
@@ -300,13 +300,13 @@ def retry(service: TheService, study: TheExactStudy) -> Document:
     response_class=Document,
     responses={
         200: gives(RecordDocument, "A version by today's solver exists already, or is queued"),
-        201: gives(RecordDocument, "Entered beside the older results", Location="Address of the version."),
+        201: gives(RecordDocument, "Entered; the older results are kept", Location="Address of the version."),
         **documented(404, 409, 429, 503, 507),
     },
-    summary="Recompute an outdated study, beside its results",
+    summary="Recompute an outdated study, and keep its results",
 )
 def recompute(service: TheService, study: TheExactStudy) -> Document:
-    """Queue a new version of a study; the older one stays until it is deleted."""
+    """Queue a new version of a study; the older one is kept until it is deleted."""
     record, created = service.store.recompute(study.id, provenance())
     service.dispatcher.wake()
     return Document(record.document(), 201 if created else 200, {"Location": f"{router.prefix}/{record.id}"})
@@ -319,7 +319,7 @@ def recompute(service: TheService, study: TheExactStudy) -> Document:
     summary="Every version of a study, oldest first",
 )
 def versions(service: TheService, study: TheStudy) -> Document:
-    """List the records of all versions without their definitions, which are one."""
+    """List the records of all versions without their common definition."""
     return Document({"studies": [record.summary() for record in service.store.versions(study.id)]})
 
 
@@ -332,7 +332,7 @@ def versions(service: TheService, study: TheStudy) -> Document:
 async def differences(
     request: Request, service: TheService, study: TheStudy, query: Annotated[DifferencesQuery, Query()]
 ) -> Document:
-    """Compare every point that both have: how many differ, by how much, and where by the most."""
+    """Compare every common point: how many differ, by how much, and where most."""
     found = await computed(request, service, study, _differences, query.older)
     # which version is the one before may change while this study stays as it is
     return Document(found, headers={} if query.older else {"Cache-Control": "no-store"})
@@ -363,7 +363,7 @@ def delete(service: TheService, study: TheExactStudy, query: Annotated[DeleteQue
 def undelete(
     service: TheService, caller: TheCaller, study_id: Annotated[str, Path(description="A study's whole id.")]
 ) -> Document:
-    """Restore a study that was deleted with `trash`, with everything that it had computed."""
+    """Restore a study that was deleted with `trash`, with all its results."""
     require_own(caller, service.store.trashed(study_id))
     record = service.store.undelete(study_id)
     service.dispatcher.wake()

@@ -1,9 +1,9 @@
 """The cube as Zarr over HTTP, read-only: `xarray.open_zarr(url)` works from another machine.
 
-Zarr takes a missing chunk for fill values, so 404 is said for a block only where that is the truth: the study has
-ended without it, and its points have status -1. Of a study that still goes on, such a block is a conflict, lest a
-reader take half of it before and half after it is done; who wants what is there reads at a revision, `zarr/@7/…`,
-which shows the blocks that were done by then and never any other. A lost or damaged file is an error in any case.
+Zarr takes a missing chunk for fill values, so 404 for a block is only sent if that is true: the study has ended
+without it, and its points have status -1. While a study runs, such a block is a conflict: a reader might take half
+of it before and half after it is done. To read the present results, use a revision, `zarr/@7/…`, which shows only
+the blocks that were done by then. A lost or damaged file is an error in any case.
 """
 
 import re
@@ -39,7 +39,7 @@ from damperlab.studies.store.store import Store
 CHUNK = "application/octet-stream"
 _ID = re.compile("[0-9a-f]{12}(-[0-9]{1,9})?")
 TRIES = 5
-"""Looks at a study that changes while one of its blocks is read."""
+"""Most attempts to read a block of a study that changes meanwhile."""
 
 router = APIRouter(prefix="/api/v1/studies/{study_id}", tags=["queries"])
 
@@ -65,7 +65,7 @@ Key = Annotated[
     summary="The cube as a Zarr store",
 )
 def read(service: TheService, study_id: StudyId, key: Key, request: Request) -> Response:
-    """Answer one key of Zarr version 3; every array's metadata is in the first one, so nothing need be listed."""
+    """Answer one key of Zarr version 3; the first one has every array's metadata, so no listing is needed."""
     revision, key = _revision(key)
     try:
         return _read(service.store, service.store.find(study_id), revision, key, request)

@@ -1,1 +1,1 @@
-"""Access: who may send requests, from where, and the audit log."""
+"""Access: callers, origins, and the audit log."""

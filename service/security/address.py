@@ -1,4 +1,4 @@
-"""By what an address is counted."""
+"""The key for counting requests of an address."""
 
 from ipaddress import IPv6Address, ip_address
 
@@ -6,7 +6,9 @@ _HOST_BITS = 64
 
 
 def counted_address(address: str) -> str:
-    """Name whom an address is counted under: one host of IPv6 has 2**64 of them, the whole network before its own half."""
+    """Name the network under which an address is counted: one host of IPv6 has 2**64 addresses, so the network part
+    counts.
+    """
     try:
         known = ip_address(address)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The audit log: owner, request and answer of each change; one JSON document a line."""
+"""The audit log: owner, request and answer of each change; one JSON document per line."""
 
 import json
 import logging
@@ -19,7 +19,7 @@ class Audit:
     Parameters
     ----------
     path : Path
-        The file; made with mode 0600 where it is missing.
+        The file; created with mode 0600 if it is missing.
     """
 
     def __init__(self, path: Path) -> None:

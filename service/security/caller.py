@@ -16,7 +16,7 @@ from damperlab.studies.vocabulary import SCOPES, Scope
 SAFE_METHODS = frozenset(("GET", "HEAD", "OPTIONS"))
 """Methods that change nothing."""
 PUBLIC = ("/health/", "/page/", "/docs/", "/api/v1/session")
-"""Addresses that need no key: what a probe asks, the page's own files, the documentation, and the sign-in."""
+"""Addresses that need no key: probes, the page's own files, the documentation, and the sign-in."""
 PUBLIC_FILES = ("/", "/openapi.json")
 
 
@@ -27,13 +27,13 @@ class Caller:
     Parameters
     ----------
     owner : str
-        Whose studies are submitted; empty where nobody is asked who they are.
+        Owner of submitted studies; empty without keys.
     scopes : tuple of str
-        What they may do.
+        Scope.
     how : {"open", "key", "session", "proxy"}
-        What they are known by.
+        Display name.
     key_id : str
-        Id of the key, where there is one.
+        Id of the key, if there is one.
     """
 
     owner: str
@@ -43,7 +43,7 @@ class Caller:
 
     @property
     def name(self) -> str:
-        """What limits are counted under: one person or program."""
+        """Identity for limits: one person or program."""
         return self.key_id or self.owner or self.how
 
 
@@ -52,7 +52,7 @@ ANYBODY = Caller("", SCOPES, "open")
 
 
 def counted_under(scope: Connection) -> str:
-    """Name whom the limits count a request under: its key or user, and where nobody needs a key its address."""
+    """Name the identity under which a request is counted: its key or user and, without keys, its address."""
     caller: Caller = scope["caller"]
     address = scope.get("client_address") if caller.how == "open" else None
     return counted_address(address) if address else caller.name
@@ -66,18 +66,18 @@ def scope_of(method: str, path: str) -> str | None:
 
 
 def require_own(caller: Caller, study: Record) -> None:
-    """Refuse a change to a study of somebody else.
+    """Refuse a change to a study of another owner.
 
     Raises
     ------
     Problem
-        403 where the study is not the caller's, who is no admin.
+        403 if the study has another owner and the caller is no admin.
     """
     require_owner(caller, study.submitted_by, "study")
 
 
 def require_owner(caller: Caller, owner: str | None, what: str) -> None:
-    """Refuse a change to something of somebody else; `what` says what it is."""
+    """Refuse a change to an object of another owner; `what` names it."""
     if "admin" not in caller.scopes and owner != caller.owner:
         whose = f"a {what} of {owner}" if owner else f"a {what} that nobody's key submitted"
         fault = Fault(

@@ -1,4 +1,4 @@
-"""The gate: every request passes it before anything else looks at what it asks."""
+"""The gate: every request passes it first."""
 
 from http import HTTPStatus
 
@@ -14,7 +14,7 @@ from damperlab.studies.faults import NOTHING, Fault, printable
 from damperlab.studies.store.provenance import submitter
 
 WITHOUT_A_KEY = "nobody"
-"""How a caller without a key stands in the audit."""
+"""Name of a caller without a key in the audit log."""
 
 
 class Gate:
@@ -23,9 +23,9 @@ class Gate:
     Parameters
     ----------
     app : ASGI application
-        What serves.
+        The application.
     guard : Guard
-        Who may ask.
+        The guard.
     """
 
     def __init__(self, app: ASGIApp, guard: Guard) -> None:

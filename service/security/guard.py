@@ -1,4 +1,4 @@
-"""All that decides whether a request is served: names, origins, keys."""
+"""All conditions for serving a request: names, origins, keys."""
 
 import time
 from collections.abc import Callable
@@ -19,13 +19,13 @@ from damperlab.service.settings import Settings
 from damperlab.studies.store.catalogue.access_keys import AccessKey, AccessKeys
 
 KEPT_SECONDS = 5.0
-"""Time after which a recognised key is looked up again. After it a revoked key is refused."""
+"""Time after which a recognised key is looked up again. Afterwards a revoked key is refused."""
 _KEPT = 1000
 _AT_ONCE = 4
 
 
 def needs_keys(settings: Settings) -> bool:
-    """Whether a service with these settings asks for keys: beyond loopback, unless it was opened on purpose."""
+    """Whether a service with these settings requires keys: beyond loopback, unless it was opened explicitly."""
     return settings.access == "keys" or (settings.access == "auto" and not is_loopback(settings.host))
 
 
@@ -35,7 +35,7 @@ class Guard:
     Parameters
     ----------
     settings : Settings
-        As the service was started.
+        Settings of the service.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -58,9 +58,9 @@ class Guard:
         Parameters
         ----------
         headers : Headers
-            Of the request: a key counts before a session, a session before what a proxy says.
+            Of the request: a key takes precedence over a session, and a session over a proxy's header.
         peer : str, optional
-            Who is at the other end of the connection.
+            The other end of the connection.
         """
         if not self.needs_keys:
             return ANYBODY
@@ -73,13 +73,13 @@ class Guard:
         return self.proxies.user(headers) if self.proxies.believes(peer) else None
 
     def end_session(self, headers: Headers) -> None:
-        """End the session that a request came with."""
+        """End the session of a request."""
         if value := cookie_parser(headers.get("cookie", "")).get(COOKIE):
             self.sessions.end(value)
             self._kept.pop(_hashed(value), None)
 
     def of_key(self, secret: str) -> AccessKey | None:
-        """Give the valid key that a text is."""
+        """Give the valid key for a text."""
         return self.keys.recognise(secret) if self.keys else None
 
     def _of_session(self, value: str) -> AccessKey | None:

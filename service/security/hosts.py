@@ -1,4 +1,4 @@
-"""Names that the service answers to: a page elsewhere can make its own name point here, but not change the name."""
+"""Names of the service: a page elsewhere can direct its own name here, but cannot change the name in the request."""
 
 import ipaddress
 import re
@@ -11,7 +11,7 @@ _HOST = re.compile(r"(\[[0-9a-f:.]+\]|[^:\[\]/@?#\s]+)(?::[0-9]{1,5})?")
 
 @cache
 def is_loopback(address: str) -> bool:
-    """Whether an address, or every address of a name, reaches this machine alone."""
+    """Whether an address, or every address of a name, is on this machine."""
     try:
         found = {entry[4][0] for entry in socket.getaddrinfo(address, None)}
     except OSError:
@@ -20,20 +20,21 @@ def is_loopback(address: str) -> bool:
 
 
 def host_name(header: str) -> str | None:
-    """Give the name in a Host header, in small letters and without the port; None where there is none."""
+    """Give the name in a Host header, in lower case and without the port; None if there is none."""
     found = _HOST.fullmatch(header.strip().lower())
     return found[1].strip("[]").removesuffix(".") if found else None
 
 
 class Hosts:
-    """What a Host header may say.
+    """Allowed names in a Host header.
 
     Parameters
     ----------
     listens_on : str
-        The address that the service listens on. Loopback names are always right. Beyond loopback they are also the address
-        itself, this machine's name, and any numeric address: others can point only a name here. names : iterable of str More
-        names; ``.example.org`` stands for every name under it.
+        The address that the service listens on. Loopback names are always allowed. Beyond loopback the address
+        itself, this machine's name, and any numeric address are allowed: others can only direct a name here.
+    names : iterable of str
+        More names; ``.example.org`` includes every name under it.
     """
 
     def __init__(self, listens_on: str, names: Iterable[str] = ()) -> None:

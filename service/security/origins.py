@@ -12,14 +12,14 @@ _SIMPLE_TYPES = ("text/plain", "application/x-www-form-urlencoded", "multipart/f
 
 
 def refusal(headers: Headers, shared_with: Collection[str]) -> Problem | None:
-    """Say why a request that changes something must not be served; None where it may.
+    """Give the reason to refuse a request that changes something; None if it is allowed.
 
     Parameters
     ----------
     headers : Headers
         Of the request.
     shared_with : collection of str
-        Origins whose pages may ask.
+        Allowed origins.
     """
     origin, site = headers.get("origin"), headers.get("sec-fetch-site")
     if origin is None and site is None:

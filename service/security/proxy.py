@@ -10,16 +10,16 @@ from damperlab.studies.vocabulary import SCOPES, Scope
 
 
 class Proxies:
-    """The peers whose word counts.
+    """The trusted peers.
 
     Parameters
     ----------
     networks : iterable of str
         Addresses or networks, as in ``10.0.0.0/8``.
     user_header : str, optional
-        Header in which they name the user that they have let in.
+        Header with the authenticated user.
     scope : str
-        The highest of `SCOPES` that such a user has.
+        The highest of `SCOPES` of such a user.
 
     Raises
     ------
@@ -34,11 +34,11 @@ class Proxies:
 
     @property
     def sign_in(self) -> bool:
-        """Whether anybody may be let in by a proxy."""
+        """Whether any proxy is trusted."""
         return bool(self._networks and self._header)
 
     def believes(self, peer: str | None) -> bool:
-        """Whether a peer is one of them."""
+        """Whether a peer is trusted."""
         if not self._networks or peer is None:
             return False
         try:
@@ -49,7 +49,7 @@ class Proxies:
         return any(mapped in network for network in self._networks)
 
     def user(self, headers: Headers) -> Caller | None:
-        """Give the user whom a believed peer names; None where it names none, or several."""
+        """Give the user that a trusted peer names; None if it names none, or several."""
         if not self._header:
             return None
         named = headers.getlist(self._header)
@@ -58,6 +58,8 @@ class Proxies:
         return Caller(name, self._scopes, "proxy")
 
     def client(self, headers: Headers) -> str | None:
-        """Give the address that a believed peer was asked from: the last one in X-Forwarded-For, which it added itself."""
+        """Give the client's address from a trusted peer: the last one in X-Forwarded-For, which the peer added
+        itself.
+        """
         last = headers.get("x-forwarded-for", "").rpartition(",")[2].strip()
         return last[:60] or None

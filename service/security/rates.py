@@ -1,4 +1,4 @@
-"""How often somebody may ask: as much as a minute allows at once, and then as it fills up again."""
+"""Rate limits: a minute's requests may come together, and the allowance then refills."""
 
 import math
 import time
@@ -14,7 +14,7 @@ class Rates:
     Parameters
     ----------
     per_minute : int, optional
-        Most requests a minute; None for any number.
+        Most requests a minute; None for no limit.
     """
 
     def __init__(self, per_minute: int | None) -> None:
@@ -23,7 +23,7 @@ class Rates:
         self._spent_until: OrderedDict[str, float] = OrderedDict()
 
     def wait_seconds(self, who: str) -> int:
-        """Count a request; where it is one too many, say how long to wait, and count nothing."""
+        """Count a request; if it exceeds the limit, give the time to wait, and do not count it."""
         if self.per_minute is None:
             return 0
         now, each = time.monotonic(), _MINUTE / self.per_minute

@@ -1,4 +1,4 @@
-"""Sessions of the page: a cookie that stands for a key for some hours, so that no script ever holds the key."""
+"""Sessions of the page: a cookie represents a key for some hours, so that no script ever has the key."""
 
 import secrets
 import time
@@ -14,14 +14,14 @@ OF_ONE_KEY = 100
 
 
 class Sessions:
-    """The sessions that go on; they end when signed out, with their key, after eight hours, and with the process."""
+    """The active sessions; they end at sign-out, with their key, after eight hours, and with the process."""
 
     def __init__(self) -> None:
         # by the hash of the cookie's value: of which key, its hash, and until when
         self._open: OrderedDict[bytes, tuple[str, str, float]] = OrderedDict()
 
     def begin(self, key: AccessKey) -> tuple[str, int]:
-        """Give the value of a new session's cookie, and how long it lasts [s]."""
+        """Give the value of a new session's cookie, and its lifetime [s]."""
         now = int(time.time())
         ends = now + LASTS_SECONDS
         if key.expires is not None:
@@ -32,20 +32,20 @@ class Sessions:
         return value, ends - now
 
     def key_id(self, value: str) -> str | None:
-        """Give the id of the key that a session stands for; None where it is none, or over."""
+        """Give the id of the key of a session; None if it is unknown, or has ended."""
         key_id, _, ends = self._open.get(_hashed(value), ("", "", 0.0))
         return key_id if ends > time.time() else None
 
     def stands_for(self, value: str, key: AccessKey) -> bool:
-        """Whether a session was begun here with this key, and goes on."""
+        """Whether an active session was begun here with this key."""
         return self._open.get(_hashed(value), ("", "", 0.0))[:2] == (key.id, key.hash)
 
     def end(self, value: str) -> None:
-        """Let a session stand for nothing any more."""
+        """End a session."""
         self._open.pop(_hashed(value), None)
 
     def _forget(self, now: float, key_id: str) -> None:
-        """Drop sessions that are over, and make room for one of a key."""
+        """Drop ended sessions, and make room for one of a key."""
         for each in [each for each, (_, _, ends) in self._open.items() if ends <= now]:
             del self._open[each]
         of_key = [each for each, (of, _, _) in self._open.items() if of == key_id]

@@ -1,4 +1,4 @@
-"""How much one caller may have open at a time: streams of events, and exports that are on their way."""
+"""Limits on the open streams of events and exports of one caller."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -13,14 +13,14 @@ from damperlab.studies.faults import Fault
 
 
 class Shares:
-    """ASGI middleware: refuses one more of what a caller has enough of.
+    """ASGI middleware: refuses requests beyond a caller's limit.
 
     Parameters
     ----------
     app : ASGI application
         Serves.
     most : dict of int
-        By the last part of a path, how many of them one caller may have at a time.
+        The limit for each last part of a path.
     """
 
     def __init__(self, app: ASGIApp, most: dict[str, int]) -> None:
@@ -54,7 +54,7 @@ class Shares:
 
 
 class _TooMany(Exception):
-    """There are as many as there may be."""
+    """The limit is reached."""
 
 
 def _too_many(kind: str, most: int) -> Problem:

@@ -1,1 +1,1 @@
-"""What a request has computed: in processes that can be ended, in turns, and no longer than a request may take."""
+"""Computing for requests: in processes that can be ended, in turns, and with a time limit."""

@@ -1,4 +1,4 @@
-"""Answers made of a study's cube: where it is large, in a process that can be ended and stops nobody; else in a thread."""
+"""Answers from a study's cube: for a large one in a separate process that can be ended; else in a thread."""
 
 from collections.abc import Callable, Iterator
 from functools import lru_cache
@@ -17,22 +17,22 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
 PIECE_BYTES = 1 << 20
-"""Of a long answer, which is sent as its client reads it."""
+"""Size of the pieces of a long answer, which is sent as its client reads it."""
 EXPORT_POINTS = 1_000_000
-"""Points of an export for which a request has its processor time once more."""
+"""Points of an export that add the processor time of one request."""
 
 Result = TypeVar("Result")
 
 
 def is_large(service: Service, study: Record) -> bool:
-    """Whether answers about a study are computed apart."""
+    """Whether answers about a study are computed in a separate process."""
     return study.points_total >= service.settings.question_points_apart
 
 
 async def computed(
     request: Request, service: Service, study: Record, function: Callable[..., Result], *more: object
 ) -> Result:
-    """Call a function with a store, the study, and what follows; importable by name, and all that can be pickled."""
+    """Call a function with a store, the study, and further arguments; importable by name, and picklable."""
     if is_large(service, study):
         return await service.work.run(request, _there, service.settings, study, function, more)
     return await run_sync(function, service.store, study, *more)
@@ -46,23 +46,25 @@ async def written(
     *more: object,
     export: bool = False,
 ) -> tuple[Result, BinaryIO]:
-    """Have a function write a long answer into a file.
+    """Let a function write a long answer into a file.
 
     Parameters
     ----------
     request, service, study : Request, Service, Record
-        Who asks whom, and about what.
+        The caller, and the study.
     function : callable
-        Called with a store, the study, the path of the file, and what follows. All else that it writes goes to its folder.
+        Called with a store, the study, the path of the file, and further arguments. Its other files go to the same
+        folder.
     *more
-        What follows.
+        Further arguments.
     export : bool
-        Whether it takes the turn of an export, and time by its points; its file may be larger than what holds temporary ones.
+        Whether it waits like an export, with time in proportion to its points; its file may exceed the temporary
+        folder.
 
     Returns
     -------
     result, file
-        What the function gives; the file has no name any more, and goes with its last handle.
+        The function's result; the file has no name any more, and vanishes with its last handle.
     """
     folder = await run_sync(_folder, service.settings.data_dir if export else None)
     try:
@@ -82,7 +84,7 @@ async def written(
 
 
 def pieces(file: BinaryIO, start: int, stop: int) -> Iterator[bytes]:
-    """Read a part of a file, as its reader takes it."""
+    """Read a part of a file, at its reader's pace."""
     with file:
         file.seek(start)
         while piece := file.read(min(PIECE_BYTES, stop - start)):
@@ -92,7 +94,7 @@ def pieces(file: BinaryIO, start: int, stop: int) -> Iterator[bytes]:
 
 @lru_cache(maxsize=1)
 def store_of(settings: Settings) -> Store:
-    """Open the store that the settings name, once in a process that computes for requests."""
+    """Open the store of the settings, once per computing process."""
     return settings.open_store(wait_seconds=settings.catalogue_wait_seconds)
 
 

@@ -1,4 +1,4 @@
-"""What is computed for requests; the answer is made into JSON beside it, so that the service only hands it on."""
+"""Functions computed for requests; they also write the answer's JSON, which the service only passes on."""
 
 import numpy as np
 from typing_extensions import TypedDict
@@ -47,7 +47,7 @@ def comparison_body(asked: Earthquake, samples: int = 0) -> bytes:
 
 
 def fit_asked(body: bytes) -> tuple[FitQuestion | HistoryQuestion, list[Scene]]:
-    """Read the question to a measurement, and give the scenes that it needs compiled."""
+    """Read the question to a measurement, and give the scenes to compile."""
     question = read_fit(load_text(body, "json"))
     if isinstance(question, HistoryQuestion):
         return question, scenes_of_history(question)
@@ -62,7 +62,7 @@ def fit_body(question: FitQuestion | HistoryQuestion) -> bytes:
 
 
 def uploaded(body: bytes, layout: Layout, name: str, units: AccelerationUnits | None) -> GroundMotion:
-    """Read a record that was uploaded."""
+    """Read an uploaded record."""
     return read_record(body, layout, name, units)
 
 
@@ -77,7 +77,7 @@ class Look(TypedDict):
 
 
 def looked_at(motion: GroundMotion, most: int) -> Look:
-    """Give what a record looks like: at most `most` samples, its peaks among them, and its response spectrum."""
+    """Give a preview of a record: at most `most` samples, including its peaks, and its response spectrum."""
     a = motion.acceleration_m_s2
     rows = np.arange(a.size)
     if a.size > most:
@@ -94,8 +94,9 @@ def looked_at(motion: GroundMotion, most: int) -> Look:
 
 
 def specified(body: bytes, written_in: Format, records: Shelf) -> tuple[Specification, int, list[str]]:
-    """Read a specification, and say how many points its budget allows and what is unusual; refuse a budget that ends before the
-    first look."""
+    """Read a specification, and give the points of its budget and unusual values; refuse a budget that does not
+    cover the first look.
+    """
     asked = parse_specification(load_specification(body, written_in), records)
     budget = budget_of(asked)
     next(designing(asked, budget))

@@ -1,4 +1,4 @@
-"""Answers to questions, kept while their study stays as it is: as they are sent, packed and with their tag."""
+"""Cache of answers, valid while their study is unchanged: in the sent form, compressed and with their tag."""
 
 import asyncio
 from collections import OrderedDict
@@ -19,29 +19,29 @@ from damperlab.studies.store.record import Record
 
 STUDIES = "/api/v1/studies"
 KEPT = 512
-"""Most answers that are kept."""
+"""Most cached answers."""
 KEPT_BYTES = 1 << 20
 """Largest of them."""
 READS = {question.route: question.studies for question in EVERY} | {"report": (), "differences": ("older",)}
-"""What is answered from cubes, and the parameters of each that name further studies, which the answer is made of too."""
+"""Questions answered from cubes, and for each the parameters that name further studies of the answer."""
 OTHERS_KEPT = 32
-"""Most further studies of an answer that is kept."""
+"""Most further studies of a cached answer."""
 PASSING = ("definition", "phase", "phase_done", "phase_total", "seconds_left", "owner")
-"""What no answer is made of: it changes while a study runs, or never."""
+"""Fields that no answer depends on: they change while a study runs, or never."""
 
 Key = tuple[object, ...]
 Answer = tuple[int, list[tuple[bytes, bytes]], bytes]
 
 
 class Kept:
-    """ASGI middleware: repeats an answer while no study that it was made from has changed; equal requests share it.
+    """ASGI middleware: repeats an answer while none of its studies has changed; equal requests share it.
 
-    The study that a question is about is left in the scope.
+    It leaves the study of a question in the scope.
 
     Parameters
     ----------
     app : ASGI application
-        Answers, packs and tags.
+        The application, which answers, compresses and tags.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -136,13 +136,13 @@ def _asked(path: str) -> tuple[str, str] | None:
 
 
 def _others(query: bytes, keys: tuple[str, ...]) -> list[str]:
-    """Name the further studies that a query is about."""
+    """Name the further studies of a query."""
     named = [value for name, value in QueryParams(query).multi_items() if name in keys]
     return list(filter(None, (each.strip() for value in named for each in value.split(","))))
 
 
 def _seen(study: Record) -> Key:
-    """Give all of a study's record that an answer may be made of."""
+    """Give all parts of a study's record on which an answer may depend."""
     values = ((name, value) for name, value in vars(study).items() if name not in PASSING)
     return tuple(tuple(value.items()) if isinstance(value, dict) else value for _, value in values)
 

@@ -1,4 +1,4 @@
-"""Answers that take long are promised at once where the client prefers that (RFC 7240, ``Prefer: respond-async``)."""
+"""Long answers are deferred if the client prefers that (RFC 7240, ``Prefer: respond-async``)."""
 
 import asyncio
 import logging
@@ -13,9 +13,9 @@ from damperlab.service.problems import defect
 from damperlab.service.work.promises import Promise, PromiseDocument, Promises
 
 PATHS = ("/api/v1/simulate", "/api/v1/earthquake-comparisons", "/api/v1/fits")
-"""What computes for a request."""
+"""The computation for a request."""
 WAIT_SECONDS = 5.0
-"""How long an answer is waited for where the client does not say."""
+"""Default wait for an answer."""
 LONGEST_WAIT_SECONDS = 60.0
 ASK_AGAIN_SECONDS = 1
 
@@ -23,16 +23,16 @@ _log = logging.getLogger("damperlab.work")
 
 
 class Later:
-    """ASGI middleware: sends an answer that takes longer than its client waits to a place where it is fetched.
+    """ASGI middleware: moves an answer that takes longer than its client waits to an address where it is fetched.
 
-    A client that leaves before it has a promise is computed for no longer, as without the preference.
+    If a client leaves before its answer is deferred, the computation ends, as without the preference.
 
     Parameters
     ----------
     app : ASGI application
         Answers.
     promises : Promises
-        Where answers are kept.
+        The store of deferred answers.
     """
 
     def __init__(self, app: ASGIApp, promises: Promises) -> None:
@@ -69,7 +69,7 @@ class Later:
             leaving.cancel()
 
     async def _answer(self, promise: Promise, sent: asyncio.Event, scope: Scope, receive: Receive) -> None:
-        """Have the request answered, and note the answer."""
+        """Compute the answer to the request, and record it."""
 
         async def receive_body() -> Message:
             if not sent.is_set():
@@ -100,14 +100,14 @@ class Later:
 
 
 async def _left(sent: asyncio.Event, receive: Receive) -> None:
-    """Wait until the client has left; what it sends is for `Later` to read before."""
+    """Wait until the client has left; `Later` reads its messages before."""
     await sent.wait()
     while (await receive())["type"] != "http.disconnect":
         pass
 
 
 def promised(promise: Promise) -> Document:
-    """Say where the answer will be."""
+    """Answer with the address of the deferred answer."""
     seconds = time.monotonic() - promise.began
     return Document(
         PromiseDocument(state="computing", seconds=seconds, answer=promise.address),
@@ -126,9 +126,9 @@ async def _send(promise: Promise, send: Send) -> None:
 
 
 def wait_seconds(headers: Headers) -> float | None:
-    """Read how long a client waits before it takes a promise; None where it wants none.
+    """Read how long a client waits before its answer is deferred; None if it does not want this.
 
-    What is malformed counts as not said: a preference is never refused (RFC 7240, section 2).
+    A malformed preference is ignored: it is never refused (RFC 7240, section 2).
     """
     wait, later = WAIT_SECONDS, False
     for token in ",".join(headers.getlist("prefer")).split(","):

@@ -1,4 +1,4 @@
-"""Work for one request, in a process of its own: ended at its limit, and when nobody waits for it any more."""
+"""Work for one request in a separate process: ended at its limit, and when its client has left."""
 
 import contextlib
 import ctypes
@@ -27,7 +27,7 @@ from damperlab.studies.faults import Fault, counted
 from damperlab.worker.niceness import stand_back
 
 WAITING = 64
-"""Most requests of one caller that wait for a turn."""
+"""Most waiting requests of one caller."""
 
 Result = TypeVar("Result")
 Arguments = TypeVarTuple("Arguments")
@@ -37,16 +37,16 @@ _PR_SET_PDEATHSIG = 1
 
 
 class Work:
-    """Processes that compute for requests, warm from one to the next.
+    """Processes that compute for requests, kept warm between them.
 
     Parameters
     ----------
     at_once : int
         Most processes of one caller; all others have one more.
     seconds : float
-        How much time of a processor one request may take [s].
+        Most processor time of one request [s].
     wait_seconds : float
-        How long it may wait for that once it has its turn [s]: where other work has the processors, it is not too large.
+        Longest wait for it once it has its turn [s]: if other work has the processors, the request is not too large.
     memory_bytes : int
         Most memory of one process.
     """
@@ -65,26 +65,26 @@ class Work:
         *arguments: *Arguments,
         shares: int = 1,
     ) -> Result:
-        """Compute something for a request whose body has been read.
+        """Compute for a request whose body has been read.
 
         Parameters
         ----------
         request : Request
-            While its client waits the work goes on.
+            The work continues while its client waits.
         function : callable
             Importable by name; it, the arguments and the result are pickled.
         *arguments
-            What it is called with.
+            Its arguments.
         shares : int
-            How many times the processor time of a request it may take.
+            Multiple of a request's processor time that it may take.
 
         Raises
         ------
         Problem
-            422 where it would take longer or more memory than a request may have; 429 where too much of the caller waits;
-            503 where the machine is too busy.
+            422 if it would take more time or memory than a request may have; 429 if the caller has too many waiting
+            requests; 503 if the machine is too busy.
         ClientDisconnect
-            If the client leaves; nothing is computed any more then.
+            If the client leaves; the computation then ends.
         """
         who = counted_under(request.scope)
         seconds = shares * self._seconds
@@ -153,12 +153,12 @@ class Work:
         return Problem(503, "too-busy", "The machine is too busy to compute this.", (fault,), headers)
 
     async def start(self, prepare: Callable[[], None]) -> None:
-        """Have one process import what computing needs, before anybody waits for it.
+        """Make one process import the modules for computing in advance.
 
         Parameters
         ----------
         prepare : callable
-            Importable by name, from a module that imports it all.
+            Importable by name, from a module that imports them all.
         """
         with contextlib.suppress(BrokenWorkerProcess, TimeoutError, OSError), fail_after(self._seconds):
             await to_process.run_sync(_begin, prepare, cancellable=True, limiter=self._limiter)
@@ -200,7 +200,7 @@ def bounded(
     function: Callable[[*Arguments], Result],
     arguments: tuple[*Arguments],
 ) -> Result:
-    """Compute in this process, bounded by the system itself: a kernel answers to no exception."""
+    """Compute in this process, limited by the operating system: a kernel cannot be interrupted by an exception."""
     _stand_back()
     used = time.process_time()
     _, most = resource.getrlimit(resource.RLIMIT_CPU)
@@ -220,7 +220,7 @@ _stood_back = False
 
 
 def _stand_back() -> None:
-    """Let the service answer first, and end with it."""
+    """Give the service precedence, and end with it."""
     global _stood_back
     if _stood_back:
         return

@@ -1,4 +1,4 @@
-"""Answers that were promised: computed on after their request has ended, and kept until they are fetched."""
+"""Deferred answers: computed after their request has ended, and kept until they are fetched."""
 
 import asyncio
 import time
@@ -14,15 +14,15 @@ from damperlab.studies.faults import Fault, printable
 from damperlab.studies.shapes import Says
 
 KEPT_SECONDS = 600.0
-"""How long an answer is kept once it is there."""
+"""Time for which a completed answer is kept."""
 KEPT = 256
-"""Most promises, kept and under way."""
+"""Most deferred answers, completed and pending."""
 KEPT_BYTES = 256 << 20
-"""Most bytes of all kept answers."""
+"""Most bytes of all completed answers."""
 
 
 class PromiseDocument(TypedDict):
-    """Where an answer will be."""
+    """Address of a deferred answer."""
 
     state: Literal["computing"]
     seconds: Annotated[float, Says(minimum=0, description="Since it was asked for.")]
@@ -32,17 +32,17 @@ class PromiseDocument(TypedDict):
 PROMISED = gives(
     PromiseDocument, "It is computed, and will be found where this says.", Location="Where it will be."
 )
-"""What a request is answered that prefers a promise to waiting (RFC 7240)."""
+"""The answer to a request that prefers to be deferred (RFC 7240)."""
 
 
 @dataclass
 class Promise:
-    """One answer that is computed, or kept.
+    """One pending or completed answer.
 
     Parameters
     ----------
     owner : str
-        Under whose name it was asked for.
+        Its caller.
     """
 
     owner: str
@@ -57,18 +57,18 @@ class Promise:
 
     @property
     def address(self) -> str:
-        """Where the answer is fetched."""
+        """Address for fetching the answer."""
         return f"/api/v1/answers/{self.id}"
 
 
 class Promises:
-    """The promises of one service; for one event loop."""
+    """The deferred answers of one service; for one event loop."""
 
     def __init__(self) -> None:
         self._promises: dict[str, Promise] = {}
 
     def keep(self, promise: Promise) -> bool:
-        """Keep a promise; False where there are as many under way as may be."""
+        """Add a deferred answer; False if the limit of pending ones is reached."""
         self._forget_old()
         if len(self._promises) >= KEPT:
             return False
@@ -76,12 +76,12 @@ class Promises:
         return True
 
     def find(self, promise_id: str, owner: str) -> Promise:
-        """Give a promise to whom it was made.
+        """Give a deferred answer to its caller.
 
         Raises
         ------
         Problem
-            404 where there is none of this id for this caller.
+            404 if there is none of this id for this caller.
         """
         self._forget_old()
         promise = self._promises.get(promise_id)
@@ -97,7 +97,7 @@ class Promises:
         return promise
 
     def give_up(self, promise: Promise) -> None:
-        """Compute no longer, and forget."""
+        """Stop computing, and forget."""
         promise.given_up.set()
         self._promises.pop(promise.id, None)
 

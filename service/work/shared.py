@@ -1,4 +1,4 @@
-"""Looks at one thing that many ask for at a time."""
+"""One look-up shared by many simultaneous callers."""
 
 import asyncio
 from collections.abc import Callable
@@ -8,13 +8,13 @@ from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
 
 AT_ONCE = 8
-"""Most threads that look, of one kind of look."""
+"""Most threads for one kind of look-up."""
 
 Found = TypeVar("Found")
 
 
 class Shared(Generic[Found]):
-    """Shares one look-up among all callers that arrive during the one before.
+    """Shares one look-up among all callers that arrive during the previous one.
 
     No caller gets a result from before its call: callers that arrive during a look-up wait for the next one.
 
@@ -23,7 +23,7 @@ class Shared(Generic[Found]):
     look : callable
         Called in a thread.
     at_once : int
-        Most threads that look at a time; they are none of those that all others share.
+        Most threads for look-ups; they are separate from the shared ones.
     """
 
     def __init__(self, look: Callable[[str], Found], at_once: int = AT_ONCE) -> None:
@@ -34,7 +34,7 @@ class Shared(Generic[Found]):
         self._under_way: dict[str, asyncio.Task[Found]] = {}
 
     async def ask(self, what: str) -> Found:
-        """Give what is found; raise what `look` raises."""
+        """Give the result; raise the exception of `look`."""
         task = self._next.get(what)
         if task is None:
             task = self._next[what] = asyncio.create_task(self._after(self._under_way.get(what), what))

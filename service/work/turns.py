@@ -1,4 +1,4 @@
-"""Turns: the owner with the fewest requests under way is next, so no owner with many requests holds up the others."""
+"""Turns: the owner with the fewest running requests is next, so that no owner with many requests delays the others."""
 
 from collections import Counter, deque
 from collections.abc import AsyncIterator
@@ -8,20 +8,20 @@ from anyio import Event
 
 
 class TooManyWaiting(Exception):
-    """One caller has as many requests waiting as may wait."""
+    """The caller's limit of waiting requests is reached."""
 
 
 class Turns:
-    """Turns at something that few can do at a time; for one event loop.
+    """Turns at a limited resource; for one event loop.
 
     Parameters
     ----------
     at_once : int
-        Most turns at a time.
+        Most simultaneous turns.
     waiting : int
-        Most requests of one caller that wait.
+        Most waiting requests of one caller.
     each : int, optional
-        Most turns of one caller at a time; `at_once` by default.
+        Most simultaneous turns of one caller; by default `at_once`.
     """
 
     def __init__(self, at_once: int, waiting: int, each: int | None = None) -> None:
@@ -38,7 +38,7 @@ class Turns:
         Raises
         ------
         TooManyWaiting
-            If too many of this caller wait already.
+            If too many requests of this caller wait already.
         """
         await self._wait(who)
         try:

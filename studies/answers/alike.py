@@ -1,4 +1,4 @@
-"""Two studies beside each other: cubes of one set of dimensions, and answers about both."""
+"""Two studies side by side: cubes of one set of dimensions, and answers about both."""
 
 from collections.abc import Iterable
 
@@ -8,9 +8,10 @@ from damperlab.studies.variables import BEFORE, DIMENSION_LONG_NAMES
 
 
 def alike(cubes: Iterable[xr.Dataset]) -> list[xr.Dataset]:
-    """Give harmonic cubes the dimensions that any of them has before the others; cubes of other kinds as they are.
+    """Give harmonic cubes the optional leading dimensions that any of them has; leave cubes of other kinds
+    unchanged.
 
-    A study that says nothing of the particle's friction, or of gravity, has 0 of it.
+    A study without friction of the particle, or without gravity, has the value 0.
     """
     every = list(cubes)
     names = [name for name in BEFORE if any(name in cube.sizes for cube in every)]
@@ -18,7 +19,7 @@ def alike(cubes: Iterable[xr.Dataset]) -> list[xr.Dataset]:
 
 
 def beside(first: xr.Dataset, second: xr.Dataset, metric: str, *names: str) -> xr.Dataset:
-    """Put what a second study has of a metric, and by further names, beside an answer; points are counted of both."""
+    """Add the metric of a second study to an answer, under further names; points of both are counted."""
     answer = first.copy()
     for name, source in {"other": metric, **{f"other_{each}": each for each in names}}.items():
         if source in second:

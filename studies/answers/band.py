@@ -1,4 +1,4 @@
-"""Judging over a band: why one frequency is not enough, in words that every answer shares."""
+"""Judging over a band: why one frequency is not enough, in words for every answer."""
 
 from collections.abc import Container
 
@@ -22,7 +22,7 @@ def has_band(cube: xr.Dataset) -> bool:
 
 
 def default_objective(cube: xr.Dataset, band: tuple[float, float] | None) -> Objective:
-    """Name what designs are judged by where nobody says: the peak, wherever there is a band or one is asked for.
+    """Name the default objective: the peak, if there is a band or the question has one.
 
     A design that is superb at r = 1 can be terrible a few per cent away.
     """
@@ -30,7 +30,7 @@ def default_objective(cube: xr.Dataset, band: tuple[float, float] | None) -> Obj
 
 
 def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
-    """Whether a slice that leaves open the uncontrolled dimension is the worst over it: it is where there is more than one.
+    """Whether an unspecified uncontrolled dimension is reduced to the worst: it is if it has more than one value.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def worst_by_default(cube: xr.Dataset, used: Container[str | None]) -> bool:
 
 
 def say_frequency(cube: xr.Dataset, r: float, codes: bool = False, phrases: Phrases = RATIOS) -> str:
-    """Say that an answer holds at one frequency, and what can be done about it; of `codes` there is no worst over a band."""
+    """Say that an answer applies to one frequency, and how to change that; `codes` have no worst over a band."""
     at = phrases.equal(FREQUENCY, r, ".10g")
     if has_band(cube) and codes:
         name = "frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
@@ -67,6 +67,6 @@ def say_worst(cube: xr.Dataset, phrases: Phrases = RATIOS) -> str:
 
 
 def runs(r: np.ndarray, true: np.ndarray) -> list[list[float]]:
-    """First and last value of each run of neighbours for which something holds."""
+    """First and last value of each run of neighbours that satisfy a condition."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], true.astype(np.int8), [0]))))
     return [[float(r[start]), float(r[end - 1])] for start, end in zip(edges[::2], edges[1::2], strict=True)]

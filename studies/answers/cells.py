@@ -1,4 +1,6 @@
-"""The cells of a study's grid and of its follow-ups: the boxes between neighbouring designs, and what they may hold."""
+"""The cells of a study's grid and of its follow-ups: the boxes between neighbouring designs, and bounds on their
+values.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -18,11 +20,11 @@ Floats = NDArray[np.float64]
 Key = tuple[float, ...]
 
 NOISE = 2.0
-"""Standard errors of a difference below which it is none."""
+"""Standard errors of a difference below which it counts as zero."""
 LUCK = 4.0
-"""The same against the best, which is the luckiest of many."""
+"""The same for differences from the best, which is the luckiest of many."""
 STEEPEST = 2.0
-"""Largest ratio of a cell to its neighbour with which a slope is carried on."""
+"""Largest ratio of a cell to its neighbour for which a slope is extrapolated."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Cells:
     low, high : ndarray, (n, d)
         Corners.
     promise : ndarray, (n,)
-        The least value that a cell may hold, by the slopes at which it is entered.
+        The least value that a cell may contain, by the slopes at its edges.
     spread : ndarray, (n, 3)
         Least and largest value of its corners, and their largest error.
     """
@@ -57,10 +59,11 @@ class Cells:
         ranges: Mapping[str, tuple[float, float]],
         varied: list[str],
     ) -> "Cells":
-        """Find the cells within `ranges`; a cell that a later study cuts into smaller ones is left out.
+        """Find the cells within `ranges`; leave out a cell that a later study divides.
 
-        One that a range ends in is cut off there: its corner outside still tells what it may hold.
-        A study of another tolerance than the first one's made some designs more exact: it gives values, not cells.
+        A range may end within a cell: the cell is cut off there, and its corner outside is still used for bounds. If
+        a study has another tolerance than the first one, some of its designs are more exact: it gives values, not
+        cells.
         """
         grids = [_Grid.of(cube, question, ranges, varied) for cube in cubes.values()]
         best: dict[Key, tuple[float, float]] = {}
@@ -106,7 +109,7 @@ class Cells:
         return np.asarray(reached.all(axis=1))
 
     def flat(self, value: float, error: float) -> NDArray[np.bool_]:
-        """Say in which cells the errors do not tell the corners from a value, (n,)."""
+        """Say which cells have corners that the errors do not distinguish from a value, (n,)."""
         doubt = np.hypot(self.spread[:, 2], error)
         # rounding is no error that would blur anything
         return np.asarray((doubt > 1e-6 * value) & (self.spread[:, 1] - value <= LUCK * doubt))
@@ -116,7 +119,7 @@ class Cells:
 class _Grid:
     axes: tuple[Floats, ...]
     edges: tuple[Floats, ...]
-    """Where its cells end: the axes, but for a value beyond a range, whose cell ends with the range."""
+    """Ends of its cells: the axes, except that the cell of a value beyond a range ends with the range."""
     value: Floats
     error: Floats
 
@@ -128,7 +131,7 @@ class _Grid:
         ranges: Mapping[str, tuple[float, float]],
         varied: list[str],
     ) -> "_Grid":
-        """Judge every design of a cube in the ranges and next to their ends; NaN where one does not qualify."""
+        """Judge every design of a cube in the ranges and next to their ends; NaN if one does not qualify."""
         index, axes, edges = {}, [], []
         for name in question.design:
             values = cube[name].values
@@ -202,7 +205,7 @@ class _Grid:
         )
 
     def _drops(self, d: int) -> tuple[Floats, Floats]:
-        """How far a value may fall on the way into the cell above and into the cell below, half a cell on."""
+        """How far a value may fall within the cell above and within the cell below, up to half a cell."""
         axis = self.axes[d]
         value, error = np.moveaxis(self.value, d, 0), np.moveaxis(self.error, d, 0)
         up, down = np.zeros_like(value), np.zeros_like(value)
@@ -222,7 +225,9 @@ class _Grid:
 
 
 def _reaching(axis: Floats, low: float, high: float) -> slice:
-    """Give the values of an ascending axis in a range, and the next one beyond an end that lies between two values."""
+    """Give the values of an ascending axis in a range. If an end lies between two values, include the next one
+    beyond it.
+    """
     within = inside(axis, low, high)
     first = int(((axis < low) & ~within).sum())
     last = axis.size - int(((axis > high) & ~within).sum())
@@ -234,19 +239,19 @@ def _reaching(axis: Floats, low: float, high: float) -> slice:
 
 
 def _cut(axis: Floats, low: float, high: float) -> Floats:
-    """Bring the values beyond a range to its ends."""
+    """Move the values beyond a range to its ends."""
     return np.where(inside(axis, low, high), axis, np.clip(axis, low, high))
 
 
 def _positions(kept: NDArray[np.intp], wanted: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Where grid indices stand among those that are kept."""
+    """Positions of grid indices among the selected ones."""
     place = np.zeros(int(kept.max()) + 1, np.intp)
     place[kept] = np.arange(kept.size)
     return place[wanted]
 
 
 def joined(cells: Cells, chosen: NDArray[np.intp]) -> list[list[Floats]]:
-    """Join chosen cells that stand side by side into boxes: along each parameter the edges, ascending."""
+    """Join chosen cells that are adjacent into boxes: along each parameter the edges, ascending."""
     boxes = [
         [np.unique([low, high]) for low, high in zip(cells.low[each], cells.high[each], strict=True)]
         for each in chosen

@@ -1,4 +1,4 @@
-"""Two curves of one design: hysteresis, and whatever else differs between two studies on the same frequencies."""
+"""Two curves of one design: hysteresis, and other differences between two studies with the same frequencies."""
 
 from dataclasses import replace
 from typing import Any
@@ -19,7 +19,7 @@ from damperlab.studies.questions import Selection
 from damperlab.studies.variables import BEFORE
 
 ERRORS = 3.0
-"""Of a value's stated errors; two values farther apart than both together are two responses."""
+"""Multiple of a value's stated errors; two values that differ by more than both together are two responses."""
 OWN_ERRORS = {
     "amplitude_ratio": "amplitude_error",
     "impacts_per_cycle": "impacts_error",
@@ -30,7 +30,7 @@ OWN_ERRORS = {
 }
 """The variable that holds the error of a quantity."""
 ROUNDING = 1e-6
-"""Relative difference below which two values are one response, whatever their errors."""
+"""Relative difference below which two values count as one response, whatever their errors."""
 
 
 def compared_response(
@@ -38,25 +38,25 @@ def compared_response(
     other: xr.Dataset,
     selection: Selection = Selection(),
 ) -> xr.Dataset:
-    """Follow one design along the frequency ratio in two studies, and say where they differ.
+    """Follow one design along the frequency ratio in two studies, and report where they differ.
 
-    For hysteresis: a study whose frequencies are run through upwards, and one downwards.
+    For hysteresis, one study runs up through the frequencies and one runs down.
 
     Parameters
     ----------
     cube, other : Dataset
         The cubes of two studies with the same frequencies.
     selection : Selection
-        A quantity, not a code, and the design, as in `frequency_response`; both studies must hold the same one.
+        A quantity, not a code, and the design, as in `frequency_response`; both studies must contain the same one.
 
     Returns
     -------
     Dataset
         As of `frequency_response` on `cube`, with `other`, `other_amplitude_error`, `other_response_class` and
-        `other_status` of the second study, and `differs`: 1 where the two are farther apart than `ERRORS` times their
-        errors and `ROUNDING`, 0 also where an error is not known. Attributes: `errors_unknown` (how many those are), `apart`
-        (lowest and highest frequency of each run of differing ones), `largest_difference` and `largest_difference_at`;
-        `complete`, `points`, `points_failed` of both together.
+        `other_status` of the second study. `differs` is 1 where the two differ by more than `ERRORS` times their
+        errors and `ROUNDING`; it is 0 also where an error is unknown. Attributes: `errors_unknown` (their number),
+        `apart` (lowest and highest frequency of each run of differing values), `largest_difference` and
+        `largest_difference_at`; `complete`, `points`, `points_failed` of both together.
 
     Raises
     ------
@@ -135,9 +135,9 @@ def compared_response(
 
 
 def _errors(cube: xr.Dataset, metric: str, selection: Selection) -> NDArray[np.float64]:
-    """Stated errors of a quantity along a curve; NaN where none is known, which is not 0.
+    """Stated errors of a quantity along a curve; NaN, and not 0, where none is known.
 
-    A quantity without an error of its own is taken to be as well known, relatively, as the amplitude.
+    A quantity without its own error gets the relative error of the amplitude.
     """
     own = OWN_ERRORS.get(metric)
     needed = (own,) if own else (metric, "amplitude_error", "amplitude_ratio")

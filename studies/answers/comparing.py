@@ -1,8 +1,9 @@
-"""Which designs are best by a value with an error, which may be, and how likely it is that the best is another.
+"""The best designs by a value with an error, those that may be the best, and the probability that another one is.
 
-The mean of an irregular response lies farther from the truth, now and then, than a normal error of the stated size would: it is
-taken as distributed by Student's t with `DEGREES` degrees of freedom. Of 427 such means over random designs 2.3 % were more
-than `WIDTH` stated errors off runs of 200,000 cycles, and 1.4 % more than 4.6, for which Student's t has 5 % and 1 %.
+The mean of an irregular response sometimes lies farther from the truth than a normal error of the stated size would.
+So it is taken as distributed by Student's t with `DEGREES` degrees of freedom. Of 427 such means over random designs
+2.3 % were more than `WIDTH` stated errors off runs of 200,000 cycles, and 1.4 % more than 4.6, for which Student's t
+has 5 % and 1 %.
 """
 
 import math
@@ -13,41 +14,41 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Found = dict[str, NDArray[Any]]
-"""Arrays of equal length, one entry a design: its `value`, its grid indices, and further results."""
+"""Arrays of equal length, one entry per design: its `value`, its grid indices, and further results."""
 
 CONFIDENCE = 0.95
-"""Of the limits of each amplitude."""
+"""Confidence of the limits of each amplitude."""
 DEGREES = 4
 WIDTH = 2.7764451
 """Half width of these limits in stated errors: the quantile of Student's t."""
 NODES = 512
 ALIKE = 1e-9
-"""Relative difference of two exact values that is rounding: the same response, computed on two ways."""
+"""Relative difference of two exact values that counts as rounding: the same response, computed in two ways."""
 COMPARED = 2000
-"""Most designs in one probability; those whose limits lie highest are left out first."""
+"""Most designs in one probability; those with the highest limits are left out first."""
 CLEARLY = 0.02
-"""Share by which the value of another kind of damper must be lower before that kind is recommended."""
+"""Share by which another kind of damper must be better before it is recommended."""
 
 
 def clearly_less(value: float, other: float) -> bool:
-    """Say whether a value is less by more than `CLEARLY`."""
+    """Say whether a value is smaller by more than `CLEARLY`."""
     return value * (1.0 + CLEARLY) < other
 
 
 def joined(known: Found, more: Found) -> Found:
-    """Give designs, and more of them after those."""
+    """Append designs to others."""
     return {name: np.concatenate((known[name], more[name])) for name in more} if known else more
 
 
 def least(known: Found, more: Found, number: int) -> Found:
-    """Give the best of two sets of designs, the best first; of equal values the earlier one stands."""
+    """Give the best of two sets of designs, the best first; among equal values the earlier one is kept."""
     both = joined(known, more)
     order = np.argsort(both["value"], kind="stable")[:number]
     return {name: array[order] for name, array in both.items()}
 
 
 def limits(amplitude: Floats, error: Floats) -> tuple[Floats, Floats]:
-    """Give the limits of amplitudes; an unknown error leaves everything from 0 open."""
+    """Give the limits of amplitudes; an unknown error allows everything from 0."""
     unknown = np.isnan(error)
     width = WIDTH * np.where(unknown, 0.0, error)
     low = np.where(unknown, 0.0, np.maximum(amplitude - width, 0.0))
@@ -55,24 +56,25 @@ def limits(amplitude: Floats, error: Floats) -> tuple[Floats, Floats]:
 
 
 def contend(low: Floats, high: Floats) -> NDArray[np.bool_]:
-    """Say which designs may be the best: those that no other is better than by their limits; an unknown limit is none."""
+    """Say which designs may be the best: those that no other beats beyond its limits; an unknown limit is none."""
     return np.asarray(low <= np.nanmin(high, initial=np.inf))
 
 
 def chance_of_another(value: Floats, error: Floats, best: int) -> float:
-    """Probability that another design has the least value, each of them distributed around what was computed.
+    """Probability that another design has the smallest value, with each distributed around its computed value.
 
     Parameters
     ----------
     value, error : ndarray, (n,)
         Values with their standard errors, taken as independent.
     best : int
-        The design that is taken for the best.
+        The design that counts as the best.
 
     Returns
     -------
     float
-        NaN where an error is not known. A design that has the value of the best up to rounding is as good, not another.
+        NaN if an error is unknown. A design with the same value as the best up to rounding is equally good, not
+        another one.
     """
     if value.size < 2:
         return 0.0

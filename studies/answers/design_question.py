@@ -1,4 +1,4 @@
-"""The question for the best designs, checked against the cube it is put to."""
+"""The question for the best designs, checked against its cube."""
 
 import math
 from collections.abc import Container, Mapping
@@ -22,7 +22,7 @@ DESIGN: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != FREQUENCY
 
 
 def design_of(names: Container[object]) -> tuple[str, ...]:
-    """Give the dimensions of a design, by the names of what a cube has."""
+    """Give the dimensions of a design, from the names of a cube's contents."""
     return tuple(name for name in dimensions_of(names) if name != FREQUENCY)
 
 
@@ -33,8 +33,8 @@ METRIC = "amplitude_ratio"
 class DesignQuestion:
     """The question, checked.
 
-    `axes` holds the grid indices that count, the frequencies in ascending order; `limits` the results that must lie
-    within a range at every frequency that counts.
+    `axes` holds the grid indices that count, with ascending frequencies; `limits` the results that must lie within a
+    range at every such frequency.
     """
 
     objective: Objective
@@ -64,7 +64,7 @@ class DesignQuestion:
         judging: Judging,
         top: int = 1,
     ) -> "DesignQuestion":
-        """Check what is asked against a cube; raise `QueryFault` for what cannot be answered."""
+        """Check a question against a cube; raise `QueryFault` if it cannot be answered."""
         require_stored(cube, "objective", METRIC, otherwise="")
         check_question(judging)
         check_question(Listed(top))
@@ -126,7 +126,7 @@ class DesignQuestion:
 
 
 def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
-    """Turn ranges that are given in units into those of ratios; one of frequencies is the band."""
+    """Convert ranges in units into ranges of ratios; a range of frequencies is the band."""
     units = {each.name: each for each in (*coordinates_in_units(cube), *results_in_units(cube))}
     if not units.keys() & judging.ranges.keys():
         return judging
@@ -152,7 +152,9 @@ def judging_in_ratios(cube: xr.Dataset, judging: Judging) -> Judging:
 
 
 def within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] | None) -> np.ndarray:
-    """Give the places along a dimension that are within limits, all without any; raise `QueryFault` where none is."""
+    """Give the positions along a dimension that are within limits, or all if there are none; raise `QueryFault` if
+    the range is empty.
+    """
     values = cube[name].values
     if limits is None:
         return np.arange(values.size)
@@ -171,7 +173,7 @@ def within(cube: xr.Dataset, field: str, name: str, limits: tuple[float, float] 
 
 
 def axes_within(cube: xr.Dataset, ranges: Mapping[str, tuple[float, float]]) -> dict[str, np.ndarray]:
-    """Give the grid points along every dimension that are within ranges, of which some may be in units."""
+    """Give the grid points along every dimension that are within ranges, some of them in units."""
     judging = judging_in_ratios(cube, Judging(ranges=ranges))
     wanted = dict(judging.ranges)
     if judging.band is not None:
@@ -183,7 +185,7 @@ def axes_within(cube: xr.Dataset, ranges: Mapping[str, tuple[float, float]]) -> 
 
 
 def _check_limits(field: str, limits: tuple[float, float]) -> str:
-    """Refuse what is no range; return it in words."""
+    """Refuse a value that is no range; return a range in words."""
     low, high = limits
     shown = f"{low:.10g} to {high:.10g}"
     if math.isnan(low) or math.isnan(high) or low > high:
@@ -192,7 +194,7 @@ def _check_limits(field: str, limits: tuple[float, float]) -> str:
 
 
 def trapezoid(frequencies: np.ndarray) -> np.ndarray:
-    """Give the weights of the trapezoidal rule over ascending frequencies; 1 of a single one."""
+    """Give the weights of the trapezoidal rule over ascending frequencies; 1 for a single one."""
     if frequencies.size == 1:
         return np.ones(1)
     return np.convolve(np.diff(frequencies), [0.5, 0.5])

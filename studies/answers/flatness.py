@@ -1,4 +1,4 @@
-"""How flat an optimum is where one parameter moves, and at which ends of axes it lies."""
+"""How flat an optimum is along one parameter, and at which ends of axes it lies."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,7 +12,7 @@ from damperlab.studies.answers.phrases import RATIOS, Phrases
 from damperlab.studies.answers.slab import Slab
 
 LOSS = 0.1
-"""A design is as good as the optimum for practical purposes while it loses no more than this share."""
+"""A design counts as good as the optimum if it loses no more than this share."""
 
 
 def flatness(
@@ -23,22 +23,22 @@ def flatness(
     Parameters
     ----------
     cube, question : Dataset, DesignQuestion
-        The cube, and how designs are judged.
+        The cube, and the judgement of designs.
     design : dict of int
         Grid index of each of the five design dimensions.
     value : float
-        What the design was judged to be.
+        The judged result of the design.
 
     Returns
     -------
     list of dict
-        One entry for each dimension with more than one value: `dimension`, `value`, `low` and `high` (the
-        last grid points on either side with at most `LOSS` more, nothing worse or unknown in between),
-        `below` and `above` (the next grid points, where that no longer holds; None at the end of the axis).
-        The border lies between `low` and `below`, and between `high` and `above`: nothing is interpolated.
-        `resolved`: whether the next design on either side is known to be still as good. Where one is `worse`, the
-        response changes by more than `LOSS` from one grid point to the next, and a much better design may lie between
-        them; of one that is `unknown` there is no value, as it was not computed, failed, or is left out.
+        One entry for each dimension with more than one value. It has `dimension` and `value`; `low` and `high`, the
+        last grid points on either side with at most `LOSS` more and nothing worse or unknown in between; and `below`
+        and `above`, the next grid points beyond them, or None at the end of the axis. The border lies between `low`
+        and `below`, and between `high` and `above`; there is no interpolation. `resolved`: whether the next design
+        on either side is known to be as good. If one is `worse`, the response changes by more than `LOSS` from one
+        grid point to the next, and a much better design may lie between them. One that is `unknown` has no value: it
+        was not computed, failed, or is left out.
     """
     found = []
     for name in question.design:
@@ -97,14 +97,14 @@ def _span(entry: dict[str, Any], phrases: Phrases) -> str:
 
 
 def end_of(axis: np.ndarray, value: float, name: str) -> str:
-    """Name the end of an axis at which a value lies; nothing where it lies at none, or nothing can lie beyond it."""
+    """Name the end of an axis at which a value lies; empty if it lies at none, or if nothing can lie beyond it."""
     if value == axis.max() and not (name == "restitution" and value == 1):
         return "upper"
     return "lower" if value == axis.min() and value > 0 else ""
 
 
 def say_beyond(ends: Mapping[str, list[Any]], phrases: Phrases) -> str:
-    """Say what to compute beyond the ends of axes at which the best lies; nothing where it lies at none."""
+    """Say what to compute beyond the ends of axes at which the best lies; empty if it lies at none."""
     beyond = (
         f"{phrases.label(name)} {'above' if end == 'upper' else 'below'} {phrases.value(name, value, '.3g')}"
         for name, (end, value) in ends.items()
@@ -122,16 +122,16 @@ def ends_of_damper(
     cube : Dataset
         The study.
     metric : str
-        What dampers were ranked by.
+        The criterion of the ranking.
     counting : mapping of int arrays
-        Grid indices of the cases that counted, by dimension; of a dimension that is not named all do.
+        Grid indices of the cases that counted, by dimension; all along a dimension that is not named.
     best : mapping of int
         Grid index of the best damper along each of its dimensions.
 
     Returns
     -------
     dict of list
-        End and value, by dimension. An axis along which no damper is worse by more than a tenth is left out.
+        End and value, by dimension. An axis is left out if no damper along it is worse by more than a tenth.
     """
     cases = {name: index for name, index in counting.items() if name not in best}
     ends: dict[str, list[Any]] = {}

@@ -1,4 +1,4 @@
-"""Reduce along one dimension slab by slab, keeping what stands beside the values."""
+"""Reduce along one dimension slab by slab, keeping the companions of the values."""
 
 from collections.abc import Mapping
 
@@ -8,12 +8,12 @@ from damperlab.studies.variables import ResponseClass, Status
 
 
 class Extremum:
-    """The largest value (sign 1) or the smallest (sign −1) along the first axis, with what stands beside.
+    """The largest value (sign 1) or the smallest (sign −1) along the first axis, with its companions.
 
-    A point that failed may be larger than any other: its response may be unbounded. So the largest is not known where one
-    failed, and what stands beside is that point's. The smallest is that of the points that have a value. Of points with the
-    same value, as those without an impact, one stands for them at which the mass moves, if there is one: they are locked
-    only where all of them are.
+    A point that failed may be larger than any other: its response may be unbounded. So the largest is unknown if one
+    point failed, and the companions are those of that point. The smallest is taken over the points that have a
+    value. Among points with the same value, for example those without an impact, one where the mass moves represents
+    them. They count as locked only if all of them are.
     """
 
     def __init__(self, sign: float) -> None:
@@ -21,7 +21,7 @@ class Extremum:
         self._best: dict[str, np.ndarray] = {}
 
     def take(self, start: int, values: np.ndarray, beside: Mapping[str, np.ndarray]) -> None:
-        """Take in one slab whose first index along the axis is `start`."""
+        """Process one slab whose first index along the axis is `start`."""
         ranked = np.where(np.isnan(values), -np.inf, self._sign * values)
         if self._sign > 0.0:
             ranked[beside["status"] > Status.MAX_CYCLES] = np.inf
@@ -48,12 +48,12 @@ class Extremum:
             self._best[name] = np.where(better, array, self._best[name])
 
     def result(self) -> dict[str, np.ndarray]:
-        """Give the value, the index where it lies, with what stands beside."""
+        """Give the value, its index, and its companions."""
         return {name: array for name, array in self._best.items() if name != "rank"}
 
 
 def _moves(beside: Mapping[str, np.ndarray], ranked: np.ndarray) -> np.ndarray | None:
-    """Say at which points that have a value the mass is known to move; None where the study keeps no class."""
+    """Say at which points with a value the mass is known to move; None if the study stores no class."""
     if "response_class" not in beside:
         return None
     held = (ResponseClass.UNKNOWN, ResponseClass.LOCKED)
@@ -62,14 +62,14 @@ def _moves(beside: Mapping[str, np.ndarray], ranked: np.ndarray) -> np.ndarray |
 
 
 class Mean:
-    """The mean along the first axis of what has a value, with the mean error and the worst status."""
+    """The mean along the first axis of the existing values, with the mean error and the worst status."""
 
     def __init__(self) -> None:
         self._sums: dict[str, np.ndarray] = {}
         self._worst: np.ndarray | None = None
 
     def take(self, start: int, values: np.ndarray, beside: Mapping[str, np.ndarray]) -> None:
-        """Take in one slab."""
+        """Process one slab."""
         known = ~np.isnan(values)
         parts = {"value": np.where(known, values, 0.0).sum(axis=0), "count": known.sum(axis=0)}
         for name in beside.keys() & {"amplitude_error", "amplitude_error_m"}:

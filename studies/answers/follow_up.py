@@ -18,33 +18,33 @@ from damperlab.studies.variables import BEFORE, DIMENSIONS, dimensions_of
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 WASTE = 1.5
-"""Designs computed over designs wanted, above which a set of designs is cut into several grids."""
+"""Ratio of computed to wanted designs above which a set of designs is split into several grids."""
 
 
 @dataclass(frozen=True)
 class Refinement:
-    """What to compute next, if anything.
+    """The next studies to compute, if any.
 
     Parameters
     ----------
     studies : tuple of Study
-        The follow-ups, to be submitted like any others; none once everything is known, or the budget is spent.
+        The follow-ups, to be submitted like any others; empty once everything is known, or the budget is spent.
     known : bool
-        Whether what was asked is known to the stated tolerances or confidence.
+        Whether the answer is known to the stated tolerances or confidence.
     found : dict
         The optimum (coordinates, `value`, `error`) or the boundary (`low`, `high`, their classes) so far.
     steps : dict of float
-        By parameter, the distance to the farther of the neighbours between which it lies.
+        By parameter, the distance to the farther of its two neighbours.
     points : int
         Of the follow-ups, 0 without one.
     fine_points : int
-        Of a grid that would give the same answer; 0 where no grid is known to.
+        Size of a grid that would give the same answer; 0 if no such grid is known.
     spent : dict
-        What has been computed: `points`, `cycles` and `seconds` of run time where the studies store them.
+        Cost so far: `points`, `cycles` and `seconds` of run time if the studies store them.
     notes : tuple of Note
-        The same as data; `say` has the sentences.
+        The notes as data; `say` has the sentences.
     brief : Brief or None
-        The short answer, in the units of the study; None where the search has none.
+        The short answer, in the units of the study; None if the search has none.
     """
 
     studies: tuple[Study, ...]
@@ -58,7 +58,7 @@ class Refinement:
     brief: Brief | None = None
 
     def say(self, phrases: Phrases = RATIOS) -> str:
-        """Spell what is known, and what it has cost."""
+        """Describe the findings and their cost."""
         return sentences_of(self.notes, phrases)
 
 
@@ -79,7 +79,7 @@ def follow_up(study: Study, axes: Mapping[str, Any], kind: str) -> Study:
 
 
 def cover(designs: np.ndarray, most: int = 8) -> list[list[np.ndarray]]:
-    """Cover designs, one a row, by few grids that hold little else.
+    """Cover designs, one per row, by a few grids with little else in them.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def _axes(part: np.ndarray) -> list[np.ndarray]:
 
 
 def _halves(part: np.ndarray) -> list[np.ndarray]:
-    """Cut along a parameter so that the two grids are smallest together."""
+    """Split along the parameter that makes the two grids smallest together."""
     best: tuple[int, list[np.ndarray]] | None = None
     for column, axis in enumerate(_axes(part)):
         for cut in axis[1:]:
@@ -130,7 +130,7 @@ def tolerance_of(cube: xr.Dataset, otherwise: float) -> float:
 def spent_on(cubes: Mapping[str, xr.Dataset]) -> dict[str, float]:
     """Count points, and cycles and seconds of run time where they are stored.
 
-    A point that several studies hold with the same settings is computed for the first of them alone; the others take it over.
+    A point in several studies with the same settings is computed only for the first of them; the others reuse it.
     """
     computed = _computed(cubes)
     spent: dict[str, float] = {"points": sum(int(new.sum()) for new in computed)}
@@ -148,7 +148,7 @@ def spent_on(cubes: Mapping[str, xr.Dataset]) -> dict[str, float]:
 
 
 def _computed(cubes: Mapping[str, xr.Dataset]) -> list[np.ndarray]:
-    """Of every cube the points that have a result and that no cube before it holds."""
+    """For every cube the points that have a result and that no earlier cube contains."""
     found: list[np.ndarray] = []
     earlier: list[tuple[Any, xr.Dataset]] = []
     for cube in cubes.values():

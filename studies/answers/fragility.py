@@ -1,4 +1,6 @@
-"""How likely a damper under a ground-motion suite exceeds a limit, as the records are scaled up: a fragility curve."""
+"""The probability that a damper under a ground-motion suite exceeds a limit as the records are scaled up: a
+fragility curve.
+"""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -36,16 +38,19 @@ Floats = NDArray[np.float64]
 
 SCALE = "scale"
 DROP = 1.9207
-"""How far a log-likelihood may fall from its maximum within an interval of 95 %: half the quantile of χ² with 1 degree."""
+"""Fall of the log-likelihood from its maximum within an interval of 95 %: half the quantile of χ² with 1 degree."""
 WIDEST = 4.0
-"""Largest dispersion that is looked at; buildings and dampers have 0.1 to 1."""
+"""Largest dispersion considered; buildings and dampers have 0.1 to 1."""
 NARROWEST = 1e-3
 SETTLED, MANY = 3.0, 10
-"""A median is settled whose interval is no wider than this factor; from this many records on more of them help little."""
+"""A median is settled if its interval is no wider than this factor; beyond this many records, more of them help
+little.
+"""
 FAILED_RUNS = (Status.TOO_MANY_EVENTS, Status.UNBOUNDED, Status.NO_PROGRESS)
-"""A run that ends so at a scale above all that are known of its record, or still to be computed, counts as one that exceeds the
-limit, as in incremental dynamic analysis: left out, a record that fails as it is scaled up would make the damper look better
-than it is."""
+"""A failed run at a scale above all known or pending ones of its record counts as exceeding the limit, as in
+incremental dynamic analysis. Without it, a record that fails as it is scaled up would make the damper look better
+than it is.
+"""
 
 
 class Fitted(NamedTuple):
@@ -56,7 +61,7 @@ class Fitted(NamedTuple):
     median, dispersion : float
         θ, and the standard deviation β of ln scale.
     median_interval, dispersion_interval : tuple of float
-        Of 95 % each, by the profile of the likelihood; an end that nothing bounds is 0 or infinite.
+        Intervals of 95 % each, by the profile of the likelihood; an unbounded end is 0 or infinite.
     """
 
     median: float
@@ -66,33 +71,33 @@ class Fitted(NamedTuple):
 
 
 def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
-    """Fit the probability that a result exceeds a limit, over the factor on the records.
+    """Fit the probability that a result exceeds a limit, over the scale of the records.
 
-    Each record gives one observation, since its runs are not independent: the scale at which its result reaches the limit,
-    interpolated between the two scales around it, as in incremental dynamic analysis [2]_. It is an interval where a run is
-    missing, where the limit is never exceeded, and for all records where a failed run counts as exceeding. A lognormal
-    distribution is fitted to these observations by maximum likelihood [1]_.
+    Each record gives one observation, since its runs are not independent. It is the scale at which its result
+    reaches the limit, interpolated between the two scales around it, as in incremental dynamic analysis [2]_. It is
+    an interval if a run is missing, if the limit is never exceeded, and for all records if a failed run counts as
+    exceeding. A lognormal distribution is fitted to these observations by maximum likelihood [1]_.
 
     Parameters
     ----------
     cube : Dataset
-        Of a ground-motion suite with several scales; one damper and structure of it is read.
+        A ground-motion suite with several scales; one damper and structure of it is read.
     asked : Fragile
         The limit, the result, and the damper.
 
     Returns
     -------
     Dataset
-        Dimension scale. Variables: `exceeded`, the share of the records whose result exceeds the limit there or at a lower
-        scale; `probability`, the fitted curve; `lowest`, `median` and `highest` of the result over the records, and the
-        fields of `OverRecords`. Attributes:
-        `threshold`, `metric`, `records`, `never` (records under which the limit is never exceeded), `median_scale` and
-        `dispersion` with their intervals, where they could be fitted, `complete`, `points`, `points_failed`, `note`.
+        Dimension scale. Variables: `exceeded`, the share of the records whose result exceeds the limit at this or a
+        lower scale; `probability`, the fitted curve; `lowest`, `median` and `highest` of the result over the
+        records, and the fields of `OverRecords`. Attributes: `threshold`, `metric`, `records`, `never` (records
+        under which the limit is never exceeded), `median_scale` and `dispersion` with their intervals, if they could
+        be fitted, `complete`, `points`, `points_failed`, `note`.
 
     Raises
     ------
     QueryFault
-        If the study is no suite, the metric is not in the cube or has codes, or a dimension is not one of the suite's.
+        If the study is no suite, the metric is not in the cube or has codes, or a dimension is not in the suite.
 
     References
     ----------
@@ -181,12 +186,13 @@ def fragility(cube: xr.Dataset, asked: Fragile) -> xr.Dataset:
 def bounds(
     exceeds: NDArray[np.bool_], scales: Floats, keeps: NDArray[np.bool_] | None = None
 ) -> tuple[Floats, Floats]:
-    """Give for each record the scales between which it first exceeds.
+    """Give for each record the two scales between which it first exceeds.
 
     Parameters
     ----------
     exceeds, keeps : ndarray of bool, (n, m)
-        Whether a record is known to exceed the limit at a scale, and whether it is known not to; by default all are known.
+        Two arrays: whether a record is known to exceed the limit at a scale, and whether it is known not to; by
+        default all are known.
     scales : ndarray, (m,)
         Ascending.
 
@@ -211,7 +217,7 @@ def reached(
     Parameters
     ----------
     values : ndarray, (n, m)
-        Results of n records; NaN where unknown.
+        Results of n records; NaN if unknown.
     threshold : float
         The limit.
     scales : ndarray, (m,)
@@ -222,7 +228,7 @@ def reached(
     Returns
     -------
     low, high : ndarray, (n,)
-        Equal where the scale is interpolated; else as given.
+        Equal if the scale is interpolated; else as given.
     """
     after = np.searchsorted(scales, high)
     between = (low > 0) & np.isfinite(high) & (np.searchsorted(scales, low) == after - 1)
@@ -238,7 +244,9 @@ def reached(
 
 
 def may_be_one(low: Floats, high: Floats) -> bool:
-    """Whether one number is in, or at an end of, every interval: the likelihood then grows as the dispersion falls to 0."""
+    """Whether one number is in, or at an end of, every interval: the likelihood then increases as the dispersion
+    falls to 0.
+    """
     return low.size < 2 or float(low.max()) <= float(high.min())
 
 
@@ -250,12 +258,12 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
     Parameters
     ----------
     low, high : ndarray, (n,)
-        Ends of the intervals that hold the numbers; 0 and infinity where one is open, equal where a number is known.
+        Ends of the intervals that contain the numbers; 0 and infinity for an open end, equal for a known number.
 
     Returns
     -------
     Fitted or None
-        None where the data give no dispersion: see `may_be_one`, or `WIDEST` or more.
+        None if the data determine no dispersion: see `may_be_one`, or `WIDEST` or more.
     """
     finite = np.log(np.concatenate((low[low > 0], high[np.isfinite(high)])))
     if not finite.size or may_be_one(low, high):
@@ -274,7 +282,7 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
         return None
 
     def too_unlikely(at: float, axis: int) -> float:
-        """Say by how much the profile of the likelihood is outside the interval of 95 %."""
+        """Say by how much the likelihood profile lies outside the interval of 95 %."""
 
         def held(other: float) -> float:
             return unlikely((at, other) if axis == 0 else (other, at))
@@ -295,7 +303,7 @@ def fit_lognormal(low: Floats, high: Floats) -> Fitted | None:
 
 
 def _log_likelihood(median: float, width: float, low: Floats, high: Floats) -> float:
-    """Log-likelihood of intervals, and of known numbers but for a constant, at ln median and the dispersion."""
+    """Log-likelihood of intervals and of known numbers, up to a constant, at ln median and the dispersion."""
     known = low == high
     with np.errstate(divide="ignore"):
         a, b = (np.log(low) - median) / width, (np.log(high) - median) / width
@@ -308,13 +316,13 @@ def _log_likelihood(median: float, width: float, low: Floats, high: Floats) -> f
 
 
 def _median(values: Floats) -> Floats:
-    """Median of each column over what is known."""
+    """Median of the known values of each column."""
     known = np.ma.masked_invalid(values)
     return np.asarray(np.ma.median(known, axis=0).filled(np.nan))  # type: ignore[no-untyped-call]
 
 
 def _details(found: Mapping[str, Any], failed: int) -> Iterator[str]:
-    """Say how a curve was fitted, and what of it is failed runs."""
+    """Say how a curve was fitted, and how many failed runs it counts."""
     if "median_scale" in found:
         yield (
             f"The dispersion of ln scale is {found['dispersion']:.3g} (lognormal, by maximum likelihood of one scale a record)."
@@ -345,7 +353,7 @@ def _scatter(cube: xr.Dataset, metric: str, found: OverRecords, records: int, sh
 def _brief(
     cube: xr.Dataset, index: Mapping[str, int], found: Mapping[str, Any], alike: bool, scatter: str
 ) -> Brief:
-    """Say how many records exceed the limit, from which scale on, and whether that is settled."""
+    """Say how many records exceed the limit, from which scale on, and whether this is settled."""
     limit = spelled(found["threshold"], cube[found["metric"]].attrs.get("units", "1"), 6)
     phrases, scales = Phrases.of(cube), cube[SCALE].values
     damper, structure = (
@@ -391,7 +399,7 @@ def _brief(
 
 
 def _interval(low: float, high: float) -> str:
-    """Say between which scales the median lies; so few records may settle nothing."""
+    """Say between which scales the median lies; too few records may settle nothing."""
     if low > 0 and high < np.inf:
         return f"95 % from {low:.3g} to {high:.3g}"
     return "its 95 % interval has no end"

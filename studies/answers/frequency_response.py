@@ -38,14 +38,14 @@ def frequency_response(
     cube : Dataset
         A study's cube; only the curve is read.
     selection : Selection
-        What is shown, and the values of the other five dimensions, see `leading_place`; of a study in SI units also
-        `amplitude_m` and the like, and `clearance_m` and the like.
+        The shown result, and the values of the other five dimensions, see `leading_place`; for a study in SI units
+        also `amplitude_m` and the like, and `clearance_m` and the like.
 
     Returns
     -------
     Dataset
-        Dimension frequency_ratio. The metric, with `amplitude_error`, `response_class` and `status` where
-        the cube has them. Coordinates without a dimension and attributes as in `resonance_map`.
+        Dimension frequency_ratio. The metric, with `amplitude_error`, `response_class` and `status` if the cube has
+        them. Scalar coordinates and attributes as in `resonance_map`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Whether a peak may lie between the frequencies at which a response was computed."""
+"""Whether a peak may lie between the computed frequencies of a response."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,22 +17,22 @@ from damperlab.studies.variables import ResponseClass
 
 FREQUENCY = "frequency_ratio"
 HIGHER = 1.1
-"""A peak that is no more than this times as high as the largest value is no surprise."""
+"""A peak up to this many times the largest value is no surprise."""
 PER_BANDWIDTH = 4
-"""Steps in the bandwidth of a resonance that see it: what they miss of its height is 3 % at most."""
+"""Steps within the bandwidth that resolve a resonance: they miss at most 3 % of its height."""
 MOST_FREQUENCIES = 1001
-"""No more are advised at once."""
+"""Most steps advised."""
 
 PEAK_BETWEEN = "Between the frequencies computed a peak may be more than a tenth higher."
 
 
 def may_hide(r: NDArray[np.float64], values: NDArray[np.float64], peak: float, mass_ratio: float) -> bool:
-    """Whether a resonance of the structure may be as high as `peak` between two of the frequencies.
+    """Whether a resonance of the structure may reach `peak` between two of the frequencies.
 
-    Beside a resonance at r₀ that is P high, X = 1/√((1 + β)² (r² − r₀²)² + 1/P²), where the particle's mass β moves with the
-    structure; without it the factor is 1. In the middle of an interval the resonance is seen least: at both ends X is that of
-    half its width in r². So where both ends are lower, no resonance as high lies between them. What is narrower than a
-    resonance of the structure, such as a response of its own beside a jump, is not excluded.
+    Near a resonance at r₀ with height P, X = 1/√((1 + β)² (r² − r₀²)² + 1/P²) if the particle's mass β moves with
+    the structure; without it the factor is 1. A resonance in the middle of an interval is the hardest to see: at
+    both ends X is its value at half the width in r². So if both ends are lower, no resonance of that height lies
+    between them. Narrower features, for example a separate response next to a jump, are not excluded.
 
     Parameters
     ----------
@@ -54,23 +54,25 @@ def hidden(
     damping_ratio: NDArray[np.float64],
     mass_ratio: NDArray[np.float64],
 ) -> NDArray[np.bool_]:
-    """Between which frequencies the response of each design may be more than `HIGHER` times as high as its largest value.
+    """Find the frequencies between which the response of each design may exceed `HIGHER` times its largest value.
 
-    Only where the frequencies are coarse: where an interval meets the natural frequencies from 1/√(1 + β), the particle's mass
-    riding on the structure, to 1, and is wider than ζ, half of the half-power bandwidth. There a peak may hide
+    Only coarse intervals count: those that are wider than ζ, half of the half-power bandwidth, and meet the natural
+    frequencies from 1/√(1 + β), with the particle's mass riding on the structure, to 1. There a peak may hide in two
+    cases:
 
-    * of a resonance that both ends see, as in `may_hide`, but for that of the structure alone, 1/(2ζ) high, nothing is higher;
-    * or where the particle strikes at one end only: the response jumps between them, and the resonance that one end sees may
-      go on as far as the other. By the same law without its height, it reaches 1/(1/X − (1 + β) Δr²) at most.
+    * a resonance that both ends see, as in `may_hide`; without a damper it is 1/(2ζ) high, which is the limit;
+    * the particle strikes at one end only: the response jumps between them, and the resonance that one end sees may
+      extend as far as the other. By the same law without its height, it reaches at most 1/(1/X − (1 + β) Δr²).
 
-    Between two frequencies at which friction holds the mass nothing hides: the force that it takes grows with the frequency.
+    Nothing hides between two frequencies at which friction holds the mass: the required force increases with the
+    frequency.
 
     Parameters
     ----------
     r : ndarray, (n,)
         Ascending frequencies.
     values, kinds : ndarray, (designs, n)
-        Amplitude ratio and class of response there. Where one is not known, nothing is said.
+        Amplitude ratio and class of response at those frequencies. Where one is unknown, the result is negative.
     damping_ratio, mass_ratio : ndarray, (designs,)
         ζ and β.
 
@@ -99,7 +101,7 @@ def hidden(
 
 
 def hidden_of(cube: xr.Dataset, r: NDArray[np.float64], design: Mapping[str, Any]) -> NDArray[np.bool_]:
-    """Ask as `hidden` for one design of a study; nothing of it is read where the frequencies are close enough.
+    """Apply `hidden` to one design of a study; nothing is read if the frequencies are close enough.
 
     Parameters
     ----------
@@ -127,7 +129,8 @@ def hidden_of(cube: xr.Dataset, r: NDArray[np.float64], design: Mapping[str, Any
 
 
 def hidden_on(cube: xr.Dataset, metric: str, plane: tuple[str, str], index: Mapping[str, int]) -> list[Note]:
-    """Ask as `hidden` for every place of a map of the largest values over the frequency, and note where some hide.
+    """Apply `hidden` to every place of a map of the largest values over the frequency, and note where peaks may
+    hide.
 
     Parameters
     ----------
@@ -174,7 +177,7 @@ def hidden_note(
     damping_ratio: NDArray[np.float64],
     whose: Mapping[str, Any] = MappingProxyType({}),
 ) -> list[Note]:
-    """Note that a largest value over a band is not that of the peak, and which frequencies show it; nothing if none hides.
+    """Note that a largest value over a band may miss the peak, and which frequencies show it; empty if none hides.
 
     Parameters
     ----------
@@ -183,7 +186,7 @@ def hidden_note(
     damping_ratio : ndarray, (designs,)
         ζ of each.
     whose : mapping
-        What may be higher, as `notes.sentence_of` spells it.
+        The value that may be higher, in the words of `notes.sentence_of`.
     """
     if not where.any():
         return []
@@ -194,7 +197,7 @@ def hidden_note(
 
 
 def _number(r: NDArray[np.float64], bandwidth: float) -> int:
-    """How many frequencies see the resonance; on an even axis they hold those that are computed already."""
+    """Number of frequencies that resolve the resonance; on an even axis they include those already computed."""
     steps = np.diff(r)
     wanted = bandwidth / PER_BANDWIDTH
     twice = 2 * r.size - 1
@@ -211,7 +214,7 @@ def _ceiling(steps: float) -> int:
 
 
 MOST_PEAKS = 10
-"""Designs at the head of a ranking whose peaks are asked about: as many as are listed where nobody says."""
+"""Top designs of a ranking whose peaks are checked: as many as are listed by default."""
 
 
 def hidden_peaks(
@@ -221,7 +224,7 @@ def hidden_peaks(
     active: Mapping[str, Any] | None = None,
     homes: Mapping[str, xr.Dataset] | None = None,
 ) -> list[Note]:
-    """Ask the first designs of a ranking, and the best with impacts; note where the peaks of some may hide."""
+    """Check the first designs of a ranking, and the best with impacts; note where peaks may hide."""
     r = question.frequencies
     listed = min(question.top, ranked.sizes["rank"], MOST_PEAKS)
     if question.objective != "peak" or r.size == 1 or not listed:
@@ -237,7 +240,7 @@ def hidden_peaks(
 
 
 def whose(hides: Sequence[bool], listed: int) -> dict[str, Any]:
-    """Say which of the designs they are: of the first ones that are listed, and the best with impacts behind them."""
+    """Name these designs: the first ones listed, and the best with impacts after them."""
     return {
         "designs": sum(hides),
         "listed": sum(hides[:listed]),

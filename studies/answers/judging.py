@@ -22,7 +22,7 @@ REASONS: dict[str, str] = {
     "too_fast": "impact faster than allowed",
     "outside": "outside a limit on a result",
 }
-"""Why a design may be left out."""
+"""Reasons to leave out a design."""
 
 
 def new_tally() -> dict[str, int]:
@@ -36,7 +36,7 @@ def judged(
     tally: dict[str, int],
     beside: tuple[str, ...] = (),
 ) -> Iterator[Found]:
-    """Judge every design that a question admits, as many at a time as fit in memory; see `judge`."""
+    """Judge every design that a question admits, in slabs that fit in memory; see `judge`."""
     for slab in slabs_of(cube, question.axes, question.design):
         yield judge(slab, question, tally, beside)
 
@@ -49,19 +49,19 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
     slab : Slab
         The designs, at the frequencies that count.
     question : DesignQuestion
-        What counts.
+        The objective and limits.
     tally : dict of int
-        Of `new_tally`; counted up.
+        The counts of `new_tally`; updated.
     beside : tuple of str
-        Further variables, each given as its largest over the band ("impact_speed_max") or its mean.
+        Further variables, each reduced over the band to its largest ("impact_speed_max") or its mean.
 
     Returns
     -------
     dict of ndarray
-        One entry per design that qualifies: its six grid indices by dimension (the frequency's where the
+        One entry per qualifying design. It has the six grid indices by dimension (the frequency's where the
         amplitude is largest), `value`, `error`, `lowest` and `highest` (its limits with the question's confidence),
-        `response_class`, `locked_share`, `locked_near_resonance` (at the judged frequency nearest r = 1), `impact_share`
-        and `beside`.
+        `response_class`, `locked_share`, `locked_near_resonance` (at the judged frequency nearest r = 1),
+        `impact_share` and `beside`.
     """
     cube, load = slab.cube, slab.read
     status = load("status")
@@ -127,7 +127,7 @@ def judge(slab: Slab, question: DesignQuestion, tally: dict[str, int], beside: t
 
 
 def _weigh(question: DesignQuestion, amplitude: np.ndarray) -> np.ndarray:
-    """Give the value of each design by its amplitudes, or a limit of it by limits of them."""
+    """Give the value of each design from its amplitudes, or a limit of it from their limits."""
     if question.objective in ("resonance", "peak"):
         return np.asarray(amplitude.max(axis=1))
     if question.objective == "band_mean":
@@ -136,7 +136,7 @@ def _weigh(question: DesignQuestion, amplitude: np.ndarray) -> np.ndarray:
 
 
 def _error(question: DesignQuestion, amplitude: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Give the error of each design's value; errors are carried through to first order, all with one sign."""
+    """Give the error of each design's value; errors propagate to first order, all with one sign."""
     if question.objective in ("resonance", "peak"):
         return np.take_along_axis(error, amplitude.argmax(axis=1)[:, None], axis=1)[:, 0]
     if question.objective == "band_mean":
@@ -171,7 +171,7 @@ def described(cube: xr.Dataset, question: DesignQuestion, found: Mapping[str, np
 
 
 def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
-    """Say which results designs must have, as ratios and, where the study is given in units, in them too."""
+    """Say which results are required of designs, as ratios and, if the study is given in units, in them too."""
 
     def spelled(name: str, *ends: float) -> str:
         over = f" {OVER[name]}" if name in OVER_MORE_THAN_Z else ""
@@ -189,7 +189,7 @@ def say_limits(question: DesignQuestion, phrases: Phrases) -> str:
 
 
 def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str:
-    """Say at which frequencies designs were judged, of how many that were computed."""
+    """Say at how many of the computed frequencies designs were judged."""
     low, high = question.frequencies[0], question.frequencies[-1]
     if question.frequencies.size == 1:
         why = "was computed" if computed == 1 else "counts here"
@@ -200,13 +200,13 @@ def say_judged(question: DesignQuestion, computed: int, phrases: Phrases) -> str
 
 
 def say_left_out(tally: Mapping[str, int], reasons: Mapping[str, str] = REASONS, noun: str = "design") -> str:
-    """Say how many were left out, and why; nothing where none was."""
+    """Say how many were left out, and why; empty if none was."""
     why = [f"{tally[name]} {reason}" for name, reason in reasons.items() if tally.get(name)]
     return f"Left out of {counted(tally['designs'], noun)}: {', '.join(why)}." if why else ""
 
 
 def attributes_of(question: DesignQuestion, tally: Mapping[str, int]) -> dict[str, object]:
-    """Give what every judgement carries: objective, band, number of frequencies, completeness, counts."""
+    """Give the common part of every judgement: objective, band, number of frequencies, completeness, counts."""
     return {
         "objective": question.objective,
         "band": [float(question.frequencies[0]), float(question.frequencies[-1])],

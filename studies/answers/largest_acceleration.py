@@ -1,9 +1,9 @@
 """The largest acceleration of the structure.
 
-Under base motion it needs no march. In flight ü = −v − 2ζv' − γ_F sign v' [Z ω_n²], with the displacement v from the base.
-Where the structure turns, v' = 0 and friction has pulled it back until then: |ü| = |v| + γ_F. That leaves out damping, and a
-particle that rides on a wall. Of 573 random responses the metered acceleration is within 6 % of it, of nine in ten within 1.4 %
-(`tests/worker/test_acceleration.py`).
+Under base motion it is computed without integration. In flight ü = −v − 2ζv' − γ_F sign v' [Z ω_n²], with the
+displacement v from the base. At a velocity reversal, v' = 0 and friction has acted in the direction of v until then:
+|ü| = |v| + γ_F. This neglects damping, and a particle that rides on a wall. For 573 random responses the measured
+acceleration is within 6 % of it, and for nine in ten within 1.4 % (`tests/worker/test_acceleration.py`).
 """
 
 from collections.abc import Mapping
@@ -28,7 +28,7 @@ Bools = NDArray[np.bool_]
 def accelerations(
     relative_amplitude: Floats, friction_ratio: Floats | float, frequency_ratio: Floats, locked: Bools
 ) -> Floats:
-    """Give the largest acceleration of a structure under base motion, whose particle meets rigid walls.
+    """Give the largest acceleration of a structure under base motion with a particle between rigid walls.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def accelerations(
     frequency_ratio : ndarray, (n,)
         r.
     locked : ndarray of bool, (n,)
-        Where friction holds the structure, which then moves with its base.
+        Whether friction holds the structure, which then moves with its base.
 
     Returns
     -------
@@ -57,12 +57,13 @@ def acceleration_g(cube: xr.Dataset, place: Mapping[str, int | NDArray[np.intp]]
     cube : Dataset
         Of the study.
     place : mapping
-        Where the damper is, and the frequencies and base amplitudes that count, by dimension.
+        The place of the damper, and the frequencies and base amplitudes that count, by dimension.
 
     Returns
     -------
     float
-        In g; as measured where the study keeps it. NaN where the study is in ratios, and where nothing that it keeps tells it.
+        In g; the measured value if the study stores it. NaN if the study is in ratios, or stores nothing that
+        determines it.
     """
     model = (definition_of(cube).get("contact") or {}).get("model", "instant")
     if _MEASURED in cube:

@@ -1,4 +1,4 @@
-"""The design that a study leads to: the one to look at first."""
+"""The leading design of a study: the one to show first."""
 
 from collections.abc import Container
 from dataclasses import replace
@@ -17,7 +17,7 @@ from damperlab.studies.questions import Judging, Selection
 
 
 def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
-    """Give the design that a ranking leads to: the best whose damper does something, as the page and the verdict have it."""
+    """Give the first design of a ranking: the best whose damper does something, as on the page and in the verdict."""
     if ranked.sizes["rank"] == 0:
         return None
     first = {str(name): array.values[0].item() for name, array in ranked.variables.items()}
@@ -26,7 +26,7 @@ def leading(ranked: xr.Dataset) -> dict[str, Any] | None:
 
 
 def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | None = None) -> Lead:
-    """Give what leads among the designs at the grid points nearest to what is named.
+    """Give the leading design at the grid points nearest to the named values.
 
     Parameters
     ----------
@@ -35,16 +35,16 @@ def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | N
     at : mapping of float or str
         Values of dimensions of the cube.
     free : container of str
-        Dimensions that the answer itself runs along.
+        Dimensions along which the answer runs.
     metric : str, optional
-        What a suite, or a study over base amplitudes, is ranked by; its main metric, if not given.
+        The criterion of a suite, or of a study over base amplitudes; by default its main metric.
 
     Returns
     -------
     Lead
-        The dimensions of the damper that have more than one value and are neither named nor free. Without any where there is
-        none, where no design is computed, and for a study whose ratios are others at each frequency, whose dampers are not
-        ranked by them.
+        The dimensions of the damper that have more than one value and are neither named nor free. Empty if there is
+        none, and if no design is computed. Also for a study whose ratios vary with the frequency, since its dampers
+        are not ranked by them.
     """
     kind = kind_of(cube.sizes)
     dimensions = design_of(cube.sizes) if kind is HARMONIC else kind.designs
@@ -74,7 +74,7 @@ def best_at(cube: xr.Dataset, at: At, free: Container[str] = (), metric: str | N
 def leading_place(
     cube: xr.Dataset, at: At, free: tuple[str, ...], metric: str | None = None
 ) -> tuple[dict[str, int], Lead]:
-    """Choose a grid point for every dimension that is not free: where nothing is named, that of the best design.
+    """Choose a grid point for every dimension that is not free: by default that of the best design.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def leading_place(
     dict of int
         Index by dimension.
     Lead
-        What was taken of the best design.
+        What was taken from the best design.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def leading_place(
 
 
 def at_its_place(cube: xr.Dataset, answer: xr.Dataset, selection: Selection) -> Selection:
-    """Ask for the place at which an answer of a cube lies: the best design of a second study may be another one."""
+    """Name the place of a cube's answer explicitly: the best design of a second study may differ."""
     place = {
         str(name): value.item()
         for name, value in answer.coords.items()

@@ -1,4 +1,4 @@
-"""The same map of two studies, and the one less the other."""
+"""One map of two studies, and their difference."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -25,9 +25,9 @@ from damperlab.studies.vocabulary import Reduction
 FIELD = "minus"
 DIFFERENCE = "difference"
 _BESIDE = ("amplitude_error", "amplitude_error_m", "response_class", "status")
-"""What stands beside a value of either study."""
+"""Companions of a value in either study."""
 _TOLD = frozenset(("name", "axes", "damping_ratio", "metrics", *COORDINATES, "restitution"))
-"""Parts of a definition that the axes say, or that change no result."""
+"""Parts of a definition that repeat the axes, or that change no result."""
 
 
 def map_difference(
@@ -39,31 +39,31 @@ def map_difference(
     over: str | None = None,
     reduce: Reduction | None = None,
 ) -> xr.Dataset:
-    """Show one map of two studies, and subtract the second from the first.
+    """Compute one map for two studies, and subtract the second from the first.
 
     Parameters
     ----------
     cube, other : Dataset
-        The cubes of two studies of one kind that have the same values along the axes of the map, and along what is reduced.
-        Whatever else is different between them is what the difference is about; the note names it.
+        The cubes of two studies of one kind with the same values along the axes of the map and along the reduced
+        dimensions. The difference is due to everything else that differs between them, which the note names.
     x, y, selection, over, reduce
-        As of `resonance_map`. In SI units (`clearance_m`, `amplitude_m`) each study is turned into them by its own
+        As of `resonance_map`. In SI units (`clearance_m`, `amplitude_m`) each study is converted with its own
         structure.
 
     Returns
     -------
     Dataset
-        As of `resonance_map` on `cube`, dimensions (y, x), with `other`, `other_amplitude_error`, `other_response_class` and
-        `other_status` of the second study, and `difference`: the first less the second, in the unit of the metric, NaN where
-        either has no value. `complete`, `points`, `points_failed` are those of both together; `other_at` where the
-        second study's map lies elsewhere along another dimension; `note` says where the difference is largest and in what
-        else the studies differ.
+        As of `resonance_map` on `cube`, dimensions (y, x), with `other`, `other_amplitude_error`,
+        `other_response_class` and `other_status` of the second study. `difference` is the first minus the second, in
+        the unit of the metric, NaN where either has no value. `complete`, `points`, `points_failed` count both
+        together; `other_at` is present if the second study's map lies elsewhere along another dimension. `note` says
+        where the difference is largest and how else the studies differ.
 
     Raises
     ------
     QueryFault
-        As `resonance_map`; if the metric has codes; or under `minus`, if the second study is of another kind, has other values
-        along an axis, or does not store the metric.
+        As `resonance_map`; if the metric has codes; or for `minus`, if the second study is of another kind, has
+        other values along an axis, or does not store the metric.
     """
     cube, other = alike((cube, other))
     metric = selection.metric or main_metric(cube)
@@ -100,7 +100,7 @@ def map_difference(
 
 
 def _check_kind(cube: xr.Dataset, other: xr.Dataset, axes: tuple[str, str], metric: str) -> None:
-    """Refuse a second study that cannot be asked for the same map."""
+    """Refuse a second study that cannot give the same map."""
     if dimensions_of(cube) != dimensions_of(other):
         kind, others = kind_of(cube.sizes).words, kind_of(other.sizes).words
         told = f"The first study is {kind}, the second {others}, so their maps have no axes in common."
@@ -138,7 +138,7 @@ def _span(values: np.ndarray) -> str:
 
 
 def _where(answer: xr.Dataset, metric: str, phrases: Phrases) -> str:
-    """Say where the difference is largest to either side, and how often it is more than the errors."""
+    """Say where the difference is largest in each direction, and how often it exceeds the errors."""
     array = answer[DIFFERENCE]
     values = array.values
     y, x = map(str, array.dims)
@@ -180,7 +180,7 @@ def _told(name: str, value: Any, phrases: Phrases) -> str:
 def _apart(
     cube: xr.Dataset, other: xr.Dataset, first: xr.Dataset, second: xr.Dataset, phrases: Phrases
 ) -> Iterator[str]:
-    """Name what differs: points that were chosen, and parts of the definitions."""
+    """Name the differences: chosen points, and parts of the definitions."""
     for name in _elsewhere(first, second):
         a, b = first[name].item(), second[name].item()
         if isinstance(a, str):
@@ -194,7 +194,7 @@ def _apart(
 
 
 def _elsewhere(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    """Name the dimensions along which the maps lie at different values, by their units alone where they are told in both."""
+    """Name the dimensions along which the maps lie at different values; if both are given, only in units."""
     names = [str(name) for name in first.coords if first[name].ndim == 0]
     pairs = {name: (first[name].item(), second[name].item()) for name in names}
     apart = [
@@ -212,7 +212,7 @@ def _parts(cube: xr.Dataset) -> dict[str, Any]:
 
 
 def _phrases(cube: xr.Dataset, other: xr.Dataset) -> Phrases:
-    """Give the words in units; of structures for which a ratio is another length, only of what was asked in units."""
+    """Give the words in units; if the structures differ, only for quantities that were named in units."""
     found, others = Phrases.of(cube), Phrases.of(other)
     keys = found.quantities.keys()
     if keys == others.quantities.keys() and all(

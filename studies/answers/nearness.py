@@ -1,4 +1,6 @@
-"""Whether a value that a person wrote is a grid value, as 0.7 is 0.7000000000000001, or too far from any to be meant."""
+"""Whether a value typed by a person means a grid value, as 0.7 means 0.7000000000000001, or is too far from all of
+them.
+"""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -6,17 +8,17 @@ from numpy.typing import ArrayLike, NDArray
 from damperlab.studies.answers.query_fault import refused
 
 SAME = 1e-9
-"""Relative difference up to which two values of a parameter are one."""
+"""Relative difference up to which two values of a parameter are equal."""
 
 
 def same(a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
-    """Whether values are one but for rounding, to a relative difference of `SAME`."""
+    """Whether values are equal up to rounding, to a relative difference of `SAME`."""
     first, second = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     return np.asarray(np.abs(first - second) <= SAME * np.maximum(np.abs(first), np.abs(second)))
 
 
 def nearest_place(values: ArrayLike, wanted: float) -> int:
-    """Give the place of the grid value nearest to a number, the first of equally near ones."""
+    """Give the index of the grid value nearest to a number, the first of equally near ones."""
     return int(np.abs(np.asarray(values, dtype=float) - wanted).argmin())
 
 
@@ -27,13 +29,15 @@ def inside(values: ArrayLike, low: float, high: float) -> NDArray[np.bool_]:
 
 
 FACTOR = 10.0
-"""Of the only value of an axis, which has no length: less is no slip of a unit."""
+"""The same for the only value of an axis, which has no length: a smaller difference is no error in a unit."""
 _SLIPS = {"_m": (("mm", 1e-3), ("µm", 1e-6), ("cm", 1e-2)), "_kg": (("g", 1e-3),), "_hz": (("kHz", 1e3),)}
-"""Units that people write in place of those of SI, and what one of each is in them."""
+"""Units that people use instead of SI units, with their factors."""
 
 
 def within_reach(values: NDArray[np.float64], wanted: float) -> bool:
-    """Whether a value lies no farther beyond the ends of an axis than the axis is long, or near its only value."""
+    """Whether a value lies no farther beyond the ends of an axis than the length of the axis, or near its only
+    value.
+    """
     low, high = float(np.min(values)), float(np.max(values))
     if low < high:
         return bool(inside(wanted, 2.0 * low - high, 2.0 * high - low))
@@ -42,12 +46,12 @@ def within_reach(values: NDArray[np.float64], wanted: float) -> bool:
 
 
 def check_reach(name: str, values: NDArray[np.float64], wanted: float) -> None:
-    """Raise `QueryFault` for a value that lies farther beyond the ends of an axis than the axis is long.
+    """Raise `QueryFault` for a value farther beyond the ends of an axis than the length of the axis.
 
     Parameters
     ----------
     name : str
-        Of the dimension, or of the same quantity in units, as the question names it.
+        The dimension, or the same quantity in units, as the question names it.
     values : ndarray, shape (n,)
         The axis in the unit of `name`.
     wanted : float

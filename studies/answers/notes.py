@@ -1,4 +1,4 @@
-"""Notes of answers about studies as sentences: each kind is spelled here, in ratios or in units, and nowhere else."""
+"""Sentences for notes about studies: only here each kind is put into words, in ratios or in units."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -8,13 +8,13 @@ from damperlab.studies.brief import Note, listed
 from damperlab.studies.faults import counted
 
 FAR = 4.0
-"""Bandwidths between two frequencies from which on a resonance may all but vanish between them."""
+"""Bandwidths between two frequencies beyond which a resonance between them may be invisible."""
 
 Values = Mapping[str, Any]
 
 
 def sentences_of(notes: Iterable[Note], phrases: Phrases) -> str:
-    """Spell notes one after the other."""
+    """Write notes as sentences, one after the other."""
     return " ".join(sentence_of(each, phrases) for each in notes)
 
 
@@ -91,7 +91,7 @@ def sentence_of(note: Note, phrases: Phrases) -> str:
 
 
 def friction_row(note: Note) -> tuple[str, str, str]:
-    """Write up to which friction of its particle a design keeps its value, as a row of a short answer."""
+    """Write the largest friction of its particle at which a design keeps its value, as a row of a short answer."""
     up_to, fails = note.values["up_to"], note.values["fails"]
     if not up_to:
         return "friction", f"below μ_i = {fails:g}", "from there on more than a tenth is lost"
@@ -100,7 +100,7 @@ def friction_row(note: Note) -> tuple[str, str, str]:
 
 
 def advised_axis(known: Values, phrases: Phrases) -> str:
-    """Write the axis of frequencies that shows a peak that may hide, as a study has it."""
+    """Write the frequency axis that resolves a hidden peak, in the form of a study."""
     name = "excitation_frequency_hz" if phrases.unit(FREQUENCY) else FREQUENCY
     start, stop = (phrases.number(FREQUENCY, known[end], ".10g") for end in ("start", "stop"))
     return f"`{name}: {{start: {start}, stop: {stop}, num: {known['num']}}}`"
@@ -116,7 +116,7 @@ def _hidden_peak(known: Values, phrases: Phrases) -> str:
 
 
 def _whose(known: Values) -> str:
-    """Name the values that may be higher: of places of a map, of designs of a ranking, or of the one design asked about."""
+    """Name the values that may be higher: places of a map, designs of a ranking, or the one design of the question."""
     if "places" in known:
         values = "value" if known["places"] == 1 else "values"
         return f"the largest {values} of {known['places']:,} of {known['of']:,} places"
@@ -155,7 +155,7 @@ def _spent(known: Values) -> str:
 
 
 def _cost(known: Values) -> str:
-    """Say what a search has cost beside a grid whose steps would give its answer."""
+    """State the cost of a search, and that of a grid whose steps would give the same answer."""
     points, fine = known["points"], known["fine_points"]
     if points >= fine:
         return f"With it {counted(points, 'point')}; a grid with these steps has {counted(fine, 'point')}."

@@ -1,4 +1,4 @@
-"""A study over base amplitudes at one of them: the study in ratios of the same dampers, which answers what is asked of such."""
+"""A study over base amplitudes at one of them: the study in ratios of the same dampers, for questions that need one."""
 
 import json
 
@@ -20,23 +20,23 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
     Parameters
     ----------
     cube : Dataset
-        Of a harmonic study; one without a dimension of base amplitudes is given back as it is.
+        A harmonic study; one without a dimension of base amplitudes is returned unchanged.
     at : mapping of float
-        The point that is asked for; of several base amplitudes it must name one, and the grid point nearest to it is taken.
+        The wanted point; it must name one of several base amplitudes, and the nearest grid point is taken.
 
     Returns
     -------
     Dataset
-        Lazily, over the six ratios, with that number in the definition of its attribute `study`. Where a velocity or an
-        acceleration of the base is constant the ratios of a damper are others at each frequency: the cube is then still
-        one over clearances and forces, with one base amplitude.
+        Lazily, over the six ratios, with that amplitude in the definition of its attribute `study`. Where a velocity
+        or an acceleration of the base is constant the ratios of a damper are others at each frequency: the cube is
+        then still one over clearances and forces, with one base amplitude.
     mapping of float
         The point in what the cube has: without its base amplitude where the cube has ratios.
 
     Raises
     ------
     QueryFault
-        If it is not named, or no number.
+        If it is not named, or is no number.
     """
     if AMPLITUDE not in cube.sizes:
         return cube, at
@@ -62,7 +62,7 @@ def at_one_amplitude(cube: xr.Dataset, at: At) -> tuple[xr.Dataset, At]:
 
 
 def said_of_it(answer: xr.Dataset, cube: xr.Dataset, whole: xr.Dataset) -> xr.Dataset:
-    """Have the note of an answer name the base amplitude that `at_one_amplitude` took of the whole cube, if any."""
+    """Add the base amplitude that `at_one_amplitude` selected to the note of an answer."""
     if AMPLITUDE not in whole.sizes:
         return answer
     physical = definition_of(cube)["physical"]

@@ -44,33 +44,32 @@ def optimal_designs(
     cube : Dataset
         A study's cube, read slab by slab.
     judging : Judging
-        What designs are judged by, and which of them. Of locked designs those are excluded that friction locks to the base
-        at the judged frequency nearest r = 1: the trivial optimum.
+        What designs are judged by, and which of them. Excluded are designs that friction locks to the base at the
+        judged frequency nearest r = 1: the trivial optimum.
     top : int
         How many designs, 1 to `MOST_DESIGNS`.
 
     Returns
     -------
     Dataset
-        Dimension rank, counted from 1; shorter than `top` where fewer designs qualify. Coordinates along it:
-        the five design dimensions, and `frequency_ratio`, where the amplitude in the band is largest.
-        Variables: `value`, its `error` (that of a peak at the peak, of a mean the weighted mean error, since
-        errors of a periodic response do not average out; NaN where the study keeps none), `response_class`
-        at `frequency_ratio`, and `locked_share`, the share of the judged frequencies at which the mass is
-        locked; both unknown, -1 and NaN, where the study keeps no class. `lowest` and `highest` are limits of
-        the confidence stated, of each design by itself; `impact_share` is the share of the judged frequencies at which
-        a particle that has mass strikes while the mass moves; `alike` counts further designs that have the very same response
-        without impacts, which are folded into the first of them. Attributes: `objective`, `designs` (all in the
-        ranges), `incomplete`, `failed`, `locked`, `too_fast`, `outside` (those left out, by reason), `complete` (share
-        of the designs that were computed), `band`,
-        `frequencies`, `flatness` of the best (see `flatness.flatness`), those of `verdict.verdict`, and `note`, which
-        says how it was judged.
+        Dimension rank, counted from 1; shorter than `top` if fewer designs qualify. Coordinates along it: the five
+        design dimensions, and `frequency_ratio`, where the amplitude in the band is largest. Variables: `value`, its
+        `error`, `response_class` at `frequency_ratio`, and `locked_share`, the share of the judged frequencies at
+        which the mass is locked. The error of a peak is that at the peak. The error of a mean is the weighted mean
+        error, since errors of a periodic response do not average out. Errors are NaN, and class and share are -1 and
+        NaN, if the study does not store them. `lowest` and `highest` are limits with the stated confidence, for each
+        design separately. `impact_share` is the share of the judged frequencies at which a particle with mass
+        strikes while the mass moves. `alike` counts further designs with the same response without impacts, which
+        are folded into the first of them. Attributes: `objective`, `designs` (all in the ranges), `incomplete`,
+        `failed`, `locked`, `too_fast`, `outside` (those left out, by reason), `complete` (share of the designs that
+        were computed), `band`, `frequencies`. Also `flatness` of the best (see `flatness.flatness`), those of
+        `verdict.verdict`, and `note`, which says how designs were judged.
 
     Raises
     ------
     QueryFault
-        If an argument is not allowed, nothing of the grid is in a range, or the study keeps no variable that
-        is needed.
+        If an argument is not allowed, no grid point is in a range, or the study does not store a variable that is
+        needed.
     """
     ranked = _Ranked.of(cube, DesignQuestion.ask(cube, judging, top))
     answer = ranked.designs
@@ -93,19 +92,19 @@ def merged_designs(
         By the study's id; the first is the study that was refined. A follow-up that holds no design in
         the ranges adds nothing.
     judging, top : Judging, int
-        As in `optimal_designs`; the objective is resolved for the first study.
+        As in `optimal_designs`; the objective is determined for the first study.
 
     Returns
     -------
     Dataset
-        As of `optimal_designs`, with `study`, the id each design was found in; a design that several studies
-        hold stands once, with the value of the smallest error: the value of the longest run, not the luckiest one.
-        `complete` is of all studies, left-out counts those of the first.
+        As of `optimal_designs`, with `study`, the id of the study with each design. A design in several studies
+        appears once, with the value of the smallest error: that of the longest run, not the luckiest one. `complete`
+        covers all studies, left-out counts those of the first.
 
     Raises
     ------
     QueryFault
-        As `optimal_designs` on the first study, or where another one was judged at other frequencies.
+        As `optimal_designs` on the first study, or if another one was judged at other frequencies.
     """
     ids = list(cubes)
     cubes = dict(zip(ids, alike(cubes.values()), strict=True))
@@ -148,11 +147,11 @@ class _Ranked:
     Parameters
     ----------
     cube, question : Dataset, DesignQuestion
-        The study, and what counts.
+        The study, and the question.
     designs, active : Dataset
         The best `MOST_DESIGNS`, the best first, and the best of those whose particle strikes.
     tally : dict of int
-        Of those that were left out.
+        Counts of those that were left out.
     """
 
     cube: xr.Dataset
@@ -177,7 +176,7 @@ class _Ranked:
         return cls(cube, question, designs, acting, tally)
 
     def note(self, flat: list[dict[str, Any]]) -> dict[str, Any]:
-        """Say how they were judged, and how flat the optimum is."""
+        """Describe how they were judged, and how flat the optimum is."""
 
         def note(phrases: Phrases) -> dict[str, Any]:
             sentences = [
@@ -201,7 +200,7 @@ def _described(cube: xr.Dataset, question: DesignQuestion, found: Found) -> xr.D
 
 
 def _folded(found: Found) -> Found:
-    """Fold neighbours in the ranking that are one response without impacts, whatever the parameters that do not act."""
+    """Fold neighbours in the ranking that have one response without impacts, whatever their inactive parameters."""
     idle = (found["response_class"] >= ResponseClass.LINEAR) & (found["impact_share"] == 0)
     value, kind = found["value"], found["response_class"]
     again = np.zeros(value.size, bool)
@@ -215,7 +214,7 @@ def _folded(found: Found) -> Found:
 
 
 def _check_frequencies(name: str, question: DesignQuestion, theirs: DesignQuestion) -> None:
-    """Refuse a follow-up that is judged over another band, or at another number of frequencies."""
+    """Refuse a follow-up judged over another band, or at another number of frequencies."""
     ours, r = question.frequencies, theirs.frequencies
     if (ours[0], ours[-1], ours.size) != (r[0], r[-1], r.size):
         span = f"{r[0]:g} to {r[-1]:g}" if r.size > 1 else f"{r[0]:g}"
@@ -242,7 +241,7 @@ def _joined(parts: Mapping[str, xr.Dataset], question: DesignQuestion) -> xr.Dat
 
 
 def _flatness(home: xr.Dataset, question: DesignQuestion, ranked: xr.Dataset) -> list[dict[str, Any]]:
-    """Look around the best design as its own study shows it; nothing where there is none."""
+    """Examine the neighbourhood of the best design in its own study; empty if there is none."""
     if not ranked.sizes["rank"]:
         return []
     axes = {name: np.arange(home.sizes[name]) for name in question.design}

@@ -1,4 +1,4 @@
-"""How a result scatters over records that are draws of one motion: its rms and a quantile, each with how well it is known."""
+"""Scatter of a result over records that are draws of one motion: its rms and a quantile, each with its error."""
 
 from typing import NamedTuple
 
@@ -12,16 +12,16 @@ BEYOND = 0.025
 
 
 class OverRecords(NamedTuple):
-    """What is known of a result over records.
+    """Statistics of a result over records.
 
     Attributes
     ----------
     mean, mean_error : float
-        And the standard error of it.
+        Standard error of the mean.
     rms, rms_error : float
         Root of the mean square, and the standard error of it.
     quantile, quantile_low, quantile_high : float
-        The quantile that was asked for, and the ends of its interval of 95 %; NaN where so few records bound it nowhere.
+        The requested quantile, and the ends of its interval of 95 %; NaN where too few records bound it.
     """
 
     mean: float
@@ -39,14 +39,14 @@ def over_records(values: Floats, share: float) -> OverRecords:
     Parameters
     ----------
     values : ndarray, (n,)
-        One of each record, positive; NaN where unknown.
+        One of each record, positive; NaN if unknown.
     share : float
-        Of the records that stay below the quantile.
+        Share of the records that stay below the quantile.
 
     Notes
     -----
-    The ends of the interval are order statistics. They hold for any distribution, since the number of results below the
-    quantile is binomial. H. A. David, H. N. Nagaraja, Order Statistics (2003), section 7.1.
+    The ends of the interval are order statistics. They are valid for any distribution, since the number of results
+    below the quantile is binomial. H. A. David, H. N. Nagaraja, Order Statistics (2003), section 7.1.
     """
     from scipy.special import bdtr
 
@@ -71,5 +71,5 @@ def over_records(values: Floats, share: float) -> OverRecords:
 
 
 def enough_records(share: float) -> int:
-    """Give from how many records on the quantile's interval has both ends."""
+    """Give the number of records from which the quantile's interval has both ends."""
     return int(np.ceil(np.log(BEYOND) / np.log(max(share, 1.0 - share))))

@@ -1,4 +1,4 @@
-"""The designs that no other one beats in every respect at once, and how many more may belong to them within their errors."""
+"""The designs that no other one beats in every respect, and how many more may belong to them within their errors."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -34,29 +34,29 @@ def pareto_front(
     judging: Judging = Judging(),
     top: int = MOST_DESIGNS,
 ) -> xr.Dataset:
-    """Find the designs that cannot be bettered in one respect without losing in another.
+    """Find the designs that cannot be improved in one respect without a loss in another.
 
     Parameters
     ----------
     cube : Dataset
         A study's cube, read slab by slab.
     respects : sequence of str
-        Two or three of `RESPECTS`; a minus in front, as in "-dissipation_impact", means larger is better.
+        Two or three of `RESPECTS`; a leading minus, as in "-dissipation_impact", means larger is better.
     judging, top : Judging, int
-        As in `optimal_designs`; no more than `top` of the front are listed, the best in the first respect.
+        As in `optimal_designs`; at most `top` of the front are listed, the best in the first respect.
 
     Returns
     -------
     Dataset
         As of `optimal_designs`, ordered by the first respect, with each respect as a variable and `alike`,
-        the number of further designs that are equal in all of them. Attributes `confidence` and `as_good`: how many designs
-        beside these may belong to the front within their errors, because none is surely better in every respect (left out
-        where the study keeps no error of its amplitudes).
+        the number of further designs that are equal in all of them. Attributes `confidence` and `as_good`. The
+        latter counts the other designs that may belong to the front within their errors, because none is surely
+        better in every respect. It is left out if the study stores no error of its amplitudes.
 
     Raises
     ------
     QueryFault
-        As `optimal_designs`, or where a respect is unknown or its variable not in the cube.
+        As `optimal_designs`, or if a respect is unknown or its variable is not in the cube.
     """
     columns, signs = _read(cube, respects)
     question = DesignQuestion.ask(cube, judging, top)
@@ -144,7 +144,7 @@ def _limits(
     signs: np.ndarray,
     found: Mapping[str, np.ndarray],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper limits, as `_compared`: of what has no error, the values themselves."""
+    """Lower and upper limits, as `_compared`; of a value without an error, the value itself."""
     low = _compared(cube, columns, signs, found)
     high = low.copy()
     for at, (name, sign) in enumerate(zip(columns, signs, strict=True)):
@@ -160,7 +160,9 @@ def _limits(
 
 
 def _unsurpassed(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Which designs none is surely better than: whose limits lie nowhere above, and in one respect below, all of theirs."""
+    """Find the designs that no other is surely better than: no other has limits that are nowhere above, and
+    somewhere below, theirs.
+    """
     surpassed = np.zeros(low.shape[0], bool)
     rest = high[np.lexsort(high.T[::-1])]
     while rest.size:
@@ -172,7 +174,7 @@ def _unsurpassed(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 
 
 def _front(found: dict[str, np.ndarray], compared: np.ndarray) -> dict[str, np.ndarray]:
-    """Keep what nothing beats, the first of equals, ordered by the first respect."""
+    """Keep the designs that no other beats, the first of equals, ordered by the first respect."""
     order = np.lexsort(compared.T[::-1])
     found, rest = {name: array[order] for name, array in found.items()}, compared[order]
     places = np.arange(order.size)
@@ -189,7 +191,7 @@ def _front(found: dict[str, np.ndarray], compared: np.ndarray) -> dict[str, np.n
 
 
 def _wanted(name: str, question: DesignQuestion, phrases: Phrases) -> str:
-    """Say what is compared, and which way is better."""
+    """Name the compared quantities, and the better direction of each."""
     column, meaning = RESPECTS[name.removeprefix("-")]
     label = phrases.label(column)
     named = phrases.about(question.long_name) if column == "value" else meaning if label == column else label

@@ -1,4 +1,6 @@
-"""Up to which friction of its particle a design keeps what it promises: found by computing the same design with it."""
+"""The largest friction of its particle at which a design keeps its promised value: found by computing the design
+with friction.
+"""
 
 from collections.abc import Mapping
 from itertools import takewhile
@@ -17,9 +19,9 @@ from damperlab.studies.units import quantities_of
 from damperlab.studies.variables import BEFORE, PARTICLE_FRICTION
 
 COEFFICIENTS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
-"""μ_i that are looked at: about those of a rolling ball, of PTFE, and of dry metals."""
+"""Examined μ_i: about those of a rolling ball, of PTFE, and of dry metals."""
 WITHIN = 1.1
-"""How many times the value that is promised one may come to."""
+"""Allowed multiple of the promised value."""
 
 
 def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[str, float]) -> Study | None:
@@ -30,15 +32,15 @@ def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[
     study : Study
         The study of the design.
     question : DesignQuestion
-        What was asked of it.
+        The question.
     design : mapping of float
         The design, by dimension; its particle strikes.
 
     Returns
     -------
     Study or None
-        Over `COEFFICIENTS` and the frequencies that count. None of a study in ratios, where friction or gravity acts on the
-        particle already, and where friction is not computed beside the contact or the solver.
+        Over `COEFFICIENTS` and the frequencies that count. None for a study in ratios, if friction or gravity acts
+        on the particle already, and if friction cannot be combined with the contact or the solver.
     """
     in_units = {each.source: each.factor for each in quantities_of(study.document())}
     factor = in_units.get(PARTICLE_FRICTION, nan)
@@ -54,7 +56,8 @@ def study_with_friction(study: Study, question: DesignQuestion, design: Mapping[
 
 
 def note_of(cube: xr.Dataset, judging: Judging, value: float) -> Note:
-    """Note up to which coefficient the value stays within a tenth of what is promised, and the next one, where it does not.
+    """Note the largest coefficient at which the value stays within a tenth of the promise, and the next one, at
+    which it does not.
 
     Parameters
     ----------
@@ -63,7 +66,7 @@ def note_of(cube: xr.Dataset, judging: Judging, value: float) -> Note:
     judging : Judging
         As in `optimal_designs`.
     value : float
-        What is promised.
+        The promised value.
     """
     ranked = optimal_designs(cube, judging, len(COEFFICIENTS))
     kept = {

@@ -1,4 +1,4 @@
-"""How quantities stand in the sentences of answers: as ratios, or in units where the study is given in them."""
+"""Names and values of quantities in the sentences of answers: as ratios, or in units if the study is given in them."""
 
 import math
 import re
@@ -33,13 +33,13 @@ FREQUENCY = "frequency_ratio"
 
 
 class Printed(NamedTuple):
-    """A quantity as an engineer writes it."""
+    """A quantity in an engineer's units."""
 
     symbol: str
     label: str
     unit: str
     scale: float
-    """The unit over that of SI."""
+    """The unit divided by that of SI."""
 
 
 PRINTED: dict[str, Printed] = {
@@ -53,7 +53,7 @@ PRINTED: dict[str, Printed] = {
     **{name: Printed("X", "amplitude X", "mm", 1e3) for name in AMPLITUDES},
     **{ratio: Printed("a", RESULT_NAMES[name], "m/s²", 1.0) for ratio, name in ACCELERATIONS.items()},
 }
-"""What is written for a ratio in a study in units."""
+"""Names for a ratio in a study in units."""
 
 _PRINTED_UNITS = {
     "m": ("mm", 1e3),
@@ -81,7 +81,7 @@ PRINTED_OF_SI: dict[str, Printed] = {
         if variable.units != "1"
     },
 }
-"""What is written for the dimensions and results that a cube, or an answer, has in SI units."""
+"""Names for the dimensions and results that a cube, or an answer, has in SI units."""
 
 _PRINTED = PRINTED | PRINTED_OF_SI
 
@@ -90,7 +90,7 @@ TERMS: dict[str, str] = {
     **{name: f"{words} {SYMBOLS[name]}" for name, words in DIMENSION_NAMES.items()},
     **{name: printed.label for name, printed in PRINTED_OF_SI.items()},
 }
-"""What a dimension or a quantity is called in a sentence."""
+"""Name of a dimension or a quantity in a sentence."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class Phrases:
     Parameters
     ----------
     quantities : mapping of InUnits
-        What stands in units, by its name in the cube; all else stays a ratio.
+        Quantities given in units, by their names in the cube; all others stay ratios.
     amplitude : str
         What Z is called.
     """
@@ -110,7 +110,7 @@ class Phrases:
 
     @classmethod
     def of(cls, cube: xr.Dataset) -> "Phrases":
-        """Give those of a study in units; of one in ratios alone they are those of ratios."""
+        """Give the names for a study in units; for one in ratios alone they are those of ratios."""
         beside = (*coordinates_in_units(cube), *results_in_units(cube))
         found = {each.source: each for each in (*beside, *in_si(cube))}
         named = found | {each.name: replace(each, source=each.name, factor=1.0) for each in beside}
@@ -118,16 +118,16 @@ class Phrases:
 
     @classmethod
     def of_ratios(cls, cube: xr.Dataset) -> "Phrases":
-        """Give those of ratios; what the cube has in SI units itself stands in units all the same."""
+        """Give the names for ratios; quantities that the cube itself has in SI units stay in units."""
         return cls({each.source: each for each in in_si(cube)}, amplitude_called(cube))
 
     def as_named(self, metric: str | None) -> "Phrases":
-        """Give those for a table of a result that somebody named: one that is named as a ratio stays one, and all beside it.
+        """Give the names for a table of a result that the user named: if it was named as a ratio, all stay ratios.
 
         Parameters
         ----------
         metric : str or None
-            As it was named; None where nobody did.
+            The name that was used; None if there was none.
         """
         if metric not in VARIABLES:
             return self
@@ -144,17 +144,17 @@ class Phrases:
         return "X/Z" if name == AMPLITUDE else SYMBOLS.get(name, name)
 
     def label(self, name: str) -> str:
-        """Give the name of a dimension: its term, or that of its quantity, with its symbol."""
+        """Give the name of a dimension, or of its quantity, with its symbol."""
         if name == BASE_AMPLITUDE:
             return f"{self.amplitude} Z"
         return _PRINTED[name].label if self._has(name) else TERMS.get(name, name)
 
     def unit(self, name: str) -> str:
-        """Give the unit with the space before it; nothing for a ratio."""
+        """Give the unit with a leading space; empty for a ratio."""
         return f" {_PRINTED[name].unit}".rstrip() if self._has(name) else ""
 
     def column(self, name: str, quantity: str = "") -> str:
-        """Name a column of a table, with its unit in brackets; `quantity` is what an answer's own name stands for."""
+        """Name a column of a table, with its unit in brackets; `quantity` is the quantity for an answer's own name."""
         quantity = quantity or name
         if not self._has(quantity):
             if name in SYMBOLS:
@@ -167,15 +167,15 @@ class Phrases:
         return f"{self.label(name) if of_a_dimension else named}{unit and f' [{unit}]'}"
 
     def printed(self, name: str, value: float) -> float:
-        """Give a value of a ratio as it is written, without its unit."""
+        """Convert a ratio to the value that is written, without its unit."""
         return value * self.quantities[name].factor * _PRINTED[name].scale if self._has(name) else value
 
     def number(self, name: str, value: float, form: str = ".6g") -> str:
-        """Spell a value of a ratio without its unit."""
+        """Write a value of a ratio without its unit."""
         return format(self.printed(name, value), form)
 
     def value(self, name: str, value: float, form: str = ".6g") -> str:
-        """Spell a value of a ratio, with its unit."""
+        """Write a value of a ratio, with its unit."""
         return self.number(name, value, form) + self.unit(name)
 
     def equal(self, name: str, value: float, form: str = ".6g") -> str:
@@ -189,7 +189,7 @@ class Phrases:
         return f"{self.symbol(name)} = {self.number(name, low, form)} to {self.value(name, high, form)}"
 
     def measured(self, value: float, error: float, form: str = ".6g") -> str:
-        """Spell an amplitude with its error, and without where that is rounding, or less than the last of a few digits."""
+        """Write an amplitude with its error, but without it if it is rounding, or below the last of a few digits."""
         shown = self.number(AMPLITUDE, value, form)
         hides = form == ".3g" and abs(error) < HIDDEN * abs(value)
         if is_rounding(value, error) or hides:
@@ -199,7 +199,7 @@ class Phrases:
         return f"{shown} ± {self.value(AMPLITUDE, error, '.2g')}"
 
     def shown(self, name: str, array: xr.DataArray) -> str:
-        """Name a result that a table shows, with its unit or what it is over: ``amplitude X in mm``."""
+        """Name a result in a table, with its unit or its reference: ``amplitude X in mm``."""
         units = str(array.attrs.get("units", "1"))
         told = self.about(with_what_it_is_over(name, str(array.attrs.get("long_name", name))))
         if self._has(name):
@@ -210,7 +210,7 @@ class Phrases:
         return told if units == "1" else f"{told}{',' if ',' in told else ''} in {units}"
 
     def about(self, long_name: str) -> str:
-        """Name what designs are judged by."""
+        """Name the criterion of designs."""
         if self._has(AMPLITUDE):
             for ratio, length in (("X/Z", "X"), ("amplitude ratio", "amplitude"), ("|x−z|/Z", "|x−z|")):
                 long_name = long_name.replace(ratio, length)
@@ -218,22 +218,22 @@ class Phrases:
 
 
 OVER_MORE_THAN_Z = OVER.keys() - AMPLITUDES.keys() - ACCELERATIONS.keys()
-"""Results whose names do not say what they are over."""
+"""Results whose names do not include their reference."""
 HIDDEN = 5e-4
-"""Relative error that three digits do not show."""
+"""Relative error that is invisible in three digits."""
 RATIOS = Phrases()
 _SI_SUFFIX = re.compile(r"_(m_per_s2|m_per_s|m_s2|m_s|m|j|s)$")  # the unit stands beside it
 
 
 def said(cube: xr.Dataset, say: Callable[[Phrases], dict[str, Any]]) -> dict[str, Any]:
-    """Give an answer's words in ratios, and under ``in_units`` those in units where the study is given in them.
+    """Give an answer's words in ratios, and under ``in_units`` those in units if the study is given in them.
 
     Parameters
     ----------
     cube : Dataset
-        The study that was asked.
+        The study of the question.
     say : callable
-        Makes the words by name.
+        Function that makes the words by name.
     """
     units = Phrases.of(cube)
     words = say(Phrases.of_ratios(cube))
@@ -241,7 +241,7 @@ def said(cube: xr.Dataset, say: Callable[[Phrases], dict[str, Any]]) -> dict[str
 
 
 def together(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the words of two answers, of either spelling."""
+    """Give the words of two answers, in ratios and in units."""
     words = {**first, **second}
     if "in_units" in first and "in_units" in second:
         words["in_units"] = {**first["in_units"], **second["in_units"]}
@@ -249,7 +249,7 @@ def together(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, A
 
 
 def noted(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, Any]:
-    """Put the notes of two answers one after the other, of either spelling."""
+    """Join the notes of two answers, in ratios and in units."""
     words = {**second, "note": f"{first['note']} {second['note']}".strip()}
     if "in_units" in second:
         words["in_units"] = noted(first.get("in_units", first), second["in_units"])

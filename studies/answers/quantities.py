@@ -1,4 +1,6 @@
-"""Values in SI units and names of classes, which files and Datasets have beside the ratios and codes of an answer."""
+"""Values in SI units and names of classes that files and Datasets have in addition to the ratios and codes of an
+answer.
+"""
 
 from collections.abc import Mapping
 from typing import Any, TypeVar
@@ -20,12 +22,12 @@ MEANT = {
     "mass": "mass_ratio",
     "clearance": "clearance_ratio",
 }
-"""The result or the dimension that stands under a name of an answer's own."""
+"""The result or the dimension that an answer's own name stands for."""
 _SUFFIXES = {"m": "m", "m s-2": "m_per_s2", "m s-1": "m_per_s", "J": "j", "N": "n", "kg": "kg", "Hz": "hz"}
 
 
 def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
-    """Add in SI units what an answer has in ratios.
+    """Add in SI units the quantities that an answer has in ratios.
 
     Parameters
     ----------
@@ -37,9 +39,9 @@ def with_quantities(answer: D, definition: Mapping[str, Any]) -> D:
     Returns
     -------
     Dataset
-        Of the same type. Coordinates gain coordinates of the same dimensions, as `clearance_m`, and variables variables, as
-        `amplitude_m`; of names of the answer's own the unit follows, as in `hybrid_m`. The same where the study is given in
-        ratios alone.
+        Of the same type. Coordinates gain coordinates of the same dimensions, as `clearance_m`, and variables gain
+        variables, as `amplitude_m`; an answer's own names get the unit appended, as `hybrid_m`. Unchanged if the
+        study is given in ratios alone.
     """
     known = {each.source: each for each in quantities_of(definition)}
     meant = dict(MEANT)

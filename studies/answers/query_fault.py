@@ -1,4 +1,4 @@
-"""A question that the cube cannot answer as it was put."""
+"""A question that the cube cannot answer in this form."""
 
 from typing import Any, Literal, get_args, get_origin
 
@@ -12,12 +12,12 @@ NONE_QUALIFIES = "No design of the study qualifies, so there is none to start fr
 
 
 class QueryFault(UserError, ValueError):
-    """What is wrong with the question, and what may be asked instead.
+    """The error in the question, and what to ask instead.
 
     Parameters
     ----------
     fault : Fault
-        Which argument, what was found, what is allowed, what to do.
+        The argument, the value found, the allowed values, the advice.
     """
 
     def __init__(self, fault: Fault) -> None:
@@ -25,12 +25,12 @@ class QueryFault(UserError, ValueError):
         self.fault = fault
 
     def __reduce__(self) -> tuple[type["QueryFault"], tuple[Fault]]:
-        """Pickle by the fault, so that it travels between processes whole."""
+        """Pickle by the fault, so that it survives transport between processes."""
         return type(self), (self.fault,)
 
 
 def refused(field: str, found: str, allowed: str, advice: str, told: str = "") -> QueryFault:
-    """Refuse a question for one argument; `told` is the sentence, where the usual one does not say it."""
+    """Refuse a question for one argument; `told` replaces the usual sentence."""
     return QueryFault(Fault(field, found, allowed, advice, told))
 
 

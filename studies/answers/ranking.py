@@ -1,4 +1,4 @@
-"""One question for the best designs, whatever the kind of study and whatever is ranked: the same behind every door."""
+"""One question for the best designs, for every kind of study and every criterion, shared by all interfaces."""
 
 from collections.abc import Callable, Iterable, Mapping
 
@@ -14,7 +14,7 @@ from damperlab.studies.kinds import HARMONIC, KINDS, kind_of
 from damperlab.studies.questions import Judging, Ranking
 
 Opened = Callable[[Iterable[str]], Mapping[str, xr.Dataset]]
-"""Opens the study and its follow-ups, by id, the study first."""
+"""Function that opens the study and its follow-ups, by id, the study first."""
 
 
 def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened: Opened) -> xr.Dataset:
@@ -25,9 +25,9 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
     cube : Dataset
         The study's cube.
     judging, ranking : Judging, Ranking
-        What is asked.
+        The question.
     opened : callable
-        Gives the cubes of the study and of the follow-ups that are ranked with it.
+        Gives the cubes of the study and of the follow-ups in the ranking.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def ranked_designs(cube: xr.Dataset, judging: Judging, ranking: Ranking, opened:
     Raises
     ------
     QueryFault
-        As those, and for what the kind of study does not know.
+        As those, and for fields that the kind of study does not have.
     """
     kind = kind_of(cube.sizes)
     for name in sorted((given(judging) | given(ranking)).keys() - kind.ranking):

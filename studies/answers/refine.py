@@ -1,4 +1,4 @@
-"""Refinement: follow-up studies where better designs may lie, or around a class boundary, until they are known."""
+"""Refinement: follow-up studies where better designs may lie, or around a class boundary, until the result is known."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -38,9 +38,9 @@ from damperlab.studies.questions import Judging, Search, Step
 from damperlab.studies.variables import ResponseClass, Status
 
 PARTS = {1: 8, 2: 4}
-"""Into how many parts a cell next to the best is cut, by the number of parameters; 2 for more of them, and elsewhere."""
+"""Number of parts of a cell next to the best, by the number of parameters; 2 for more of them, and elsewhere."""
 AT_ONCE = 12
-"""Most cells elsewhere that are looked into in one round."""
+"""Most cells elsewhere that are examined in one round."""
 BOUNDARY_PARTS = 16
 ROUNDING = 1e-9
 
@@ -51,22 +51,22 @@ def refine_optimum(
     search: Search = Search(),
     judging: Judging = Judging(),
 ) -> Refinement:
-    """Make the studies that look where a better design may lie.
+    """Make the studies that examine where a better design may lie.
 
-    The grid's cells are those of all studies. What a cell may hold is estimated from its corners: a dip goes on into it,
-    for half of it, at the slope at which it is entered; differences within the errors count for nothing. Every cell
-    that may hold a design better by more than the tolerance, and those around the best, are cut into smaller ones.
-    Of a study in units the last follow-up is the optimum with friction of its particle.
+    The grid's cells are those of all studies. The least value in a cell is estimated from its corners: a dip is
+    assumed to continue into it, for half of its width, with the slope at its edge; differences within the errors
+    count as zero. Every cell that may hold a design better by more than the tolerance is divided; so are those
+    around the best. For a study in units the last follow-up is the optimum with friction of its particle.
 
     Parameters
     ----------
     study : Study
-        The study that is refined.
+        The study to refine.
     cubes : mapping of Dataset
-        Its cube first, then those of the follow-ups that are done, by id.
+        Its cube first, then those of finished follow-ups, by id.
     search : Search
-        How far to go: the step to which each parameter shall be known, in the parameter's own unit; the share of the value by
-        which a design must promise to be better to be looked for; the points that all follow-ups may take.
+        Limits: the step to which each parameter is refined, in its own unit; the share of the value by which a
+        design must promise to be better; the points that all follow-ups may take.
     judging : Judging
         As in `optimal_designs`.
 
@@ -149,7 +149,9 @@ def refine_optimum(
 def _with_friction(
     answer: Refinement, rubbing: Study, cubes: Iterable[xr.Dataset], judging: Judging
 ) -> Refinement:
-    """Add up to which friction of its particle a known optimum keeps its value; else the study that tells it."""
+    """Add the largest friction of its particle at which a known optimum keeps its value; else the study that
+    determines it.
+    """
     axes = rubbing.coordinates.items()
     for cube in cubes:
         if all(np.array_equal(cube[name], axis) for name, axis in axes):
@@ -168,7 +170,7 @@ def _brief(
     clamped: bool,
     hides: bool,
 ) -> Brief:
-    """Say what the optimum is, whether it is one inside the ranges, and how well it is known."""
+    """Describe the optimum, whether it lies inside the ranges, and its error."""
     phrases = Phrases.of(cube)
     design = ", ".join(phrases.equal(name, found[name], ".3g") for name in steps)
     ends = {
@@ -198,7 +200,7 @@ def _brief(
 def _grids(
     cells: Cells, chosen: np.ndarray, parts: int, tolerance: float, varied: list[str]
 ) -> list[dict[str, list[float]]]:
-    """Cut cells into parts, no smaller than the tolerance; neighbours share a grid."""
+    """Divide cells into parts, no smaller than the tolerance; neighbours share a grid."""
     grids = []
     for box in joined(cells, chosen):
         axes = {}
@@ -213,7 +215,7 @@ def _grids(
 
 
 def _note_search(promising: int, blurred: bool, steps: Mapping[str, float], search: Search) -> Note:
-    """Note where a better design may lie, or how well the best is known."""
+    """Note where a better design may lie, or the error of the best."""
     better = {"better_by": search.value_tolerance}
     coarse = {name: step for name, step in steps.items() if step > search.tolerance * (1 + ROUNDING)}
     if promising:
@@ -231,19 +233,19 @@ def refine_boundary(
     at: At,
     tolerance: float = Step.tolerance,
 ) -> Refinement:
-    """Make the study that searches where, along one dimension, the class of response changes.
+    """Make the study that locates a change of the response class along one dimension.
 
     Parameters
     ----------
     study, cubes
         As in `refine_optimum`.
     tolerance : float
-        Step to which the place of the change shall be known.
+        Step to which the change is located.
     along : str
-        The dimension that is searched.
+        The dimension of the search.
     at : mapping of float
-        The point of the other dimensions, as in `selection.choose`. A value of `along` itself chooses the
-        change nearest to it; without one it is the first.
+        The point of the other dimensions, as in `selection.choose`. A value of `along` selects the change nearest to
+        it; without one, the first.
 
     Raises
     ------
@@ -297,7 +299,7 @@ def refine_boundary(
 def _line(
     cubes: Mapping[str, xr.Dataset], along: str, chosen: Mapping[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Values along a line, ascending, and the class at each, of every cube that holds the line."""
+    """Values along a line, ascending, and the class at each, from every cube that contains the line."""
     known: dict[float, int] = {}
     for cube in cubes.values():
         index = {name: nearest_place(cube[name].values, value) for name, value in chosen.items()}
@@ -313,7 +315,7 @@ def _line(
 def _fine(
     parent: xr.Dataset, refined: list[str], tolerance: float, ranges: Mapping[str, tuple[float, float]]
 ) -> int:
-    """Count the designs of a grid with these steps over the part of the study that is asked about."""
+    """Count the designs of a grid with these steps over the part of the study in the question."""
     spans = []
     for name in refined:
         values = parent[name].values
@@ -323,7 +325,7 @@ def _fine(
 
 
 def _note_cost(spent: Mapping[str, float], fine: int, more: int = 0) -> Note:
-    """Note what the search has cost, beside a grid whose steps would give its answer where there is one."""
+    """Note the cost of the search, and of a grid whose steps would give the same answer, if there is one."""
     if not fine:
         return Note("spent", "hint", spent)
     return Note("cost", "hint", {"points": int(spent["points"]) + more, "fine_points": fine})

@@ -1,4 +1,4 @@
-"""A map: one metric over two dimensions, at a point of the others or reduced over one of them."""
+"""A map: one metric over two dimensions, at one point of the others or reduced over one of them."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -47,7 +47,7 @@ from damperlab.studies.vocabulary import Reduction
 PEAKS = ("amplitude_ratio", "amplitude_ratio_max")
 """Amplitudes of the structure, whose resonance may lie between the frequencies."""
 BUDGET = 2**20
-"""Points that are reduced at once, four variables of them; a chunk that is cut between two slabs is read twice."""
+"""Points reduced together, four variables of them; a chunk on the border of two slabs is read twice."""
 
 
 def resonance_map(
@@ -60,36 +60,35 @@ def resonance_map(
 ) -> xr.Dataset:
     """Slice the cube along two dimensions.
 
-    A quantity is shown at its largest over the frequencies of the study unless the question says something
-    else about the frequency: a map at r = 1 alone recommends designs that are terrible a few per cent away.
-    A suite is likewise shown under its worst record, and a damper over base amplitudes at the worst of them. With
-    `over` both hold: the reduction is that of the worst.
+    A quantity is shown at its largest over the frequencies of the study unless the question names a frequency: a map
+    at r = 1 alone recommends designs that are terrible a few per cent away. Likewise a suite is shown under its
+    worst record, and a damper over base amplitudes at the worst of them. With `over`, both are reduced: the result
+    is the reduction of the worst.
 
     Parameters
     ----------
     cube : Dataset
-        A study's cube; only what is needed of it is read.
+        A study's cube; only the needed part is read.
     x, y : str
-        The dimensions of the map; of a study in SI units also `clearance_m` and the like, and the answer's dimensions are
-        named so.
+        The dimensions of the map; for a study in SI units also `clearance_m` and the like, which then name the
+        answer's dimensions.
     selection : Selection
-        What is shown, and where the other dimensions are fixed, see `leading_place`.
+        The shown result, and the values of the other dimensions, see `leading_place`.
     over, reduce : str, optional
-        A third dimension, and what is done along it: "max" (the default), "min" or "mean", of the points
-        that have a value; no maximum is known where a point failed. Its slabs are read one after the other.
+        A third dimension and its reduction: "max" (the default), "min" or "mean", over the points that have a value;
+        no maximum is known if a point failed. Its slabs are read one after the other.
 
     Returns
     -------
     Dataset
-        Dimensions (y, x). The metric, and its `amplitude_error`, `response_class` and `status` where the
-        cube has them; of a maximum or minimum they are those of the point where it lies, which `<over>_at`
-        names, or of the point whose failure leaves the maximum unknown; of points with the same value it is one at which the
-        mass moves, if there is one. Of a mean, the error is the mean error and the
-        status the worst, and there is no class.
-        Reduced, `computed_share` is the share of the points that were reduced to one that were computed. The other
-        dimensions are coordinates without a dimension. Attributes: `complete` (share of the points of
-        the slice that were computed), `points`, `points_failed`, `reduce`, `over`, `worst_over` (the
-        uncontrolled dimension, where the worst over it was reduced), `note` (what was chosen, in words).
+        Dimensions (y, x). The metric, and its `amplitude_error`, `response_class` and `status` if the cube has them.
+        For a maximum or minimum they are those of its point, named by `<over>_at`, or of the failed point that
+        leaves the maximum unknown. Among points with the same value, one at which the mass moves is preferred. For a
+        mean, the error is the mean error and the status the worst, and there is no class. After a reduction,
+        `computed_share` is the share of the reduced points that were computed. The other dimensions are scalar
+        coordinates. Attributes: `complete` (share of the points of the slice that were computed), `points`,
+        `points_failed`, `reduce`, `over`, `worst_over` (the uncontrolled dimension, if it was reduced to the worst),
+        `note` (the choices, in words).
 
     Raises
     ------
@@ -176,7 +175,7 @@ def _in_units(
     selection: Selection,
     reduce: Reduction | None,
 ) -> xr.Dataset:
-    """Ask in ratios what was asked in units, and give the axes and the metric that were named in them."""
+    """Convert a question in units into ratios, and give the axes and the metric in the named units."""
     x, y, over = named
     source = {name: each.source for name, each in units.items()}
     inner = None if over is None else source.get(over, over)
@@ -267,7 +266,7 @@ def _where(
     values: np.ndarray,
     reduce: str,
 ) -> xr.Variable:
-    """Name where along a dimension an extremum lies, nothing where there is none."""
+    """Name the place of an extremum along a dimension; empty if there is none."""
     found = cube[name].values[place]
     attributes = {
         "units": cube[name].attrs.get("units", "1"),

@@ -1,4 +1,4 @@
-"""What every question shares: checking names, choosing grid points, reading, saying what was chosen."""
+"""Shared by every question: checking names, choosing grid points, reading, describing the choices."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -20,11 +20,11 @@ from damperlab.studies.units import coordinates_in_units
 from damperlab.studies.variables import STEPPED, Status
 
 COMPANIONS: tuple[str, ...] = ("amplitude_error", "response_class", "growth", "status")
-"""What is given beside a metric, so that nobody has to take a value on trust."""
+"""Companions of a metric, so that no value appears without its error, class and status."""
 
 
 class Lead(NamedTuple):
-    """Where the best design is, in dimensions that a question leaves open, and what it is called."""
+    """Place of the best design in dimensions that a question leaves open, and its name."""
 
     at: Mapping[str, float]
     called: str
@@ -39,7 +39,7 @@ def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
 
 
 def main_metric(cube: xr.Dataset) -> str:
-    """Name what a question is about that names no metric."""
+    """Name the default metric of a question."""
     return kind_of(cube.sizes).metric
 
 
@@ -68,7 +68,7 @@ def check_metric(cube: xr.Dataset, name: str, field: str = "metric") -> None:
 
 
 def check_quantity(cube: xr.Dataset, name: str, told: str) -> None:
-    """Raise as `check_metric`, and for a variable of codes, of which something is `told` that they have not."""
+    """Raise as `check_metric`, and for a variable of codes; `told` completes the message."""
     check_metric(cube, name)
     if coded(cube, name):
         advice = "choose a metric that is a quantity"
@@ -76,18 +76,18 @@ def check_quantity(cube: xr.Dataset, name: str, told: str) -> None:
 
 
 def require_stored(cube: xr.Dataset, field: str, *names: str, otherwise: str | None = None) -> None:
-    """Raise `QueryFault` unless the cube holds every variable that a question needs beside its metric.
+    """Raise `QueryFault` unless the cube holds every variable that a question needs apart from its metric.
 
     Parameters
     ----------
     cube : Dataset
         A study's cube.
     field : str
-        The argument that needs them, as it is typed.
+        The argument that needs them, as typed.
     *names : str
         The variables.
     otherwise : str, optional
-        What else can be done; to leave the argument out, if not given. Empty where nothing can.
+        Advice; by default to leave the argument out. Empty if there is none.
     """
     missing = [name for name in names if name not in cube.data_vars]
     if missing:
@@ -118,7 +118,7 @@ def _guess(name: str, known: list[str]) -> str:
 
 
 def check_axis(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = ()) -> None:
-    """Raise as `check_dimension`, and for a dimension of texts, which has no order to draw it in."""
+    """Raise as `check_dimension`, and for a dimension of texts, which has no numerical order."""
     check_dimension(cube, field, name, taken)
     if cube[name].dtype.kind == "U":
         allowed = [each for each in dimensions_of(cube) if cube[each].dtype.kind == "f" and each not in taken]
@@ -127,18 +127,18 @@ def check_axis(cube: xr.Dataset, field: str, name: str, taken: Iterable[str] = (
 
 
 def check_free(cube: xr.Dataset, at: At, axes: Iterable[str], answer: str) -> None:
-    """Raise `QueryFault` where a value is asked for along an axis of the answer itself, under the name it was asked by.
+    """Raise `QueryFault` if a value is given along an axis of the answer itself, under the name that was used.
 
     Parameters
     ----------
     cube : Dataset
         The cube.
     at : mapping of float or str
-        The values as they were asked for, some perhaps in units.
+        The values of the question, some perhaps in units.
     axes : iterable of str
         Dimensions of the answer.
     answer : str
-        What the answer is called.
+        Name of the answer.
     """
     sources = {each.name: each.source for each in coordinates_in_units(cube)}
     axes = tuple(axes)
@@ -160,8 +160,8 @@ def choose(cube: xr.Dataset, at: At, free: tuple[str, ...]) -> dict[str, int]:
     cube : Dataset
         The cube.
     at : mapping of float or str
-        Wanted values; the nearest grid point is taken, and of records the one that is named. A dimension that is not
-        named is taken at its first point, the frequency ratio at the point nearest resonance, r = 1.
+        Wanted values; the nearest grid point is taken, and the named record. A dimension that is not named is taken
+        at its first point, the frequency ratio at the point nearest resonance, r = 1.
     free : tuple of str
         Dimensions that stay.
 
@@ -173,8 +173,8 @@ def choose(cube: xr.Dataset, at: At, free: tuple[str, ...]) -> dict[str, int]:
     Raises
     ------
     QueryFault
-        If `at` names what is no dimension or is free, or a value is no finite number, far outside its axis, or no record of
-        the study.
+        If `at` names an unknown or a free dimension, or a value is no finite number, far outside its axis, or no
+        record of the study.
     """
     for name in at:
         check_dimension(cube, name, name, free)
@@ -209,14 +209,14 @@ def _nearest(dimension: str, values: np.ndarray, wanted: object) -> int:
 
 
 def finite(dimension: str, wanted: object) -> float:
-    """Give a value that is asked for along a dimension; raise `QueryFault` unless it is a finite number."""
+    """Give a wanted value along a dimension; raise `QueryFault` unless it is a finite number."""
     if not isinstance(wanted, float | int) or not math.isfinite(wanted):
         raise refused(dimension, describe(wanted), "a finite number", "name a value on the axis")
     return float(wanted)
 
 
 def in_ratios(cube: xr.Dataset, at: At) -> At:
-    """Give the values that were asked for as those of the cube's dimensions; some may have been given in units.
+    """Convert the wanted values to those of the cube's dimensions; some may be in units.
 
     Raises
     ------
@@ -238,7 +238,7 @@ def in_ratios(cube: xr.Dataset, at: At) -> At:
 
 
 def companions(cube: xr.Dataset, metric: str) -> list[str]:
-    """Name what stands beside a metric: its error in the unit that it has, where the cube has both."""
+    """Name the companion of a metric: its error in the same unit, if the cube has both."""
     in_units = metric in AMPLITUDES.values() and "amplitude_error_m" in cube.data_vars
     names = ("amplitude_error_m" if name == "amplitude_error" and in_units else name for name in COMPANIONS)
     return [name for name in names if name in cube.data_vars and name != metric]
@@ -247,7 +247,7 @@ def companions(cube: xr.Dataset, metric: str) -> list[str]:
 def say(
     cube: xr.Dataset, index: Mapping[str, int], at: At, phrases: Phrases = RATIOS, lead: Lead = NO_LEAD
 ) -> str:
-    """Put into words which grid points were chosen, and where that is not what was asked for."""
+    """Describe the chosen grid points, and where they differ from the wanted values."""
     chosen_at = []
     for name, position in index.items():
         values = cube[name].values
@@ -268,17 +268,17 @@ def say(
 
 
 def scalars(cube: xr.Dataset, index: Mapping[str, int]) -> dict[str, xr.DataArray]:
-    """Give the chosen values as coordinates without a dimension."""
+    """Give the chosen values as scalar coordinates."""
     return {name: cube[name].isel({name: position}) for name, position in index.items()}
 
 
 def read(cube: xr.Dataset, name: str, index: Mapping[str, Any], dims: tuple[str, ...]) -> np.ndarray:
-    """Read a variable at `index` with its dimensions in the order `dims`, which must be all that are left."""
+    """Read a variable at `index` with its dimensions in the order `dims`, which must be all that remain."""
     return np.asarray(cube[name].isel(index).transpose(*dims).values)
 
 
 def as_float(values: np.ndarray) -> np.ndarray:
-    """Give values as float64 with NaN where a count is missing; counts are never negative."""
+    """Give values as float64, with NaN for a missing count; counts are never negative."""
     if values.dtype.kind == "f":
         return values.astype(np.float64, copy=False)
     return np.where(values < 0, np.nan, values.astype(np.float64))
@@ -290,7 +290,7 @@ def coded(cube: xr.Dataset, name: str) -> bool:
 
 
 def completeness(computed: int, failed: int, points: int) -> dict[str, Any]:
-    """Give the attributes that say how much of a slice is there.
+    """Give the attributes for the completeness of a slice.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Designs of a cube with every case that each of them meets, as many at a time as fit in memory."""
+"""Designs of a cube with all their cases, in slabs that fit in memory."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -24,9 +24,9 @@ class Slab:
     cube : Dataset
         Of any kind of study.
     designs, cases : tuple of str
-        The dimensions of a design, and those of what it meets: all others.
+        The dimensions of a design, and those of its cases: all others.
     index : mapping of int arrays
-        Grid indices along every dimension; every combination of them is looked at.
+        Grid indices along every dimension; every combination of them is examined.
     """
 
     cube: xr.Dataset
@@ -41,7 +41,7 @@ class Slab:
 
     @property
     def extent(self) -> int:
-        """Cases that each design meets."""
+        """Cases of each design."""
         return math.prod(self.index[name].size for name in self.cases)
 
     def read(self, name: str) -> NDArray[Any]:
@@ -63,7 +63,7 @@ class Slab:
 
 
 def slabs_of(cube: xr.Dataset, index: Mapping[str, Places], designs: tuple[str, ...]) -> Iterator[Slab]:
-    """Cut what is looked at of a cube along the designs, so that every chunk is read once.
+    """Divide the examined part of a cube along the designs, so that every chunk is read once.
 
     Parameters
     ----------

@@ -1,4 +1,6 @@
-"""The best dampers of a ground-motion suite or over base amplitudes, and what to ask of such studies instead of others."""
+"""The best dampers of a ground-motion suite or over base amplitudes, and advice for questions that such studies
+refuse.
+"""
 
 from collections.abc import Mapping, Sequence
 from math import isfinite
@@ -42,16 +44,16 @@ _LEFT_OUT = {
 
 
 def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = False) -> None:
-    """Raise `QueryFault` where a study is asked for what only others of the response to a harmonic base have.
+    """Raise `QueryFault` if the question needs another kind of study with a harmonic base.
 
     Parameters
     ----------
     dimensions : sequence of str
         Of the study.
     asked : str
-        The question, as it is called.
+        The question's name.
     amplitudes : bool
-        Whether a study over base amplitudes can be asked too.
+        Whether a study over base amplitudes can answer it too.
     """
     kind = kind_of(dimensions)
     if kind is AMPLITUDES and not amplitudes:
@@ -73,7 +75,7 @@ def require_harmonic(dimensions: Sequence[str], asked: str, amplitudes: bool = F
 
 
 def _instead(asked: str) -> str:
-    """Say what to ask a study over base amplitudes in place of a question that it does not answer."""
+    """Say which question a study over base amplitudes answers instead."""
     if asked in ("refine", "follow-ups"):
         return (
             "submit it again with finer axes of clearance_m and friction_force_n about its best damper, or with one base "
@@ -95,32 +97,32 @@ def worst_case_designs(
     Parameters
     ----------
     cube : Dataset
-        Of a ground-motion suite or of a study over base amplitudes, read a slab of dampers at a time.
+        A ground-motion suite or a study over base amplitudes, read a slab of dampers at a time.
     metric : str, optional
-        What counts, the smaller the better; the peak displacement against the base, or the amplitude ratio, if not given.
+        The criterion, smaller is better; by default the peak displacement against the base, or the amplitude ratio.
     top : int
         How many, 1 to `MOST_DESIGNS`.
     records : sequence of str, optional
         Only these records count, by id or by an earthquake's name.
     ranges : mapping of (float, float), optional
-        Lowest and highest value of dimensions: of the dampers that are ranked, and of the cases that count.
+        Lowest and highest value of dimensions: of the ranked dampers, and of the cases that count.
     exclude_locked : bool
         Leave out dampers whose friction locks the mass to its base at every base amplitude, near resonance.
 
     Returns
     -------
     Dataset
-        Dimension rank, counted from 1. Coordinates along it: the four dimensions of the damper, and those of the case
-        that is its worst. Variables: `value`, and what the study keeps of that case beside it: `growth` of the perturbed
-        starts, `error` of an amplitude, `response_class`. A damper with a case that failed or was not computed is left
-        out. Attributes: `metric`, `designs` (all in the ranges), `failed`, `incomplete`, `locked`, `complete`, `points`,
-        `points_failed`, and `note`, which says it in words; over base amplitudes `acceleration_g`, the largest of the
-        structure with the best damper, where it is known.
+        Dimension rank, counted from 1. Coordinates along it: the four dimensions of the damper, and those of its
+        worst case. Variables: `value`, and stored results of the same case: `growth` of the perturbed starts,
+        `error` of an amplitude, `response_class`. A damper with a case that failed or was not computed is left out.
+        Attributes: `metric`, `designs` (all in the ranges), `failed`, `incomplete`, `locked`, `complete`, `points`,
+        `points_failed`, and `note`, which describes it in words; over base amplitudes `acceleration_g`, the largest of
+        the structure with the best damper, if it is known.
 
     Raises
     ------
     QueryFault
-        If an argument is not allowed, or nothing of the grid is in a range.
+        If an argument is not allowed, or no grid point is in a range.
     """
     metric = main_metric(cube) if metric is None else metric
     check_quantity(cube, metric, "which have no order, so dampers cannot be ranked by it")
@@ -180,7 +182,7 @@ def worst_case_designs(
 
 
 def _beside(part: xr.Dataset, metric: str) -> dict[str, str]:
-    """Name what is told of a worst case beside its value, and the variables that it is read from."""
+    """Name the further results of a worst case, and their source variables."""
     found = {"growth": "growth", "response_class": "response_class"}
     if metric in ("amplitude_ratio", "amplitude_m"):
         found["error"] = metric.replace("amplitude", "amplitude_error").removesuffix("_ratio")
@@ -188,7 +190,7 @@ def _beside(part: xr.Dataset, metric: str) -> dict[str, str]:
 
 
 def _locked(slab: Slab) -> np.ndarray:
-    """Say which dampers are locked in every case at the frequency nearest resonance."""
+    """Find the dampers that are locked in every case at the frequency nearest resonance."""
     r = slab.cube["frequency_ratio"].values[slab.cases_at(np.arange(slab.extent))["frequency_ratio"]]
     near = np.abs(r - 1.0)
     kinds = slab.read("response_class")[:, near == near.min()]
@@ -212,7 +214,7 @@ def _counting(
 def _brief(
     cube: xr.Dataset, answer: xr.Dataset, damper: tuple[str, ...], ends: Mapping[str, list[Any]]
 ) -> Brief:
-    """Say which damper is best, under what it does worst, and what comes next."""
+    """Name the best damper, its worst case, and the next ones."""
     if not answer.sizes["rank"]:
         return Brief(None, (f"No damper is left of {answer.attrs['designs']:,}.",))
     phrases, metric = Phrases.of(cube), str(answer.attrs["metric"])

@@ -1,4 +1,4 @@
-"""The hybrid damper beside a tuned mass damper: both curves, their peaks, and where which one is better."""
+"""The hybrid damper compared with a tuned mass damper: both curves, their peaks, and where each is better."""
 
 import math
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ from damperlab.studies.vocabulary import CRITERIA, Excitation
 
 METRIC = "amplitude_ratio"
 LEAST_MASS = 1e-12
-"""A lighter absorber is tuned so close to 1 that its tuning cannot be told from it."""
+"""A lighter absorber is tuned so close to 1 that rounding hides its tuning."""
 
 
 def tmd_comparison(
@@ -40,36 +40,35 @@ def tmd_comparison(
     tuning: Tuning = Tuning(),
     at: At | None = None,
 ) -> xr.Dataset:
-    """Compare one design of a study with a tuned mass damper on the same shaken structure.
+    """Compare one design of a study with a tuned mass damper on the same structure and excitation.
 
     Parameters
     ----------
     cube : Dataset
-        A study's cube; where the design is named, only its curve is read.
+        A study's cube; if the design is named, only its curve is read.
     tuning : Tuning
-        The tuned mass damper. Of `mass_ratio` the design's own is the nearest on the grid, unless `at` names it;
-        `tmd_mass_ratio` is that of the tuned mass damper alone. It, and the structure
-        without a damper, answer to a shaken base like the study's damper, or to a force on the structure: X over its static
-        deflection.
+        The tuned mass damper. For `mass_ratio` the nearest grid value is the design's own, unless `at` names it;
+        `tmd_mass_ratio` belongs to the tuned mass damper alone. It, and the structure without a damper, have the
+        excitation of the study's damper, a shaken base or a force on the structure: X over its static deflection.
     at : mapping of float, optional
-        The design, as in `frequency_response`; what is not named of it is that of the best design that has impacts, or of the
-        best of all where none has, by the largest amplitude over the band.
+        The design, as in `frequency_response`. Unnamed parameters are those of the best design with impacts, or of
+        the best of all if none has any, by the largest amplitude over the band.
 
     Returns
     -------
     Dataset
         Dimension frequency_ratio. `hybrid` with `amplitude_error`, `response_class` and `status`; `tmd` and
         `no_damper`, exact at the same frequencies. Attributes: the absorber (`tmd_mass_ratio`, `tmd_tuning`,
-        `tmd_damping_ratio` over its own frequency, `tmd_damping_over_structure` over the structure's),
-        `hybrid_peak` (the largest value; infinite where one is unbounded) with `hybrid_peak_error` (NaN where the study
-        keeps none) and `hybrid_peak_at`, `tmd_peak` and `tmd_peak_at` (exact, over the same band), `tmd_peak_everywhere`,
+        `tmd_damping_ratio` over its own frequency, `tmd_damping_over_structure` over the structure's), `hybrid_peak`
+        (the largest value; infinite where one is unbounded) with `hybrid_peak_error` (NaN where the study keeps
+        none) and `hybrid_peak_at`, `tmd_peak` and `tmd_peak_at` (exact, over the same band), `tmd_peak_everywhere`,
         `ratio` (hybrid over tuned mass damper), `judged` (whether it is known which of the two peaks is lower), the
         bandwidths `hybrid_bandwidth` and `tmd_bandwidth` (share of the band where X/Z is above its peak over √2),
-        `hybrid_better` (lowest and highest grid frequency of each run of them at which the hybrid is better by
-        more than its error) and `hybrid_better_share` of the frequencies at which that is known; `exact` (both exact
-        curves to be drawn, at frequencies so close that no peak is missed, as `studies.tmd.curves` has them); `complete`,
-        `points`, `points_failed`, `verdict` (which is better, in sentences; at one frequency, what to compute next in
-        place of that), `note`.
+        `hybrid_better` (lowest and highest grid frequency of each run of them at which the hybrid is better by more
+        than its error) and `hybrid_better_share` of the frequencies at which that is known; `exact` (both exact
+        curves to be drawn, at frequencies so close that no peak is missed, as `studies.tmd.curves` has them);
+        `complete`, `points`, `points_failed`, `verdict` (which is better, in sentences; at one frequency, what to
+        compute next in place of that), `note`.
 
     Raises
     ------
@@ -181,7 +180,7 @@ def tmd_comparison(
 
 
 def _say_best(best: Mapping[str, float], called: str, named: bool, phrases: Phrases) -> list[str]:
-    """Say which design is compared where not all of it was named."""
+    """Name the compared design if it was not fully specified."""
     if not best:
         return []
     at = ", ".join(phrases.equal(name, value) for name, value in best.items())
@@ -190,7 +189,9 @@ def _say_best(best: Mapping[str, float], called: str, named: bool, phrases: Phra
 
 
 def _excitation(cube: xr.Dataset, asked: Excitation | None) -> Excitation:
-    """Give the excitation to compare under: that of the study, or a force beside a study of a shaken base where asked."""
+    """Give the excitation of the comparison: that of the study, or on request a force for a study with a shaken
+    base.
+    """
     own = excitation_of(cube)
     if asked is None:
         return own

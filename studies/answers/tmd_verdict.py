@@ -1,4 +1,4 @@
-"""Which is better, a study's damper or a tuned mass damper: the short answer, and what of it is known."""
+"""Which is better, a study's damper or a tuned mass damper: the short answer, and its certainty."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -20,8 +20,8 @@ from damperlab.studies.variables import ResponseClass, Status
 def is_judged(answer: xr.Dataset) -> bool:
     """Whether it is known which damper has the lower peak over the band.
 
-    A peak is the largest of all values, so it is known to be higher as soon as one value is. That it is lower is known only if
-    every frequency has a value, and if they are so close that no resonance as high lies between them.
+    A peak is the largest of all values, so one higher value proves it higher. It is known to be lower only if every
+    frequency has a value, and if they are so close that no resonance of that height lies between them.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def is_judged(answer: xr.Dataset) -> bool:
 
 
 def notes_of(cube: xr.Dataset, answer: xr.Dataset) -> list[Note]:
-    """Give what changes the comparison or its number, as data."""
+    """Give the facts that change the comparison or its number, as data."""
     found, r = answer.attrs, answer[FREQUENCY].values
     notes = []
     if r.size == 1:
@@ -64,7 +64,7 @@ def notes_of(cube: xr.Dataset, answer: xr.Dataset) -> list[Note]:
 def brief_of(
     cube: xr.Dataset, answer: xr.Dataset, varied: Mapping[str, float], known: list[Note], phrases: Phrases
 ) -> Brief:
-    """Say which damper has the lower peak over the band, or why that is not known.
+    """Name the damper with the lower peak over the band, or the reason why it is unknown.
 
     Parameters
     ----------
@@ -73,11 +73,11 @@ def brief_of(
     answer : Dataset
         Of `tmd_comparison`, with its peaks, their `ratio`, and `judged`.
     varied : mapping of float
-        The design of the study, in what varies over it.
+        The varying parameters of the study's design.
     known : list of Note
         Of `notes_of`.
     phrases : Phrases
-        How quantities are spelled.
+        The names and units of quantities.
     """
     found: dict[str, Any] = answer.attrs
     notes = {each.kind: each for each in known}
@@ -160,7 +160,7 @@ def _tuned(found: Mapping[str, Any], phrases: Phrases) -> str:
 
 
 def _hidden(answer: xr.Dataset) -> NDArray[np.bool_]:
-    """Where this design's peak may lie between the frequencies, as `hidden` says; nowhere where not all are known."""
+    """Intervals in which this design's peak may hide, from `hidden`; empty if not all are known."""
     hybrid, r = answer["hybrid"].values, answer[FREQUENCY].values
     if r.size == 1 or not np.isfinite(hybrid).all():
         return np.zeros((1, r.size - 1), np.bool_)

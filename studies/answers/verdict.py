@@ -1,4 +1,4 @@
-"""What a ranking comes to: which damper, its value, where that breaks; what comes second, and what to compute next."""
+"""The result of a ranking: the damper, its value and its limits; the second best, and what to compute next."""
 
 import math
 from collections.abc import Mapping
@@ -36,26 +36,28 @@ from damperlab.studies.vocabulary import OF_PARTICLE
 UNRESOLVED = 0.03
 """Relative error above which the value of the best design counts as not resolved."""
 CLAMPED = 1.5
-"""Amplitude ratio up to which a mass that friction holds at some frequencies counts as clamped."""
+"""Largest amplitude ratio of a mass that counts as clamped because friction holds it at some frequencies."""
 HELD = 0.1
-"""Share of the frequencies at which friction holds a mass that is called clamped."""
+"""Share of the frequencies at which friction holds a clamped mass."""
 NEXT_BAND = {"start": 0.8, "stop": 1.25, "num": 19}
-"""Frequencies to compute next, where a study has one."""
+"""Frequencies to compute next if a study has only one."""
 OTHERS = 2
 """How many further designs are listed below the best."""
 
 Row = Mapping[str, Any]
-"""A design: its coordinates, `value`, `error`, and what else is known of it."""
+"""A design: its coordinates, `value`, `error`, and other results."""
 
 
 def is_clamped(design: Row) -> bool:
-    """Whether friction holds the structure of a design at its base, with which it then moves."""
+    """Whether friction locks the structure of a design to its base."""
     held = float(design["locked_share"]) >= HELD and float(design["impact_share"]) == 0
     return held and float(design["value"]) <= CLAMPED
 
 
 def best_with_impacts(found: xr.Dataset) -> dict[str, Any] | None:
-    """Give the best design whose particle strikes at a frequency that counts, None where there is none or nobody knows."""
+    """Give the best design whose particle strikes at a frequency that counts; None if there is none or it is
+    unknown.
+    """
     if found.sizes["rank"] == 0:
         return None
     rank = {
@@ -82,13 +84,13 @@ def verdict(
     cube, question : Dataset, DesignQuestion
         The study that was asked.
     ranked : Dataset
-        Its designs, the best first, with `lowest` and `highest`: all that may be the best among them.
+        Its designs, the best first, with `lowest` and `highest`: including all that may be the best.
     active : mapping or None
         Of `best_with_impacts`.
     flat : list of dict
         Of `flatness.flatness`.
     homes : mapping of Dataset, optional
-        The studies that hold the designs, by the id that stands as `study` in `ranked`; `cube` holds all of them if not given.
+        The studies with the designs, by the id under `study` in `ranked`; by default `cube` has all of them.
 
     Returns
     -------
@@ -133,7 +135,7 @@ def verdict(
 
 @dataclass(frozen=True)
 class _Known:
-    """All that the sentences are made of.
+    """The data for all sentences.
 
     Parameters
     ----------
@@ -144,13 +146,13 @@ class _Known:
     others : list of mapping
         The next designs of the ranking.
     flat : list of dict
-        Of the best design, which the doubts are about.
+        Doubts about the best design.
     tuned, bare : float
-        The peaks with a tuned mass damper of the same mass, and without any; NaN where they are not judged.
+        The peaks with a tuned mass damper of the same mass, and without any; NaN if they are not judged.
     acceleration_g : float
-        The largest of the structure with the recommended design, in g; NaN where it is not known.
+        The largest of the structure with the recommended design, in g; NaN if unknown.
     notes : list of Note
-        The same as data, in ratios.
+        The notes as data, in ratios.
     """
 
     cube: xr.Dataset
@@ -177,7 +179,7 @@ class _Known:
         flat: list[dict[str, Any]],
         homes: Mapping[str, xr.Dataset] | None,
     ) -> "_Known":
-        """Look at the best designs of a ranking."""
+        """Examine the best designs of a ranking."""
         names = [name for name in ranked.variables if ranked[name].dims == ("rank",) and name != "rank"]
         count = min(ranked.sizes["rank"], OTHERS + 2)
         rows: list[Row] = [{str(name): ranked[name].values[n].item() for name in names} for n in range(count)]
@@ -200,7 +202,7 @@ class _Known:
 
     @property
     def clamped(self) -> bool:
-        """Whether the best design is one that friction holds at its base."""
+        """Whether friction locks the best design to its base."""
         return is_clamped(self.best)
 
     def _notes(self, cut: int) -> list[Note]:
@@ -236,7 +238,7 @@ class _Known:
         return notes
 
     def doubts(self, phrases: Phrases) -> list[dict[str, str]]:
-        """Spell the notes that are doubts, the gravest first."""
+        """Write the notes that are doubts, the gravest first."""
         by_kind = {note.kind: note for note in self.notes}
         return [
             {"kind": kind, "sentence": sentence_of(by_kind[kind], phrases)}
@@ -245,7 +247,7 @@ class _Known:
         ]
 
     def brief(self, phrases: Phrases) -> Brief:
-        """Spell the short answer."""
+        """Write the short answer."""
         kinds = {note.kind: note for note in self.notes}
         if "one_frequency" in kinds:
             only = kinds["one_frequency"]
@@ -299,7 +301,7 @@ class _Known:
         return own, f"No particle needed: friction alone does best, {value} at {design}."
 
     def _breaks(self, phrases: Phrases) -> str:
-        """Say what a grid step from the recommended design costs, and whether it lies at the end of a range."""
+        """State the loss of one grid step from the recommended design, and whether it lies at the end of a range."""
         rugged = [phrases.symbol(entry["dimension"]) for entry in self.lead_flat if entry["worse"]]
         ends = [phrases.symbol(name) for name in _ends(self.cube, self.lead_flat)]
         parts = [f"one grid step in {listed(rugged)} costs more than 10 %"] if rugged else []
@@ -319,7 +321,7 @@ class _Known:
         return rows + (self._acceleration() if damper != "tuned_mass_damper" else [])
 
     def _acceleration(self) -> list[tuple[str, str, str]]:
-        """Say how hard the structure is shaken, and what is assumed if the study has no friction of the particle."""
+        """State the acceleration of the structure, and the assumptions if the study has no friction of the particle."""
         if not math.isfinite(self.acceleration_g):
             return []
         assumed = self.lead["impact_share"] > 0 and not any(name in self.cube.coords for name in BEFORE)
@@ -347,7 +349,9 @@ class _Known:
         return phrases.measured(float(row["value"]), float(row["error"]), ".3g")
 
     def _design(self, row: Row, phrases: Phrases, acts: bool = False) -> str:
-        """Name what varies of a design; of one whose particle does nothing its friction alone, unless it is asked to `act`."""
+        """Name the varying parameters of a design; if its particle does nothing only its friction, unless `act` is
+        set.
+        """
         varied = [
             name for name in self.question.design if self.cube.sizes[name] > 1 or name == "friction_ratio"
         ]
@@ -376,13 +380,13 @@ def _none_left(cube: xr.Dataset, question: DesignQuestion, tally: Mapping[str, A
 
 
 def say_next(phrases: Phrases) -> str:
-    """Say which frequencies to compute where a study has one."""
+    """Name the frequencies to compute if a study has only one."""
     start, stop = (phrases.number(FREQUENCY, NEXT_BAND[end]) for end in ("start", "stop"))
     return f"{phrases.label(FREQUENCY)} from {start} to {stop}{phrases.unit(FREQUENCY)} in {NEXT_BAND['num']} steps."
 
 
 def _ends(cube: xr.Dataset, flat: list[dict[str, Any]]) -> dict[str, list[Any]]:
-    """Give the ends of axes at which a design lies; an axis along which all is as good has none that counts."""
+    """Give the ends of axes at which a design lies, except along an axis on which all designs are equally good."""
     ends = {}
     for entry in flat:
         name, value = entry["dimension"], entry["value"]
@@ -393,7 +397,9 @@ def _ends(cube: xr.Dataset, flat: list[dict[str, Any]]) -> dict[str, list[Any]]:
 
 
 def _beside(cube: xr.Dataset, question: DesignQuestion, lead: Row) -> tuple[float, float]:
-    """Give the peaks of a tuned mass damper of the same mass and of no damper over the band; NaN where no peak is judged."""
+    """Give the peaks of a tuned mass damper of the same mass and of no damper over the band; NaN if no peak is
+    judged.
+    """
     r = question.frequencies
     if question.objective != "peak" or r.size == 1:
         return math.nan, math.nan
@@ -415,7 +421,7 @@ def _acceleration_g(cube: xr.Dataset, question: DesignQuestion, lead: Row) -> fl
 
 
 def _cut_off(cube: xr.Dataset, question: DesignQuestion, best: Row) -> int:
-    """Count the responses of a design whose run ended before they were known to the tolerance."""
+    """Count the responses of a design whose run ended before they reached the tolerance."""
     if "status" not in cube:
         return 0
     place = {name: nearest_place(cube[name].values, float(best[name])) for name in question.design}

@@ -1,4 +1,4 @@
-"""A part of a map, thinned to what a screen can show."""
+"""A part of a map, thinned to the resolution of a screen."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from damperlab.studies.answers.phrases import RATIOS
 from damperlab.studies.answers.query_fault import QueryFault, empty_range
 
 FEWEST = 2
-"""Values along an axis that stay in any case: its ends."""
+"""Values along an axis that are always kept: its ends."""
 
 
 def window(
@@ -19,31 +19,32 @@ def window(
     ranges: Mapping[str, tuple[float, float] | None] | None = None,
     most: int | None = None,
 ) -> xr.Dataset:
-    """Cut a part out of a map and keep evenly spaced grid lines of it.
+    """Extract a part of a map and keep evenly spaced grid lines of it.
 
-    What stays are values of grid points as they were computed, not means over cells. The lines of the largest and of
-    the smallest value are among them; another narrow feature between two lines that stay is not seen until the part is
-    made smaller. The note says so.
+    The kept values are those of grid points, not means over cells. The lines of the largest and of the smallest
+    value are among them. Another narrow feature between two kept lines is invisible until the part is made smaller.
+    The note mentions this.
 
     Parameters
     ----------
     answer : Dataset
-        Of `resonance_map`, dimensions (y, x); its first variable is the metric. Of `map_difference`, whose difference counts.
+        Of `resonance_map`, dimensions (y, x); its first variable is the metric. From `map_difference`, whose
+        difference counts.
     ranges : mapping of (float, float) or None
         Lowest and highest value of either dimension.
     most : int, optional
-        Most values along either dimension, 2 or more. The first and the last one of the part stay, of 3 the line of
-        the largest value, of 4 that of the smallest too.
+        Most values along either dimension, 2 or more. The first and the last one of the part are kept, from 3 on the
+        line of the largest value, from 4 on that of the smallest too.
 
     Returns
     -------
     Dataset
-        The part. Its note says what was left out; counts and completeness stay those of the whole map.
+        The part. Its note says what was left out; counts and completeness are those of the complete map.
 
     Raises
     ------
     QueryFault
-        Where no grid point is within a range.
+        If no grid point is within a range.
     """
     sentences = []
     names = [str(dimension) for dimension in answer["status"].dims]
@@ -76,7 +77,7 @@ def _inside(values: NDArray[np.float64], name: str, limits: tuple[float, float] 
 
 
 def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list[tuple[int, int]]:
-    """Find the largest and the smallest value of the part, as places within it; codes and an empty part have none."""
+    """Find the positions of the largest and the smallest value of the part; codes and an empty part have none."""
     metric = answer["difference"] if "difference" in answer else next(iter(answer.data_vars.values()))
     if "flag_values" in metric.attrs or metric.dtype.kind not in "fiu":
         return []
@@ -89,7 +90,9 @@ def _extremes(answer: xr.Dataset, index: Mapping[str, NDArray[np.intp]]) -> list
 
 
 def _spread(places: NDArray[np.intp], most: int, wanted: list[int]) -> NDArray[np.intp]:
-    """Keep both ends and evenly spaced places between them, those nearest to `wanted` moved there, the first one first."""
+    """Keep both ends and evenly spaced positions between them; move those nearest to `wanted` there, the first one
+    first.
+    """
     kept = np.round(np.linspace(0, places.size - 1, max(FEWEST, most))).astype(np.intp)
     fixed = {0, kept.size - 1}
     for place in wanted:

@@ -11,30 +11,30 @@ TIME_BINS = 4
 ERROR_BINS = 8
 """Bins per decade."""
 TIME_DECADES = (-9, 5)
-"""Run times from 1 ns to a day [s]; what lies beyond counts in the last bin."""
+"""Run times from 1 ns to a day [s]; values beyond count in the last bin."""
 ERROR_DECADES = (-18, 2)
 QUANTILES = (0.1, 0.5, 0.9)
 
 
 def work_precision(cube: xr.Dataset) -> xr.Dataset:
-    """Sort a study's points by run time and say how exact those of each time are.
+    """Sort a study's points by run time and give the errors for each time.
 
-    The cube is read slab by slab into a histogram of run time and relative error, so that the answer costs the
-    same memory for any cube.
+    The cube is read slab by slab into a histogram of run time and relative error, so the memory does not depend on
+    the cube.
 
     Returns
     -------
     Dataset
-        Dimension `run_time`, the centres of the bins that hold points [s], four a decade. Variables: `number` of points;
-        `error_low`, `error_median`, `error_high` (10, 50 and 90 per cent of the points have an error of at
-        most this, relative to the amplitude ratio, to the width of an error bin, eight a decade; 0 where it is
-        below 1e-18), and `max_cycles_share`, of the points that reached the cycle limit. Attributes:
-        `complete`, `points`, `points_failed`, `seconds` (of all points), `note`.
+        Dimension `run_time`, the centres of the bins that contain points [s], four a decade. Variables: `number` of
+        points, `max_cycles_share` of the points that reached the cycle limit, and `error_low`, `error_median`,
+        `error_high`: the relative errors of the amplitude ratio that 10, 50 and 90 per cent of the points do not
+        exceed. Their resolution is an error bin, eight a decade; 0 means below 1e-18. Attributes: `complete`,
+        `points`, `points_failed`, `seconds` (of all points), `note`.
 
     Raises
     ------
     QueryFault
-        If the study keeps no run times, errors or amplitudes.
+        If the study stores no run times, errors or amplitudes.
     """
     require_stored(cube, "study", "run_time", "amplitude_error", "amplitude_ratio", otherwise="")
     times = TIME_BINS * (TIME_DECADES[1] - TIME_DECADES[0])

@@ -1,1 +1,1 @@
-"""From a specification to a damper: a search over studies, and what it answers."""
+"""From a specification to a damper: a search over studies, and its answer."""

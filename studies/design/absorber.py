@@ -1,6 +1,7 @@
 """The tuned mass damper of the same mass, on the same structure with the same tolerances, in closed form.
 
-Under ground-motion records it is stepped, which is exact for a linear structure, and not tuned: see `tuned_beside`.
+Under ground-motion records it is integrated in steps, which is exact for a linear structure, and not tuned: see
+`tuned_beside`.
 """
 
 import math
@@ -34,11 +35,11 @@ LIMITED = {
     "acceleration_m_per_s2": Judged(order=2),
     "rms_acceleration_m_per_s2": Judged(factor=math.sqrt(0.5), order=2),
 }
-"""What limits on results are about of a damper that neither rubs nor rattles; the others it keeps."""
+"""Limits on results of a damper with neither friction nor impacts; it satisfies all others."""
 MOVED = Judged(stroke=True)
-"""What its mass moves against the structure."""
+"""The displacement of its mass against the structure."""
 DETUNED = 0.02
-"""By which the natural frequency of a tuned mass damper may be off, to show how much hangs on its tuning."""
+"""Relative error of its natural frequency that shows the sensitivity to its tuning."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,8 @@ class Beside:
     Parameters
     ----------
     absorber : Absorber
-        Tuned for the least worst case of what is judged over the bands, within the tolerances, or for the least peak at any
-        frequency.
+        Tuned for the least worst case of the measure over the bands, within the tolerances, or for the least peak at
+        any frequency.
     for_bands : bool
         Whether it is tuned for the bands, and not for the least peak at any frequency.
     value : float
@@ -57,12 +58,12 @@ class Beside:
     nominal : float
         The same without tolerances.
     detuned : float
-        The worst case where its own natural frequency is off by up to `DETUNED` too, either way; under records by just that,
-        on the nominal structure and on the one that moves most.
+        The worst case if its own natural frequency is also off by up to `DETUNED`, either way. Under records only
+        that deviation counts, on the nominal structure and on the one that moves most.
     stroke, detuned_stroke : float
         The largest displacement of its mass against the structure within the tolerances, in tune and out of tune as above.
     exceeded : tuple of str
-        Limits on results that it does not keep within the tolerances.
+        Limits on results that it exceeds within the tolerances.
     """
 
     absorber: Absorber
@@ -76,11 +77,12 @@ class Beside:
 
 
 def tuned_beside(asked: Specification, mass_ratio: float) -> Beside | None:
-    """Tune the absorber of a mass, and judge it as the dampers are judged; None without mass, or without a record's samples.
+    """Tune the absorber of a mass, and judge it like the dampers; None without mass, or without a record's samples.
 
-    Mass, natural frequency and damping of the structure are off within their tolerances; the absorber stays as it was tuned:
-    for the least worst case of just that, over the bands that are asked for. Under records it is not tuned; of the one that is
-    tuned for the bands and the one of the least peak at any frequency it is that which does less under everything.
+    Mass, natural frequency and damping of the structure deviate within their tolerances; the absorber keeps its
+    tuning: for the least worst case of this, over the given bands. It is not tuned for records. Of the tuning for
+    the bands and that of the least peak at any frequency, the one with the smaller worst case under all excitations
+    is used.
     """
     if mass_ratio <= 0.0 or any(
         source.id not in records.motions for records in asked.records for source in records.sources
@@ -129,7 +131,7 @@ def _worst(asked: Specification, built: Built) -> float:
 
 
 def _under(built: Built) -> float:
-    """The largest of the measure under the records."""
+    """The largest value of the measure under the records."""
     return max((results[name] for name, results in built.measured), default=0.0)
 
 
@@ -150,7 +152,7 @@ def curve(
 
 
 def _shaken(asked: Specification, tuned: Absorber, shares: dict[str, float]) -> Built:
-    """Give the structure that is off by these shares, with what is measured of it under the records."""
+    """Give the structure with these deviations, and its results under the records."""
     on = built(asked, tuned, shares)
     omega = asked.structure.angular_frequency * (1.0 + on.shift)
     return replace(on, measured=tuple(_under_records(asked, on.absorber, on.damping, omega)))
@@ -169,7 +171,7 @@ def _under_records(
 
 
 def _limited(asked: Specification, absorber: Absorber, every: list[Built], name: str) -> Iterator[float]:
-    """Give what of a limited result is reached under everything, on every structure."""
+    """Give the largest limited result under all excitations, on every structure."""
     yield 0.0  # without impacts and friction
     if name not in LIMITED:
         return

@@ -13,24 +13,27 @@ from damperlab.studies.tmd.transfer import amplitude_ratio, highest
 
 Floats = NDArray[np.float64]
 SAMPLES, FEWER = 4001, 601
-"""Frequencies at which a response is looked at whose peak has no closed form here, or does not count: against the base; times a
-power of the frequency, by which an acceleration grows and the amplitude of a base may fall; by its rms over the band.
-Tuning and damping are looked for with fewer."""
+"""Number of frequencies for a response whose peak has no closed form here, or does not count. This is the case for a
+displacement against the base; for a response times a power of the frequency, as an acceleration; and for the rms
+over the band. Tuning and damping are searched with fewer.
+"""
 BESIDE, FEWER_BESIDE = 60, 12
-"""So many more on either side of each peak of X/Z for an rms, ever closer to it: a narrow peak lies between two others."""
+"""For an rms, additional frequencies on either side of each peak of X/Z, ever closer to it: a narrow peak lies
+between two others.
+"""
 CLOSEST, FARTHEST = 1e-6, 0.3
-"""How far from a peak they are, over its frequency."""
+"""Their relative distance from a peak."""
 
 
 class Judged(NamedTuple):
-    """What of a response is judged: its derivative of an order times a factor, or its displacement against the base.
+    """The judged quantity: a derivative of the displacement times a factor, or the displacement against the base.
 
     Attributes
     ----------
     factor, order
         As of a `Measure`.
     against_base : bool
-        Whether the displacement is that against the base.
+        Whether the displacement is against the base.
     mean : bool
         Whether the rms over the band counts, and not the largest.
     stroke : bool
@@ -45,7 +48,7 @@ class Judged(NamedTuple):
 
 
 class Absorbers(NamedTuple):
-    """Absorbers as arrays over them of a length n, of one mass or of one each; see `Absorber`."""
+    """Absorbers as arrays of a length n, of one mass or of different ones; see `Absorber`."""
 
     mass_ratio: float | Floats
     tuning: Floats
@@ -71,7 +74,9 @@ def _sampled(
     shift: float | Floats,
     many: tuple[int, int],
 ) -> Floats:
-    """Give what is judged of many absorbers, shape (n,), from `many` frequencies over the band and on either side of a peak."""
+    """Give the judged quantity for many absorbers, shape (n,), from `many` frequencies over the band and on either
+    side of a peak.
+    """
     share = 1.0 + np.reshape(shift, (-1, 1))
     low, high = excitation.low / share, excitation.high / share
     samples, beside = (2, 0) if _is_closed(excitation, judged) else many if judged.mean else (many[0], 0)
@@ -104,9 +109,9 @@ def _sampled(
 
 
 def _is_closed(excitation: Excitation, judged: Judged) -> bool:
-    """Whether what is judged is X/Z times a constant, whose largest value has a closed form.
+    """Whether the judged quantity is X/Z times a constant, whose largest value has a closed form.
 
-    An acceleration under a base of one acceleration is: the powers of the frequency cancel.
+    An acceleration is, if the base has a constant acceleration: the powers of the frequency cancel.
     """
     motion = excitation.motion
     return (
@@ -118,7 +123,7 @@ def _is_closed(excitation: Excitation, judged: Judged) -> bool:
 
 
 def rates(judged: Judged, angular_frequency: float, r: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give what makes a derivative of a displacement: (ω_n r) to the power of its order."""
+    """Give the factor of a derivative of a displacement: (ω_n r) to the power of its order."""
     found: NDArray[np.float64] = (angular_frequency * r) ** judged.order
     return found
 
@@ -130,18 +135,18 @@ def worst_over(
     damping_ratio: float,
     shift: float,
 ) -> float:
-    """Give what is judged under the largest amplitude of a band.
+    """Give the judged quantity under the largest amplitude of a band.
 
     Parameters
     ----------
     excitation : Excitation
         Over a band, with frequencies over the nominal natural frequency.
     judged : Judged
-        What of it.
+        The judged quantity.
     absorber : Absorber
         On the structure as built.
     damping_ratio, shift : float
-        ζ of it, and the share by which its natural frequency is off.
+        Its ζ, and the relative deviation of its natural frequency.
 
     Returns
     -------
@@ -163,10 +168,10 @@ def response(
     damping_ratio: float | Floats,
     r: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Amplitude ratio, absolute, against the base, or of the stroke.
+    """Amplitude ratio: absolute, against the base, or of the stroke.
 
-    See `damperlab.studies.tmd.transfer.amplitude_ratio`, whose a is what the excitation brings; the absorber moves by
-    λ²/(γ² − λ² + 2iζγλ) times the structure's displacement against it.
+    See `damperlab.studies.tmd.transfer.amplitude_ratio`, whose a is the factor of the excitation. The absorber moves
+    by λ²/(γ² − λ² + 2iζγλ) times the structure's displacement.
     """
     if excitation.motion.force and not judged.stroke:
         return amplitude_ratio(r, absorber, damping_ratio, "force")  # type: ignore[arg-type]  # of one or of many

@@ -1,4 +1,4 @@
-"""The structure as it may be built, off by its tolerances, with an absorber on it."""
+"""The structure as built, with deviations within its tolerances, and an absorber on it."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 
 AGAINST_BASE = "worst_relative_displacement"
-"""The measure of a band that is against the base."""
+"""The measure of a band that is taken against the base."""
 FREQUENCY, DAMPING, TUNING = "natural_frequency_hz", "damping_ratio", "tuning"
 OFF = {
     "mass_kg": (-1.0, 0.0, 1.0),
@@ -20,23 +20,23 @@ OFF = {
     DAMPING: (-1.0, 1.0),
     TUNING: (-1.0, 0.0, 1.0),
 }
-"""Shares of its tolerances by which a structure is tried first, and of its detuning an absorber; between them: `hardest`."""
+"""Fractions of its tolerances, and of an absorber's detuning, that are tried first; between them: `hardest`."""
 PLACES, HIGHS, EXACT = 41, 16, 3
-"""Shares that are looked at over a range, how many of the highest places are looked around, and told exactly."""
+"""Number of values over a range, of the highest places that are refined, and of those computed exactly."""
 CLOSER, ROUNDS = 4, 6
-"""How much closer about each of them every time, and how often."""
+"""Reduction of the step around each of them per refinement, and the number of refinements."""
 
 
 @dataclass(frozen=True)
 class Built:
-    """A structure that is off by its tolerances, with the absorber as it was tuned.
+    """A structure with deviations, with the absorber as it was tuned.
 
     Parameters
     ----------
     absorber : Absorber or Absorbers
-        In its ratios to this structure; many, where they are looked among.
+        In its ratios to this structure; arrays if many are examined.
     damping, shift, stiffness : float or array
-        ζ, the share by which ω_n is off, and the stiffness over the nominal one.
+        ζ, the relative deviation of ω_n, and the stiffness over the nominal one.
     measured : tuple
         The variable of the measure under each record, and all results.
     """
@@ -49,13 +49,13 @@ class Built:
 
 
 def judged_of(asked: Specification) -> Judged:
-    """Give what the measure of a specification is of a response over a band."""
+    """Give the measure of a specification for a response over a band."""
     measure = asked.measure
     return Judged(measure.factor, measure.order, measure.name == AGAINST_BASE, measure.mean)
 
 
 def structures(asked: Specification) -> Iterator[dict[str, float]]:
-    """Shares by which what is known of the structure is off: first none, then some over the whole range of the tolerances."""
+    """Deviations of the structure: first none, then some over the complete range of the tolerances."""
     off = {name: OFF[name] for name in OFF if name in asked.tolerances}
     yield dict.fromkeys(off, 0.0)
     for sides in product(*off.values()):
@@ -64,7 +64,7 @@ def structures(asked: Specification) -> Iterator[dict[str, float]]:
 
 
 def built(asked: Specification, tuned: Absorber | Absorbers, shares: Mapping[str, float | Floats]) -> Built:
-    """Give the structure that is off by these shares, or many, with the absorber; under no record yet."""
+    """Give the structure with these deviations, or many, with the absorber; not yet under a record."""
     mass = shares.get("mass_kg", 0.0)
     shift, off = asked.structure.built_off(mass, shares.get(FREQUENCY, 0.0), shares.get(DAMPING, 0.0))
     damping = np.minimum(asked.structure.damping_ratio * (1.0 + off), 0.999)
@@ -80,7 +80,7 @@ def built(asked: Specification, tuned: Absorber | Absorbers, shares: Mapping[str
 def over_bands(
     asked: Specification, built: Built, judged: Judged, worst: Callable[..., Any] = worst_over
 ) -> Iterator[Any]:
-    """Give what is judged over each band that is asked for."""
+    """Give the judged quantity over each given band."""
     own = (asked.structure.angular_frequency if asked.in_units else 1.0) * (1.0 + built.shift)
     for each in asked.excitations:
         value = worst(each, judged, built.absorber, built.damping, built.shift)
@@ -90,25 +90,26 @@ def over_bands(
 def hardest(
     asked: Specification, absorber: Absorber, judged: Judged, detuning: float = 0.0
 ) -> tuple[float, dict[str, float]]:
-    """Give the largest of what is judged over the bands within the tolerances, and the structure that reaches it.
+    """Give the largest judged value over the bands within the tolerances, and the structure that reaches it.
 
-    Damping is at an end of its tolerance. Natural frequency, mass and, where it may be off, the tuning of the absorber are
-    anywhere within theirs, for a light damper moves most where a narrow peak meets an end of a band. They are looked over one
-    after the other through each structure of a coarse grid; about the highest places of all that is done ever closer.
+    The worst damping is at an end of its tolerance. Natural frequency, mass and, if it may deviate, the tuning of
+    the absorber lie anywhere within their tolerances: a light damper moves most where a narrow peak meets an end of
+    a band. They are searched one after the other through each structure of a coarse grid; the highest places are
+    then refined.
 
     Parameters
     ----------
     asked, absorber, judged
-        What shakes, what on it, and what counts.
+        Excitation, absorber, and measure.
     detuning : float
-        The share by which the natural frequency of the absorber may be off.
+        The allowed relative deviation of the absorber's natural frequency.
 
     Returns
     -------
     float
-        0 where there is no band.
+        0 if there is no band.
     dict of float
-        The shares by which the structure is off, and the absorber (`TUNING`).
+        The deviations of the structure, and the absorber (`TUNING`).
     """
     sizes = {name: asked.tolerances[name].size for name in OFF if name in asked.tolerances}
     sizes |= {TUNING: detuning} if detuning else {}
@@ -150,7 +151,7 @@ def hardest(
 
 
 def _along(places: Floats, i: int, shares: Floats) -> Floats:
-    """Places (n, k) with each of these shares, (m,) or (n, m), at position i: (n, m, k)."""
+    """Places (n, k) with each of these fractions, (m,) or (n, m), at position i: (n, m, k)."""
     line = np.repeat(places[:, None], shares.shape[-1], axis=1)
     line[:, :, i] = shares
     return line

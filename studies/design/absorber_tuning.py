@@ -1,4 +1,4 @@
-"""Tuning an absorber for the least of what is judged over the bands, whatever structure within the tolerances is built."""
+"""Tuning an absorber for the least judged value over the bands, for any structure within the tolerances."""
 
 import math
 from collections.abc import Callable
@@ -13,30 +13,34 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import Absorber
 
 BELOW, ABOVE, APART = 0.4, 0.5, 0.025
-"""How far below and above the tuning of the least peak at any frequency one is looked for, and how far apart, by logarithms."""
+"""Range of the search below and above the tuning of the least peak at any frequency, and its step, as logarithms."""
 BESIDE_BAND, FARTHEST = 0.25, 2.3
-"""How far beyond each band, which may be far from resonance; and the farthest from that tuning, by logarithms."""
+"""Range beyond each band, which may be far from resonance; and the farthest distance from that tuning, as
+logarithms.
+"""
 DAMPINGS = np.exp(np.linspace(-5.0, 1.0, 13))
-"""Where damping is looked for, over that of the least peak at any frequency."""
+"""Range of the damping, over that of the least peak at any frequency."""
 LOWS = 3
-"""So many of the lowest places are looked around closely."""
+"""Number of the lowest places that are refined."""
 WIDE = (0.05, 0.8)
-"""How far around them tuning and damping are looked for, by their logarithms."""
+"""Range of tuning and damping around them, as logarithms."""
 SIDE = np.linspace(-1.0, 1.0, 5)
 CLOSER, ROUNDS, FEW = 0.7, 20, 6
-"""A grid of `SIDE` × `SIDE` is laid about the best so often, ever closer; first a few times, about many places."""
+"""Repetitions of a grid of `SIDE` × `SIDE` around the best, ever closer; first a few around many places."""
 ALONG = np.linspace(-1.0, 1.0, 9)
 ASIDE, NARROWER, HALVINGS, STRETCHES = 0.03, 0.3, 8, 5
-"""The bottom of a valley is followed along dampings `ALONG` it: the best tuning of each is looked for `ASIDE` by halving, then
-a stretch of the dampings that is narrower by this factor, so often."""
+"""The bottom of a valley is followed along `ALONG` values of the damping: the best tuning for each is found by
+`ASIDE` halvings. Then the range of the damping is narrowed by this factor, so many times.
+"""
 EXCHANGES, ENOUGH = 6, 1.01
-"""How often a structure that is harder than those tuned for by more than this is tuned for too."""
+"""Number of times that a harder structure is added to the tuning, and the relative excess that makes one harder."""
 
 
 def tuned_for(asked: Specification, start: Absorber) -> Absorber:
     """Tune an absorber for the least worst case over the bands.
 
-    It is tuned for some structures, and then for the hardest of all too, as long as that is harder: the method of exchange.
+    It is tuned for some structures, and then also for the hardest of all, as long as that is harder: the method of
+    exchange.
     """
     judged = judged_of(asked)
     # more damping of the structure hardly ever lets it move more
@@ -73,7 +77,7 @@ def tuned_for(asked: Specification, start: Absorber) -> Absorber:
 
 
 def _tunings(asked: Specification, start: Absorber) -> Floats:
-    """Tunings to look at: about that of the least peak, and about each band."""
+    """Tunings to examine: around that of the least peak, and around each band."""
     own = math.log(start.tuning)
     ends = [own - BELOW, own + ABOVE]
     for each in asked.excitations:
@@ -83,9 +87,9 @@ def _tunings(asked: Specification, start: Absorber) -> Floats:
 
 
 def _lows(heights: Floats) -> set[tuple[int, int]]:
-    """Give the lowest tuning of each damping, and all places that are no higher than those about them.
+    """Give the lowest tuning for each damping, and all local minima.
 
-    With little damping the lowest places are narrower than the grid, so that they need not be low on it.
+    With little damping the minima are narrower than the grid, so they need not be low on it.
     """
     padded = np.pad(heights, 1, constant_values=math.inf)
     rows, columns = heights.shape
@@ -114,7 +118,9 @@ def _least(
 def _followed(
     worst: Callable[[Floats, Floats], Floats], value: float, best: Absorber
 ) -> tuple[float, Absorber]:
-    """Follow the best tuning of each damping: where two peaks are equal a valley is narrow and bends, and grids end beside."""
+    """Follow the best tuning for each damping: where two peaks are equal a valley is narrow and curved, and grids
+    miss its bottom.
+    """
     along, aside, reached, there = WIDE[1], ASIDE, value, best
     for _ in range(STRETCHES):
         dampings = there.damping_ratio * np.exp(along * ALONG)

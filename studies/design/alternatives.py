@@ -12,12 +12,12 @@ from damperlab.studies.specification.specification import Choice, Specification
 from damperlab.studies.variables import MADE_BY
 
 SMALL = Effort(divided=10, starts=1, sizes=1, reserve=0.4, left=0.0)
-"""Of the searches for what the answer is compared with."""
+"""Searches for the alternatives in an answer."""
 LACKS = {
     "friction_alone": ("clearance_m", "particle_mass_kg", "restitution", *MADE_BY.values()),
     "particle_alone": ("friction_force_n",),
 }
-"""What each part of the damper is without."""
+"""The damper without each of its parts."""
 CALLED = {"friction_alone": "friction alone", "particle_alone": "the particle alone"}
 
 
@@ -28,11 +28,11 @@ class Alternative:
     Parameters
     ----------
     build : Build
-        The best that was found.
+        The best one found.
     score : Score
         Its worst case over band, amplitudes and the corners of its tolerances.
     complete : bool
-        Whether the budget allowed the search to its end.
+        Whether the budget allowed the complete search.
     """
 
     build: Build
@@ -48,12 +48,12 @@ def without(asked: Specification, parts: tuple[str, ...]) -> Specification:
 
 
 def alternative(name: str, asked: Specification, book: Book, most: int) -> Step[Alternative]:
-    """Search for the best damper that has one part alone, with so many points of the book at most.
+    """Search for the best damper with one part alone, within a given number of points of the book.
 
     Raises
     ------
     BudgetSpent
-        If none could be looked at with its tolerances: a number without them is not beside the others.
+        If none could be judged with its tolerances: a value without them is not comparable.
     """
     search = Search(without(asked, LACKS[name]), book, SMALL, told=False)
     best = yield from search.run(most)

@@ -27,7 +27,7 @@ from damperlab.studies.specification.specification import Specification
 from damperlab.studies.tmd.absorber import NO_DAMPER, Absorber
 
 BINDS = 0.97
-"""Share of a limit from which it is said to bind."""
+"""Share of a limit from which it counts as binding."""
 SAMPLES = 301
 """Frequencies of a response in closed form."""
 
@@ -40,7 +40,7 @@ class Amount(TypedDict):
 
 
 class ReachedUnder(TypedDict):
-    """Under what a limited result is what it is."""
+    """The condition under which a limited result is largest."""
 
     frequency_ratio: Number
     frequency_hz: Number
@@ -50,7 +50,7 @@ class ReachedUnder(TypedDict):
 
 
 class Limit(ReachedUnder):
-    """A limit, what of it is reached, and whether it is kept and binds."""
+    """A limit, its result, and whether it is kept and binds."""
 
     limit: str
     allowed: Measured
@@ -71,14 +71,16 @@ class Response(TypedDict, total=False):
 
 
 class Alternative(KnownDesign):
-    """A damper without one of its parts, in place of the recommended one; `ratio` is over that one's worst case."""
+    """A damper without one of its parts, as an alternative to the recommended one; `ratio` is over that one's worst
+    case.
+    """
 
     ratio: Number
     response: Response
 
 
 class BesideAbsorber(TypedDict):
-    """A tuned mass damper of the same mass in place of the recommended damper."""
+    """A tuned mass damper of the same mass, as an alternative to the recommended damper."""
 
     mass_ratio: Number
     tuning: Number
@@ -102,7 +104,7 @@ class NoDamper(TypedDict):
 
 
 class BestOfMass(KnownDesign):
-    """The best damper found of a mass, as drawn, with other dampers of that mass."""
+    """The best damper found for a mass, as drawn, with other dampers of that mass."""
 
     particle_mass_kg: NotRequired[Number]
     mass_ratio: NotRequired[Number]
@@ -171,7 +173,7 @@ class DesignAnswer(TypedDict):
 
 
 def answer_document(found: Found) -> DesignAnswer:
-    """Give all that was found as mappings, lists, texts and numbers; one that is not finite stands for a failed response."""
+    """Give all findings as mappings, lists, texts and numbers; a number that is not finite means a failed response."""
     asked, build, stated = found.asked, found.build, found.stated
     builds = found.builds
     brief, notes = verdict_of(found)
@@ -230,7 +232,7 @@ def answer_document(found: Found) -> DesignAnswer:
 
 
 def known_document(asked: Specification, ahead: tuple[Build, Score]) -> KnownDesign:
-    """Give the best damper so far, as the answer gives the recommended one."""
+    """Give the best damper so far, in the form of the recommended one."""
     build, score = ahead
     return {
         "design": design_document(build, asked),
@@ -240,7 +242,7 @@ def known_document(asked: Specification, ahead: tuple[Build, Score]) -> KnownDes
 
 
 def worst_document(asked: Specification, score: Score) -> Worst:
-    """Give a worst case with its units, and where it is."""
+    """Give a worst case with its units, and its place."""
     return {
         "measure": asked.measure.name,
         "value": score.value,
@@ -251,7 +253,9 @@ def worst_document(asked: Specification, score: Score) -> Worst:
 
 
 def _where(asked: Specification, score: Score) -> Where:
-    """Give what a worst case is under: a frequency and an amplitude, or a record and its scale; None for what it has not."""
+    """Give the conditions of a worst case: a frequency and an amplitude, or a record and its scale; None for the
+    others.
+    """
     under = score.under
     known: Where = {
         "ratio": None,
@@ -283,12 +287,12 @@ def _where(asked: Specification, score: Score) -> Where:
 
 
 def _rate(asked: Specification) -> float:
-    """Give ω_n [rad/s], which ratios of accelerations are over; 1 where only ratios mean anything."""
+    """Give ω_n [rad/s], the reference of accelerations; 1 for a specification in ratios."""
     return asked.structure.angular_frequency if asked.in_units else 1.0
 
 
 def limits_of(found: Found) -> list[Limit]:
-    """Give what of each limit is reached, and whether it is kept and binds."""
+    """Give the result for each limit, and whether the limit is kept and binds."""
     rows: list[Limit] = []
     asked = found.asked
     for name, limit in asked.limits.items():
@@ -326,7 +330,7 @@ def limits_of(found: Found) -> list[Limit]:
 
 
 def _reached_at(asked: Specification, at: tuple[Under, float] | None) -> ReachedUnder:
-    """Give under what a limited result is what it is; None where nothing has it."""
+    """Give the condition under which a limited result is largest; None if there is none."""
     known: ReachedUnder = {
         "frequency_ratio": None,
         "frequency_hz": None,
@@ -382,7 +386,7 @@ def _absorber(found: Found) -> BesideAbsorber | None:
 
 
 def _of_mass(found: Found, one: OfMass) -> BestOfMass:
-    """Give the best damper found of a mass, as drawn, with other dampers of that mass."""
+    """Give the best damper found for a mass, as drawn, with other dampers of that mass."""
     best: BestOfMass = {
         "design": design_document(one.build, found.asked),
         "worst": worst_document(found.asked, one.score),
@@ -403,18 +407,20 @@ def _mass_name(asked: Specification) -> Literal["particle_mass_kg", "mass_ratio"
 
 
 def _times(value: float, found: Found) -> float | None:
-    """Give a value over that of the recommended damper; None over one that lets nothing move."""
+    """Give a value over that of the recommended damper; None if that is 0."""
     return value / found.compared.value if found.compared.value > 0.0 else None
 
 
 def _under_each(found: Found) -> list[Score]:
-    """Give the worst case as drawn under each excitation, last those of records; of one of records `cases` say more."""
+    """Give the worst case as drawn under each excitation, last those of records; for records `cases` has the
+    details.
+    """
     alone = not found.asked.excitations and len(found.asked.records) == 1
     return [*found.under, *(() if alone else found.under_records)]
 
 
 def cases_of(found: Found) -> list[tuple[Case, float]]:
-    """Give the measure of the drawn damper under every record at every scale; none of a specification over bands."""
+    """Give the measure of the drawn damper under every record at every scale; empty for a specification over bands."""
     cases = found.asked.cases
     return [(each, float(found.book.curve(found.build, each).measured[0])) for each in cases]
 

@@ -1,4 +1,4 @@
-"""The recommended damper under other amplitudes than those asked for: its response over the band under each, and its peak."""
+"""The recommended damper under other amplitudes than specified: its response over the band under each, and its peak."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from damperlab.studies.shapes import Number, Numbers
 from damperlab.studies.specification.excitation import Amplitude
 
 SAME = 1e-9
-"""Share by which an amplitude may miss an end of the range that it is at."""
+"""Relative distance within which an amplitude counts as an end of the range."""
 
 
 class OverBand(TypedDict):
@@ -39,9 +39,9 @@ def backbone_document(found: Found) -> list[OverBand]:
     Returns
     -------
     list of dict
-        `amplitude` in `amplitude_units` (that of what is constant over the band); whether it is `asked` for; over the band
-        `frequency_ratio`, `frequency_hz`, `value` of the measure and `ratio`, which is over the base amplitude or the static
-        displacement; `worst`, which is judged; of the largest ratio `worst_ratio`, `worst_frequency_ratio` and
+        `amplitude` in `amplitude_units` (that of the constant quantity); whether it is `asked` for; over the band
+        `frequency_ratio`, `frequency_hz`, `value` of the measure and `ratio`, over the base amplitude or the static
+        displacement; `worst`, which is judged; for the largest ratio `worst_ratio`, `worst_frequency_ratio` and
         `worst_frequency_hz`. Frequencies in hertz are None without units.
     """
     return [_under(found, each) for each in found.shown]
@@ -85,14 +85,14 @@ def backbone_dataset(rows: Sequence[Mapping[str, Any]]) -> xr.Dataset:
     Parameters
     ----------
     rows : sequence of mapping
-        `amplitudes` of an answer; a value that is None stands for a response that failed.
+        `amplitudes` of an answer; a value of None means a failed response.
 
     Returns
     -------
     Dataset
-        Dimensions `amplitude` and `frequency_ratio`: `value` and `ratio`, NaN where nothing was computed, since every amplitude
-        is looked at more closely about its own peak; over `amplitude` alone `worst`, `worst_ratio`,
-        `worst_frequency_ratio` and whether it is `asked` for.
+        Dimensions `amplitude` and `frequency_ratio`: `value` and `ratio`, NaN where nothing was computed, since
+        every amplitude has additional frequencies around its own peak. Over `amplitude` alone `worst`,
+        `worst_ratio`, `worst_frequency_ratio` and whether it is `asked` for.
     """
     r = sorted({each for row in rows for each in row["frequency_ratio"]})
     grids: dict[str, Any] = {}

@@ -1,7 +1,7 @@
-"""A response's mean square over the band, with its error, and where more frequencies would lessen that error.
+"""A response's mean square over the band, with its error, and the frequencies that would reduce that error.
 
-Every frequency in hertz counts the same, so the root of it is what a slow sweep through the band at a constant rate has as
-its rms in time.
+Every frequency in hertz counts the same. So its root is the rms in time of a slow sweep through the band at a
+constant rate.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from damperlab.studies.answers.design_question import trapezoid
 from damperlab.studies.design.frequencies import DIGITS, NARROW
 
 MOST = 12
-"""Most intervals that are halved at once."""
+"""Most intervals halved in one step."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class BandMean:
     value : float
         In the unit of the response.
     between : float
-        Estimated error of the integral, since the response is known at some frequencies alone.
+        Estimated error of the integral, since the response is known only at some frequencies.
     error : float
-        Standard error by those of the responses, which are independent of each other.
+        Standard error from those of the responses, which are independent of each other.
     """
 
     value: float
@@ -59,7 +59,9 @@ def band_mean(r: NDArray[np.float64], values: NDArray[np.float64], errors: NDArr
 
 
 def halved(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
-    """Give the middles of the intervals that the error of the integral is largest of; none of an interval within `NARROW`."""
+    """Give the midpoints of the intervals with the largest error of the integral; none for an interval within
+    `NARROW`.
+    """
     if r.size < 3 or not np.isfinite(values).all():
         return ()
     doubts = _doubts(r, values**2)

@@ -1,4 +1,4 @@
-"""The book of a search: every point that is known, and the studies that make those known that are wanted."""
+"""The book of a search: every known point, and the studies that compute the wanted ones."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -34,11 +34,11 @@ VARIABLES = (
     "impacts_per_cycle",
     "response_class",
 )
-"""What is kept of a point, beside what limits are about."""
+"""Variables stored for a point, apart from those of limits."""
 BESIDE = {ratio: name for name, ratio in RATIOS_OF.items()}
-"""The dimension that stands in the place of a ratio where something else than the displacement of the base is constant."""
+"""The dimension that replaces a ratio if something other than the displacement of the base is constant."""
 WORST = "amplitude_ratio_worst"
-"""The largest amplitude that any start leads to."""
+"""The largest amplitude reached from any start."""
 OF_STARTS = (
     WORST,
     "attractors",
@@ -48,26 +48,28 @@ OF_STARTS = (
     "attractor_share_third",
     "amplitude_ratio_third",
 )
-"""What is stored of several starts."""
+"""Variables stored for several starts."""
 SEED = 20
-"""Of starts, and of builds drawn within the tolerances."""
+"""Seed of the starts, and of builds drawn within the tolerances."""
 ENSEMBLE = {"kind": "ensemble", "n": STARTS, "seed": SEED}
-"""Several starts, as a study asks for them."""
+"""Several starts, in the form of a study."""
 ABOUT_THE_RUN = ("cycles", "run_time", "status")
-"""What is stored as well."""
+"""Additional variables to store."""
 STUDY_COST = 40
-"""Points whose computing costs as much as a further study does."""
+"""Points that cost as much as one more study."""
 MOST_MERGED = 40
-"""Sets of designs that are looked at for being computed together."""
+"""Sets of designs that are compared for joining."""
 
 
 class BudgetSpent(Exception):
-    """What is wanted next would take more points than there are; what is known stays as it is."""
+    """The next step would exceed the budget; known points stay."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """A build at frequencies over its own natural one, under an amplitude of an excitation; or, once, under a record."""
+    """A build at frequencies over its own natural one, under an amplitude of an excitation; or, once, under a
+    record.
+    """
 
     build: Build
     amplitude: Under
@@ -75,8 +77,9 @@ class Wanted:
 
 
 class _Kind(NamedTuple):
-    """What is one value for all designs of a study: the base amplitude Z [m], whether they have a particle, what is
-    constant, and what acts on the particle."""
+    """Values that are common to all designs of a study: the base amplitude Z [m], whether they have a particle, the
+    constant quantity, and the forces on the particle.
+    """
 
     amplitude_m: float
     particle: bool
@@ -86,7 +89,7 @@ class _Kind(NamedTuple):
 
 @dataclass
 class _Group:
-    """Designs that are wanted at the same frequencies."""
+    """Designs with the same wanted frequencies."""
 
     designs: set[Place]
     frequencies: frozenset[float]
@@ -100,7 +103,7 @@ class _Group:
 
     @property
     def cost(self) -> int:
-        """Points, and what the studies cost beside them."""
+        """Points, and the overhead of the studies."""
         cells = sum(int(np.prod([axis.size for axis in grid])) for grid in self.grids)
         return cells * len(self.frequencies) + STUDY_COST * len(self.grids)
 
@@ -111,7 +114,7 @@ class Book:
     Parameters
     ----------
     asked : Specification
-        What is designed.
+        The specification.
     budget : int
         Most points.
     """
@@ -122,17 +125,17 @@ class Book:
         limited = [name for limit in asked.limits for name in LIMITS[limit].over_band]
         measured = [MEASURES[asked.measure.name].variable] if asked.excitations else []
         self.variables = tuple(dict.fromkeys((*VARIABLES, *measured, *limited)))
-        """What is kept of a point."""
+        """Variables stored for a point."""
         self.spent = 0
         self.stage = ""
-        """What goes on, for whoever waits; nothing depends on it."""
+        """The current activity, for display; nothing depends on it."""
         self.ahead: Build | None = None
-        """The best damper so far, for whoever waits; nothing depends on it."""
+        """The best damper so far, for display; nothing depends on it."""
         self.from_many_starts: list[xr.Dataset] = []
         """The recommended damper from several starts, once it is known."""
         self._known: dict[tuple[Spot, float], tuple[float, ...]] = {}
         self._frequencies: dict[Spot, set[float]] = {}
-        """Where a damper may be known."""
+        """Sources of known points."""
         self._curves: dict[tuple[Build, Under], Curve] = {}
 
     @property
@@ -141,17 +144,17 @@ class Book:
         return self.budget - self.spent
 
     def lacking(self, wanted: Iterable[Wanted]) -> int:
-        """Count the points that are wanted and not known."""
+        """Count the wanted points that are unknown."""
         return len({point for each in wanted for point in self._points(each)} - self._known.keys())
 
     def _points(self, wanted: Wanted) -> Iterator[tuple[Spot, float]]:
-        """Give what is known of a point that is wanted, for each of them."""
+        """Give the known values of each wanted point."""
         spot = wanted.build.spot(self.asked.structure, wanted.amplitude)
         for r in wanted.frequencies:
             yield spot, r
 
     def studies(self, wanted: Iterable[Wanted]) -> tuple[Study | Suite, ...]:
-        """Make the studies that compute what is wanted and not known, in an order that depends on nothing else."""
+        """Make the studies that compute the unknown wanted points, in a deterministic order."""
         under_records: set[Spot] = set()
         lacking: dict[tuple[float, Spot], set[float]] = {}
         for each in wanted:
@@ -186,7 +189,7 @@ class Book:
         frequencies: Iterable[float],
         **more: object,
     ) -> Study:
-        """Make the study of a grid of dampers at frequencies; `more` takes the place of what is said for every study."""
+        """Make the study of a grid of dampers at frequencies; `more` replaces common settings."""
         damping, restitution, mass, clearance, friction = (axis.tolist() for axis in grid)
         axes: dict[str, object] = {"frequency_ratio": sorted(set(frequencies))}
         particle = kind.particle
@@ -237,7 +240,7 @@ class Book:
         return (self._study(kind, grid, wanted.frequencies, **more),)
 
     def _physical(self, amplitude_m: float) -> dict[str, object]:
-        """Give the block that gives a study its units, where there are any."""
+        """Give the block for a study's units, if there are any."""
         if not self.asked.in_units:
             return {}
         structure = self.asked.structure
@@ -250,7 +253,7 @@ class Book:
         }
 
     def add(self, cubes: Iterable[xr.Dataset]) -> None:
-        """Take over the points of studies that are done."""
+        """Take over the points of completed studies."""
         self._curves.clear()
         for cube in cubes:
             if RECORD in cube.sizes:
@@ -289,7 +292,7 @@ class Book:
                 self.spent += 1
 
     def under_record(self, build: Build, case: Case) -> Curve:
-        """Give what is known of a build under a record: one place, whose results are in units."""
+        """Give the known results of a build under a record: one place, with results in units."""
         row = self._known.get((build.spot(self.asked.structure, case), ONCE[0]))
         at = np.array(ONCE if row else ())
         rows = np.array(row or ()).reshape(at.size, len(RECORD_VARIABLES))
@@ -297,7 +300,9 @@ class Book:
         return Curve(at, np.ones(at.size), columns, self.asked.measured(case))
 
     def curve(self, build: Build, amplitude: Under) -> Curve:
-        """Give what is known of a build under an amplitude, within the band of its excitation; or under a record."""
+        """Give the known results of a build under an amplitude, within the band of its excitation; or under a
+        record.
+        """
         if isinstance(amplitude, Case):
             return self.under_record(build, amplitude)
         if (build, amplitude) not in self._curves:
@@ -317,7 +322,7 @@ class Book:
 
 
 def _beside(cube: xr.Dataset) -> Iterator[float]:
-    """Give the ratios of `BEFORE`, 0 of what a study has not; over base amplitudes the numbers of the cavity."""
+    """Give the ratios of `BEFORE`, 0 for those that a study lacks; over base amplitudes the numbers of the cavity."""
     if AMPLITUDE in cube.sizes:
         yield from cavity_of(definition_of(cube)["physical"]).numbers.values()
     else:
@@ -325,7 +330,7 @@ def _beside(cube: xr.Dataset) -> Iterator[float]:
 
 
 def _law_of(cube: xr.Dataset) -> Law:
-    """Give what a study holds constant, with what it is of."""
+    """Give the constant quantity of a study, with its parameters."""
     if AMPLITUDE not in cube.sizes:
         return FORCE if excitation_of(cube) == "force" else ()
     physical = definition_of(cube)["physical"]
@@ -334,7 +339,7 @@ def _law_of(cube: xr.Dataset) -> Law:
 
 
 def _merged(groups: list[_Group]) -> list[_Group]:
-    """Join sets of designs where computing them together costs less than computing them apart."""
+    """Join sets of designs if computing them together costs less than separately."""
     found = [group.cut() for group in groups]
     if len(found) > MOST_MERGED:
         return found

@@ -1,4 +1,4 @@
-"""A damper as it is built, on a structure as it is: nominal, or off by what tolerances allow."""
+"""A damper as it is built, on a structure as it is: nominal, or with deviations within the tolerances."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -23,17 +23,20 @@ Place = tuple[float, float, float, float, float]
 """ζ, e, β, d/Z and γ_F; the three of the particle are 0 where there is none."""
 
 Law = tuple[()] | tuple[str] | tuple[str, float, float, float]
-"""What is constant over the frequencies: nothing to say of a base displacement; of a force its word; of a base velocity or
-acceleration its word, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural
-frequency. Under a ground-motion record its id, its scale, and the same two of the structure."""
+"""The constant quantity: empty for a base displacement; its name for a force; for a base velocity or acceleration
+its name, the base amplitude Z at the structure's natural frequency, and the structure's mass and natural frequency.
+Under a ground-motion record its id, its scale, and the same two of the structure.
+"""
 FORCE = ("force",)
 Inside = tuple[float, ...]
-"""What acts on a particle: the contact time over 1/ω_n, 0 where contacts take no time, and the ratios of `BEFORE`; under a
-record, and where a velocity or an acceleration of the base is constant, the numbers of its `Cavity` in their place."""
+"""Forces on a particle: the contact time over 1/ω_n, 0 if contacts take no time, and the ratios of `BEFORE`. Under a
+record, and if a velocity or an acceleration of the base is constant, the numbers of its `Cavity` replace them.
+"""
 NOTHING_INSIDE: Inside = (0.0,) * (1 + len(BEFORE))
 Spot = tuple[Law, Place, Inside]
-"""A damper under an amplitude, at every frequency: in ratios under a displacement or a force, else with d [m] and F_f [N] in
-their place, and under a record with m [kg] in the place of β."""
+"""A damper under an amplitude, at every frequency: in ratios under a displacement or a force. Else d [m] and F_f [N]
+replace two of them, and under a record m [kg] replaces β.
+"""
 
 
 @dataclass(frozen=True)
@@ -45,11 +48,11 @@ class Build:
     clearance_m, friction_force_n, particle_mass_kg, restitution : float
         The damper; without mass there is no particle.
     mass_off, frequency_off, damping_off : float
-        By which share the structure is off: 0.01 is one per cent above nominal.
+        Relative deviations of the structure: 0.01 is one per cent above nominal.
     contact_time_s : float
-        How long particle and wall touch; 0 where impacts take no time.
+        Contact time; 0 if impacts take no time.
     cavity : Cavity
-        How it lies, and how the particle rubs in it.
+        Its tilt, and the friction of the particle in it.
     """
 
     clearance_m: float
@@ -74,7 +77,9 @@ class Build:
         return (damping, self.restitution, self.particle_mass_kg / mass, clearance, friction)
 
     def spot(self, structure: Structure, amplitude: Under) -> Spot:
-        """Give what a study asks for of this build under an amplitude of an excitation, whatever the frequency."""
+        """Give the parameters that a study needs for this build under an amplitude of an excitation, at any
+        frequency.
+        """
         if isinstance(amplitude, Case):
             return self._under_record(structure, amplitude)
         ratios = self.place(structure, self._reference_m(amplitude))
@@ -99,12 +104,12 @@ class Build:
         return amplitude.excitation.base_m(self._reference_m(amplitude), self.nominal(frequency_ratio))
 
     def rate(self, asked: Specification) -> float:
-        """Give ω_n of this structure [rad/s]; over that of the nominal one where only ratios mean anything."""
+        """Give ω_n of this structure [rad/s]; over that of the nominal one for a specification in ratios."""
         nominal = asked.structure.angular_frequency if asked.in_units else 1.0
         return nominal * (1.0 + self.frequency_off)
 
     def _inside(self, structure: Structure, amplitude_m: float) -> Inside:
-        """Give what acts on the particle, over 1/ω_n of the structure as it is and an amplitude."""
+        """Give the parameters of the forces on the particle, over 1/ω_n of the actual structure and an amplitude."""
         if self.particle_mass_kg == 0.0:
             return NOTHING_INSIDE
         if not self.cavity.acts:
@@ -113,7 +118,7 @@ class Build:
         return (self._contact_time(structure), *self.cavity.ratios(frequency_hz, amplitude_m))
 
     def _numbers_inside(self, structure: Structure) -> Inside:
-        """Give what acts on the particle, by the numbers of its cavity."""
+        """Give the parameters of the forces on the particle, by the numbers of its cavity."""
         if self.particle_mass_kg == 0.0:
             return NOTHING_INSIDE
         return (self._contact_time(structure), *self.cavity.numbers.values())
@@ -132,31 +137,31 @@ class Build:
         return law, (damping, *damper), self._numbers_inside(structure)
 
     def limited(self, about: DamperLimit) -> float:
-        """Give what a limit on the damper is about; 0 of a particle that is not there."""
+        """Give the quantity that a limit on the damper restricts; 0 for an absent particle."""
         if self.particle_mass_kg == 0.0 and about.quantity != "friction_force_n":
             return 0.0
         return about.factor * float(getattr(self, about.quantity))
 
     def as_built(self, asked: Specification, about: DamperLimit) -> float:
-        """Give what a limit on the damper is about at the upper end of its tolerance."""
+        """Give the quantity that a limit on the damper restricts, at the upper end of its tolerance."""
         upper = {about.quantity: 1.0} if about.quantity in asked.tolerances else {}
         return self.moved(asked, upper).limited(about)
 
     def excess(self, asked: Specification) -> float:
-        """Give the largest share by which the damper itself exceeds a limit; 0 where it keeps all."""
+        """Give the largest share by which the damper itself exceeds a limit; 0 if it keeps all."""
         own = {DAMPER_LIMITS[name]: limit for name, limit in asked.damper_limits.items()}
         return max((about.excess(self.limited(about), limit) for about, limit in own.items()), default=0.0)
 
     def own(self, frequency_ratio: float) -> float:
-        """Turn a frequency over the nominal natural frequency into one over this structure's."""
+        """Convert a frequency over the nominal natural frequency into one over this structure's."""
         return frequency_ratio / (1.0 + self.frequency_off)
 
     def nominal(self, frequency_ratio: float) -> float:
-        """Turn a frequency over this structure's natural frequency into one over the nominal one."""
+        """Convert a frequency over this structure's natural frequency into one over the nominal one."""
         return frequency_ratio * (1.0 + self.frequency_off)
 
     def moved(self, asked: Specification, shares: dict[str, float]) -> "Build":
-        """Give this build with quantities off by shares of their tolerances, from −1 to 1."""
+        """Give this build with deviations, as fractions of the tolerances from −1 to 1."""
         changed: dict[str, float] = {}
         structure: dict[str, float] = {}
         for name, share in shares.items():

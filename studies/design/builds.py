@@ -1,4 +1,4 @@
-"""Builds drawn within the tolerances, and what their number says of the probability."""
+"""Builds drawn within the tolerances, and the probability estimated from their number."""
 
 import math
 from collections.abc import Iterable
@@ -16,26 +16,28 @@ from damperlab.studies.specification.records import ONCE, Case
 from damperlab.studies.specification.specification import Specification
 
 FOR_BUILDS = 0.5
-"""Share of what is left of the budget that builds may take."""
+"""Share of the remaining budget that builds may take."""
 WORST = 5
-"""Builds drawn whose peaks are bracketed: those that may be the worst."""
+"""Builds whose peaks are bracketed: those that may be the worst."""
 
 NEAR = 0.9
-"""Share of a limit from which the peaks of a build that keeps it are bracketed too: they decide whether it does."""
+"""Share of a limit from which the peaks of a build are bracketed too, because they decide whether it keeps the
+limit.
+"""
 
 
 @dataclass(frozen=True)
 class Builds:
-    """What builds within the tolerances do.
+    """Results of builds within the tolerances.
 
     Parameters
     ----------
     drawn, passed : int
-        How many, and how many keep every limit (where there is none on results, the stated bound too).
+        Number drawn, and number that keep every limit (without limits on results, also the stated bound).
     low, high : float
         Interval of the probability.
     bound : float or None
-        What counted as kept too where the specification has no limit on results, in the unit of the measure.
+        The additional bound, in the unit of the measure, if the specification has no limit on results.
     """
 
     drawn: int
@@ -46,10 +48,10 @@ class Builds:
 
 
 def clopper_pearson(passed: int, drawn: int, confidence: float) -> tuple[float, float]:
-    """Give the exact interval of a probability of which `passed` of `drawn` independent trials are known.
+    """Give the exact interval of a probability from `passed` successes in `drawn` independent trials.
 
-    C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404: each end is where the tail beyond the count has half of what
-    the confidence leaves, a quantile of the beta distribution.
+    C. J. Clopper, E. S. Pearson, Biometrika 26 (1934) 404: at each end, the tail beyond the count has half of the
+    remaining probability, a quantile of the beta distribution.
     """
     from scipy.special import betaincinv  # the light client imports this module, and has no scipy
 
@@ -60,7 +62,7 @@ def clopper_pearson(passed: int, drawn: int, confidence: float) -> tuple[float, 
 
 
 def drawn(search: Search, build: Build) -> Step[list[Build]]:
-    """Draw builds within the tolerances, and know them at every frequency at which the drawn damper is known."""
+    """Draw builds within the tolerances, and compute them at every frequency of the drawn damper."""
     asked, book = search.asked, search.book
     names = asked.toleranced
     shares = np.random.default_rng(SEED).uniform(-1.0, 1.0, (asked.builds, len(names)))
@@ -85,7 +87,7 @@ def drawn(search: Search, build: Build) -> Step[list[Build]]:
 
 
 def _looked_at_closer(search: Search, kept: Iterable[Build]) -> Step[None]:
-    """Know the builds that hardly keep a limit between their frequencies too."""
+    """Bracket the peaks of the builds that narrowly keep a limit."""
     wanted = []
     for build in kept:
         if not _hardly(search.asked, search.score(build)):
@@ -102,7 +104,7 @@ def _looked_at_closer(search: Search, kept: Iterable[Build]) -> Step[None]:
 
 
 def _hardly(asked: Specification, score: Score) -> bool:
-    """Whether a build keeps every limit as far as is seen, and one of them hardly."""
+    """Whether a build keeps every known limit, and one of them narrowly."""
     near = (score.reached[name] >= NEAR * limit for name, limit in asked.limits.items())
     return score.violation == 0.0 and any(near)
 
@@ -120,7 +122,7 @@ def _beside(search: Search, nominal: Build, build: Build) -> Iterable[Wanted]:
 
 
 def counted_builds(asked: Specification, scores: list[Score], bound: float) -> Builds:
-    """Count the builds that keep every limit, and where there is none on results stay within a bound."""
+    """Count the builds that keep every limit and, without limits on results, stay within a bound."""
     within = math.inf if asked.limits else bound
     passed = sum(each.violation == 0.0 and each.value <= within for each in scores)
     low, high = clopper_pearson(passed, len(scores), asked.confidence)

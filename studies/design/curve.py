@@ -1,4 +1,4 @@
-"""What is known of a damper under an amplitude: a response over the frequency."""
+"""The known response of a damper over the frequency, under one amplitude."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,11 +21,11 @@ class Curve:
     base_m : ndarray, (n,)
         Base amplitude Z; 1 under a record, whose results are in units.
     columns : dict of ndarray, (n,)
-        `Book.variables`, or `RECORD_VARIABLES`, the first of them infinite where the response failed.
+        `Book.variables`, or `RECORD_VARIABLES`, the first of them infinite if the response failed.
     measure : Measure
-        What shall be small, as it is made of these.
+        The measure to minimise, from these variables.
     rate : float
-        ω_n of the structure, which accelerations are multiplied with.
+        ω_n of the structure, the factor of accelerations.
     """
 
     r: NDArray[np.float64]
@@ -54,12 +54,12 @@ class Curve:
 
     @property
     def judged(self) -> float:
-        """What counts of it, in the unit of the measure: its largest value, or its rms over the band."""
+        """The judged value, in the unit of the measure: its largest value, or its rms over the band."""
         values = self.measured
         return band_mean(self.r, values, self.errors).value if self.measure.mean else float(values.max())
 
     def errors_of(self, variable: str) -> NDArray[np.float64]:
-        """Standard error of a variable, shape (n,): the amplitude's; of an acceleration the same share of it."""
+        """Standard error of a variable, shape (n,): the amplitude's; for an acceleration the same relative error."""
         errors: NDArray[np.float64] = np.nan_to_num(self["amplitude_error"])
         if variable not in ACCELERATIONS:
             return errors
@@ -70,6 +70,6 @@ class Curve:
 
     @property
     def _scale(self) -> NDArray[np.float64]:
-        """What results over Z are multiplied with."""
+        """Factor of results over Z."""
         scale: NDArray[np.float64] = self.measure.factor * self.base_m
         return scale * self.rate**self.measure.order if self.measure.order else scale

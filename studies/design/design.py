@@ -1,4 +1,4 @@
-"""From a specification to an answer: the search, what builds do, how far each dimension may move, and what else there is."""
+"""From a specification to an answer: the search, the builds, the margins of each dimension, and the alternatives."""
 
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass
@@ -27,25 +27,25 @@ from damperlab.studies.specification.specification import STARTS, Specification
 __all__ = ["Ask", "Found", "Rounds", "designing"]
 
 AMPLITUDES = 7
-"""Base amplitudes under which the recommended damper is looked at."""
+"""Base amplitudes at which the recommended damper is computed."""
 SHOWN = 7
 """Base amplitudes of the figure that shows where the damper stops working."""
 
 
 @dataclass(frozen=True)
 class Ask:
-    """What a search needs next.
+    """The next step of a search.
 
     Parameters
     ----------
     studies : tuple of Study or Suite
-        To be computed, but for those that are stored.
+        Studies to compute, except those that are stored.
     stage : str
-        What they are for.
+        Their purpose.
     spent, budget : int
-        Points known, and most points.
+        Known points, and most points.
     ahead : (Build, Score) or None
-        The best damper so far, and its worst case as drawn by what is known of it; None before the first look.
+        The best damper so far, and its known worst case as drawn; None before the first look.
     """
 
     studies: tuple[Study | Suite, ...]
@@ -56,26 +56,26 @@ class Ask:
 
 
 Rounds = Generator[Ask, Iterable[xr.Dataset], Found]
-"""Asks for studies, is sent their cubes, returns what was found."""
+"""Requests studies, is sent their cubes, returns its findings."""
 
 
 def designing(asked: Specification, budget: int) -> Rounds:
-    """Search: ask for the studies that must be known next, be sent their cubes, and return what was found.
+    """Search: request the studies that must be known next, receive their cubes, and return the findings.
 
-    What it asks for depends on the specification, the budget and the values of the cubes alone, so a search that was
-    interrupted is begun anew: what it asks for is stored already, up to where it was.
+    The requests depend only on the specification, the budget and the values of the cubes. So an interrupted search
+    is restarted: the studies up to its interruption are stored.
 
     Parameters
     ----------
     asked : Specification
         What is designed.
     budget : int
-        Most points. The search leaves half of them for what follows it, and ends where it would not.
+        Most points. The search leaves half of them for the later steps.
 
     Raises
     ------
     StudyFaults
-        If the budget does not allow the first look.
+        If the budget does not cover the first look.
     """
     book = Book(asked, budget)
     steps = _steps(asked, book)
@@ -168,12 +168,12 @@ def _steps(asked: Specification, book: Book) -> Step[Found]:
 
 
 def beyond_of(excitation: Excitation) -> tuple[float, float]:
-    """Give the base amplitudes between which a damper is shown: half the least to twice the largest."""
+    """Give the base amplitudes between which a damper is shown: half the smallest to twice the largest."""
     return excitation.lowest_m / 2.0, excitation.highest_m * 2.0
 
 
 def _require(search: Search) -> None:
-    """Refuse a budget that ends before the first look does."""
+    """Refuse a budget that does not cover the first look."""
     first = search.book.lacking(search.first_look())
     if first <= search.book.budget / 2:
         return

@@ -1,4 +1,4 @@
-"""What a search has found."""
+"""Findings of a search."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,17 +20,17 @@ from damperlab.studies.variables import ResponseClass
 
 @dataclass(frozen=True)
 class Found:
-    """All that a search has found.
+    """All findings of a search.
 
     Parameters
     ----------
     asked, book : Specification, Book
-        What was asked, and every point.
+        The specification, and every point.
     build : Build
         The recommended damper.
     nominal, compared, stated : Score
-        Its worst case as drawn; with the corners of its tolerances, as the alternatives are judged; and with
-        everything that was computed of it.
+        Its worst case as drawn; with the corners of its tolerances, as the alternatives are judged; and over
+        everything computed for it.
     builds : Builds or None
         None without tolerances.
     margins : dict of Margin
@@ -40,25 +40,25 @@ class Found:
     absorber : Beside or None
         The tuned mass damper.
     front : tuple of OfMass
-        The best damper found of each of several masses, the lightest first; empty without a particle.
+        The best damper found for each of several masses, the lightest first; empty without a particle.
     over : Score or None
-        As `nominal`, over the bands alone; None where there is none.
+        As `nominal`, over the bands alone; None if there is none.
     under : tuple of Score
         As `nominal`, under each excitation over a band alone.
     shown : tuple of Amplitude
-        Amplitudes of the excitation that binds, also beyond its range, under which the damper as drawn is known at every
-        frequency of the survey.
+        Amplitudes of the excitation that binds, also beyond its range, for which the damper as drawn is known at
+        every frequency of the survey.
     starts : Starts or None
-        What other starts than rest lead to; None where the budget did not allow it.
+        Responses to other starts than rest; None if the budget did not cover them.
     stopped : str
         "complete" or "budget".
     ended : str
-        What ended the search: "converged", "lists" (every combination of the values listed was looked at), "budget", or
-        "nothing" (there was nothing to choose).
+        Reason for the end of the search: "converged", "lists" (every combination of the listed values was examined),
+        "budget", or "nothing" (nothing was to be chosen).
     looked_at : int
-        Dampers that the search looked at.
+        Dampers that the search examined.
     left_out : tuple of str
-        What the budget did not allow.
+        Steps that the budget did not cover.
     """
 
     asked: Specification
@@ -83,12 +83,12 @@ class Found:
 
     @property
     def called(self) -> str:
-        """What the damper is called that it is about: where nothing was chosen, nothing is recommended."""
+        """Name of the damper in sentences: if nothing was chosen, nothing is recommended."""
         return "recommended" if self.asked.free else "as given"
 
     @property
     def others(self) -> dict[str, Alternative]:
-        """`alternatives` that are not the damper itself: one without a particle is friction alone."""
+        """`alternatives` that differ from the damper itself: one without a particle is friction alone."""
         lacks = {
             "friction_alone": self.build.particle_mass_kg == 0.0,
             "particle_alone": self.build.friction_force_n == 0.0,
@@ -96,14 +96,16 @@ class Found:
         return {name: each for name, each in self.alternatives.items() if not lacks[name]}
 
     def otherwise(self, limit: str) -> str:
-        """Say what else than a relaxed limit would let the damper keep it."""
+        """Name other changes than a relaxed limit that would let the damper keep it."""
         if self.nominal.reached[limit] <= self.asked.limits[limit]:
             return "narrow the tolerances"
         return "widen what may be chosen" if self.asked.free else "let something be chosen"
 
     @cached_property
     def heaviest(self) -> Beside | None:
-        """The tuned mass damper of the largest mass allowed, which does most; None where no mass is."""
+        """The tuned mass damper of the largest allowed mass, which is the most effective; None if no mass is
+        allowed.
+        """
         most = self.asked.choices["particle_mass_kg"].stop
         if most == self.build.particle_mass_kg:
             return self.absorber
@@ -116,13 +118,13 @@ class Found:
 
     @property
     def binding(self) -> Excitation:
-        """The excitation under which the stated worst case is, or the one over the bands where a record has it."""
+        """The excitation of the stated worst case, or the one over the bands if a record has it."""
         assert self.over is not None  # only of a specification over bands
         return binding(self.asked, self.stated, self.over)
 
 
 def at_ends(found: Found) -> dict[str, str]:
-    """Give the chosen quantities that are at the end of their range, and which end."""
+    """Give the chosen quantities at an end of their range, and which end."""
     ends: dict[str, str] = {}
     asked = found.asked
     for name in (each for each in OF_DAMPER if each in asked.free or each in asked.bounds):
@@ -138,14 +140,15 @@ def at_ends(found: Found) -> dict[str, str]:
 
 
 def locked(found: Found, build: Build | None = None) -> bool:
-    """Whether friction holds the structure at its base at every frequency computed, as drawn and under the largest amplitude.
+    """Whether friction locks the structure to its base at every frequency computed, as drawn and under the largest
+    amplitude.
 
     Parameters
     ----------
     found : Found
         The search.
     build : Build, optional
-        The damper; the recommended one by default.
+        The damper; by default the recommended one.
     """
     build = build or found.build
     curves = (found.book.curve(build, case) for case in found.asked.cases)

@@ -1,9 +1,9 @@
-"""Where a response is sampled over the band, so that its peak is found and not met by chance.
+"""Frequencies of a response over the band, chosen so that its peak is found reliably.
 
 A particle that rides on its wall is added mass: the structure then resonates at r = 1/√(1+β), and at r = 1 where the particle
 does not act. Between the two, and a margin beyond, frequencies are spaced by the half width of the structure's own
-resonance, ζ, so that a resonance of that width shows at least 1/√(1 + ¼) of its height at one of them (a Lorentzian, half
-a step off its peak). Every maximum that high is then bracketed.
+resonance, ζ. So a resonance of that width reaches at least 1/√(1 + ¼) of its height at one of them (a Lorentzian,
+half a step off its peak). Every maximum of that height is then bracketed.
 """
 
 import math
@@ -22,19 +22,19 @@ MOST_STEPS = 60
 OUTSIDE = 8
 """Samples on either side of the resonances."""
 COARSE = 3
-"""Steps in one of the first look."""
+"""Step of the first look, in these steps."""
 SHOWN = 0.85
 """Share of the largest value from which a maximum is bracketed."""
 BRACKETS = 3
-"""Most maxima that are bracketed at once."""
+"""Most maxima bracketed in one step."""
 CLOSER = 0.001
-"""Step at which a response is looked at where a rise between two samples would decide."""
+"""Step of a response where a rise between two samples would decide."""
 INNER = 7
-"""Samples put into either side of a bracket."""
+"""Samples on either side of a bracket."""
 NARROW = 1e-5
-"""Width of an interval [1] up to which no sample is put into it: a hundredth of the least step between resonances."""
+"""Width of an interval [1] that is not divided further: a hundredth of the smallest step between resonances."""
 DIGITS = 9
-"""Decimals of a frequency ratio: one place is one number, however it was reached."""
+"""Decimals of a frequency ratio: one place is one number, however it was computed."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Survey:
         return cls(low, high, step, tuple(fine), tuple(coarse))
 
     def sample(self, mass_ratio: float, shift: float, fine: bool) -> tuple[float, ...]:
-        """Give the frequencies, over its own natural frequency, of a structure that is off by a share of it.
+        """Give the frequencies, over its own natural frequency, of a structure with a relative deviation.
 
         Both ends of the band are among them, and the resonance of a particle that rides on its wall.
         """
@@ -95,7 +95,7 @@ class Survey:
 
 
 def _towards(edge: float, end: float) -> list[float]:
-    """Steps that grow from the edge of the resonances to an end of the band; none where the band ends before."""
+    """Steps that grow from the edge of the resonances to an end of the band; empty if the band ends before."""
     if (end - edge) * (edge - 1.0) <= 0.0:
         return []
     return [round(float(r), DIGITS) for r in np.geomspace(edge, max(end, 1e-4), OUTSIDE + 2)[1:-1]]
@@ -109,13 +109,13 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64], shown: float =
     r, values : ndarray, (n,)
         Ascending frequencies and the response there.
     shown : float
-        Share of the largest value that a maximum reaches.
+        Share of the largest value that a maximum must reach.
 
     Returns
     -------
     tuple of float
-        Inside the neighbouring intervals of every maximum that reaches `shown` of the largest value, the highest first
-        chosen; empty where none of those intervals is wider than `NARROW`.
+        Inside the neighbouring intervals of every maximum that reaches `shown` of the largest value, the highest
+        first; empty if none of those intervals is wider than `NARROW`.
     """
     if r.size < 2:
         return ()
@@ -135,7 +135,7 @@ def brackets(r: NDArray[np.float64], values: NDArray[np.float64], shown: float =
 def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float, ...]:
     """Give further frequencies in the wider intervals where the response is near its largest value.
 
-    A peak on a flank is no maximum of samples that lie farther apart than it is wide, so `brackets` does not see it.
+    A peak on a flank is no maximum of the samples if it is narrower than their distance, so `brackets` misses it.
 
     Parameters
     ----------
@@ -145,7 +145,8 @@ def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float,
     Returns
     -------
     tuple of float
-        They cut every interval, one end of which reaches `SHOWN` of the largest value, into parts no wider than `CLOSER`.
+        They divide every interval with an end at `SHOWN` of the largest value or more, into parts no wider than
+        `CLOSER`.
     """
     high = np.maximum(values[:-1], values[1:]) >= SHOWN * values.max()
     found: list[float] = []
@@ -158,9 +159,9 @@ def between(r: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[float,
 def rise(r: NDArray[np.float64], values: NDArray[np.float64]) -> float:
     """Estimate by how much the peak beside the largest sample exceeds it.
 
-    On an interval beside it the response is taken to rise no more steeply than it did towards the interval from either end, up
-    to where both meet. Where what is beyond lies too low for that the response jumps: it is taken to rise up to the jump, as
-    steeply as before it.
+    On an interval beside it the response is assumed to rise no more steeply than it did towards the interval from
+    either end, up to the intersection of both lines. If the value beyond is too low for that, the response jumps: it
+    is assumed to rise up to the jump, as steeply as before it.
     """
     place = int(values.argmax())
     return max(
@@ -175,7 +176,7 @@ def _rise_ahead(
     back: NDArray[np.float64],
     behind: NDArray[np.float64],
 ) -> float:
-    """Give the rise on the first interval of a response, which came along the same first place from behind."""
+    """Give the rise on the first interval of a response, whose neighbour was sampled from behind."""
     if r.size < 2 or back.size < 2 or not np.isfinite(np.r_[values[:3], behind[:3]]).all():
         return 0.0
     width, slopes = abs(r[1] - r[0]), np.diff(behind[:3]) / -np.abs(np.diff(back[:3]))

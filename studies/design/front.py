@@ -1,8 +1,9 @@
-"""Response against the mass of the particle: the best damper found of each of several masses, the others chosen anew.
+"""Response against the mass of the particle: the best damper found for each of several masses, with all other
+quantities chosen again.
 
-Every mass is looked at from the best damper of its neighbour on, one step of what else is chosen at a time, while that is
-better. So each is the best of those that were looked at, as drawn, and no more; the tuned mass damper beside it
-is tuned for just that.
+The search for a mass starts from the best damper of the neighbouring mass, and moves one step of one quantity as
+long as this is better. So each is only the best of the dampers examined, as drawn. The tuned mass damper of the same
+mass is tuned under the same conditions.
 """
 
 from dataclasses import dataclass, replace
@@ -20,37 +21,37 @@ from damperlab.studies.specification.specification import Choice, Specification
 
 MASS = "particle_mass_kg"
 MASSES = 5
-"""Masses over a range that is to be chosen from; more where the recommended one is between them."""
+"""Masses over a range; more if the recommended one lies between them."""
 MOST_LISTED = 7
 """Most masses of a list."""
 SHARES = (0.25, 0.5, 1.0, 1.5, 2.0)
-"""Of a mass that is given."""
+"""Masses around a given one, as factors."""
 WIDEST, FINEST = 1 / 8, 1 / 16
-"""Steps of what else is chosen, as shares of its range."""
+"""Steps of the other quantities, as fractions of their ranges."""
 FULL = 2
-"""Quantities up to which every neighbour is looked at."""
+"""Quantities up to which every neighbour is examined."""
 POOL = 4
-"""Dampers of the search at which a mass begins that it knows."""
+"""Dampers of the main search from which the search for a known mass starts."""
 SAME = 1e-9
-"""Share within which two masses are one."""
+"""Relative difference within which two masses are equal."""
 
 
 @dataclass(frozen=True)
 class OfMass:
-    """The best damper found of one mass, as drawn.
+    """The best damper found for one mass, as drawn.
 
     Parameters
     ----------
     build : Build
-        Which.
+        The damper.
     score : Score
         Its worst case.
     looked_at : int
-        Of how many dampers of this mass it is the best.
+        Number of dampers of this mass that were examined.
     absorber : float or None
         Worst case of the tuned mass damper of this mass on the nominal structure; None without mass.
     particle_alone : float or None
-        That of the particle alone of this mass; None where it was not looked for.
+        Worst case of the particle alone of this mass; None if it was not searched.
     """
 
     build: Build
@@ -66,7 +67,7 @@ class OfMass:
 
 
 def masses_of(asked: Specification, recommended: Build) -> list[float]:
-    """Choose the masses, the recommended one among them: over its range, or about a mass that is given, within its limit."""
+    """Choose the masses, including the recommended one: over its range, or around a given mass, within its limit."""
     choice, own = asked.choices[MASS], recommended.particle_mass_kg
     if choice.values:
         count = min(len(choice.values), MOST_LISTED)
@@ -82,16 +83,16 @@ def masses_of(asked: Specification, recommended: Build) -> list[float]:
 
 
 def front_of(search: Search, best: Candidate, most: int) -> Step[tuple[OfMass, ...]]:
-    """Look for the best damper of every mass, from the recommended one on to lighter and to heavier ones.
+    """Find the best damper of every mass, from the recommended one towards lighter and heavier ones.
 
     Parameters
     ----------
     search : Search
         At its end.
     best : tuple of float
-        What it recommends.
+        Its recommendation.
     most : int
-        Points of the book that there may be after it.
+        Points that the book may hold afterwards.
 
     Returns
     -------
@@ -115,7 +116,7 @@ def front_of(search: Search, best: Candidate, most: int) -> Step[tuple[OfMass, .
 def beside_particle_alone(
     front: tuple[OfMass, ...], search: Search, alone: Alternative | None
 ) -> tuple[OfMass, ...]:
-    """Add the particle alone where it was looked for with the mass of one of them."""
+    """Add the particle alone if it was searched for one of the masses."""
     if alone is None:
         return front
     value = search.score(alone.build).value
@@ -126,7 +127,7 @@ def beside_particle_alone(
 
 
 def undominated(front: tuple[OfMass, ...]) -> tuple[OfMass, ...]:
-    """Choose the masses that no lighter one does as well as."""
+    """Choose the masses that no lighter one equals."""
     kept: list[OfMass] = []
     for each in front:
         if all(each.score.rank < other.score.rank for other in kept):
@@ -136,7 +137,7 @@ def undominated(front: tuple[OfMass, ...]) -> tuple[OfMass, ...]:
 
 @dataclass
 class _Looking:
-    """The dampers of one mass that are looked at."""
+    """The examined dampers of one mass."""
 
     search: Search
     space: Space
@@ -146,7 +147,7 @@ class _Looking:
         return min(self.known, key=lambda each: (*self.search.score(self.space.build(each)).rank, each))
 
     def closer(self, level: int) -> Asks:
-        """Look at the best more closely until the best is known so closely."""
+        """Refine the best candidate until its value is known closely enough."""
         while True:
             best = self.best()
             yield from self.search.known([self.space.build(best)], level)
@@ -155,7 +156,9 @@ class _Looking:
 
 
 def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tuple[OfMass, Candidate]]:
-    """Look for the best damper of a mass, beginning at that of a neighbour and at what the search knows of this mass."""
+    """Find the best damper of a mass, starting from that of a neighbour and from the search's own dampers of this
+    mass.
+    """
     asked = _with_mass(search.asked, mass)
     looking = _Looking(_looker(search, asked), Space(asked), set())
     looking.search.cap = cap
@@ -182,18 +185,22 @@ def _best_of(search: Search, mass: float, start: Candidate, cap: int) -> Step[tu
 
 
 def _looker(search: Search, asked: Specification) -> Search:
-    """Give what looks at dampers of a mass: the search itself, or where its frequencies are for lighter ones another."""
+    """Give the search that examines dampers of a mass: the main one, or another if a lighter mass needs other
+    frequencies.
+    """
     heavier = asked.choices[MASS].stop > search.asked.choices[MASS].stop
     return Search(asked, search.book, told=False) if heavier else search
 
 
 def _others(search: Search, candidate: Candidate) -> Candidate:
-    """Give the shares of what is chosen beside the mass."""
+    """Give the fractions of the chosen quantities apart from the mass."""
     return tuple(share for name, share in zip(search.space.names, candidate, strict=True) if name != MASS)
 
 
 def _around(space: Space, centre: Candidate, step: float) -> set[Candidate]:
-    """Give the neighbours of a candidate, a step away along every quantity of up to two, else along one of them."""
+    """Give the neighbours of a candidate, a step away along every quantity if there are up to two, else along one of
+    them.
+    """
     steps = [max(step, 1.0 / (count - 1)) if count else step for count in space.counts]
     moves = product((-1.0, 0.0, 1.0), repeat=len(steps))
     kept = (move for move in moves if len(steps) <= FULL or sum(map(abs, move)) <= 1.0)
@@ -204,7 +211,7 @@ def _around(space: Space, centre: Candidate, step: float) -> set[Candidate]:
 
 
 def _pool(search: Search, mass: float) -> set[Candidate]:
-    """Give the best as drawn of what the search knows of a mass."""
+    """Give the best as drawn among the search's dampers of a mass."""
     same = (each for each in search.values if search.space.build(each).particle_mass_kg == mass)
     ranked = sorted(same, key=lambda each: (*search.score(search.space.build(each)).rank, each))
     return {_others(search, each) for each in ranked[:POOL]}

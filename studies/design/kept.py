@@ -1,4 +1,4 @@
-"""A design as it is kept: what was asked, what its search waits for, how it ended."""
+"""A design as stored: the specification, the studies its search waits for, its end."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -12,7 +12,7 @@ from damperlab.studies.vocabulary import State
 
 
 class Where(TypedDict):
-    """What a worst case is under: an excitation with its frequency and amplitude, or a record with its scale."""
+    """Condition of a worst case: an excitation with its frequency and amplitude, or a record with its scale."""
 
     ratio: Number
     frequency_ratio: Number
@@ -29,7 +29,7 @@ class Where(TypedDict):
 
 
 class Worst(Where):
-    """A worst case with its units, and where it is."""
+    """A worst case with its units and its place."""
 
     measure: str
     value: Number
@@ -46,7 +46,7 @@ class KnownDesign(TypedDict):
 
 
 class DesignSummary(TypedDict):
-    """What a list of designs shows."""
+    """An entry in the list of designs."""
 
     id: Annotated[str, Says(description="First 12 hex digits of the digest.")]
     name: str
@@ -58,7 +58,7 @@ class DesignSummary(TypedDict):
     budget_points: Annotated[Count, Says(description="Most points.")]
     known: Annotated[
         KnownDesign | None,
-        Says(description="The best so far, as drawn; of a design that is done the one it recommends."),
+        Says(description="The best so far, as drawn; of a completed design the recommended one."),
     ]
     created: str
     started: str | None
@@ -76,14 +76,14 @@ class KeptDocument(DesignSummary):
 
 @dataclass(frozen=True)
 class Round:
-    """What a search waits for.
+    """The current round of a search.
 
     Parameters
     ----------
     stage : str
-        What the studies are for.
+        The purpose of the studies.
     number : int
-        Rounds so far, this one included.
+        Rounds so far, including this one.
     points, wanted : int
         Points known, and points of the studies.
     studies : tuple of str
@@ -93,7 +93,7 @@ class Round:
     started : str
         When the search began, in ISO 8601, UTC.
     message : str or None
-        What it waits for beside its studies.
+        Another reason to wait, apart from its studies.
     """
 
     stage: str
@@ -108,7 +108,7 @@ class Round:
 
 @dataclass(frozen=True)
 class Kept:
-    """A design as it is kept.
+    """A design as stored.
 
     Parameters
     ----------
@@ -117,19 +117,19 @@ class Kept:
     state : str
         One of `STATES`.
     specification : dict
-        As it was given.
+        The specification as given.
     budget_points : int
         Most points.
     created : str
-        When it was asked for; times are in ISO 8601, UTC.
+        Time of the request; times are in ISO 8601, UTC.
     finished : str or None
         When it ended.
     message : str or None
-        Why it failed, or what it waits for.
+        The reason of its failure, or of its waiting.
     owner : str or None
-        Whose it is; None where nobody asked who they are.
+        Its owner; None without keys.
     round : Round or None
-        The last one that was begun.
+        The latest round.
     """
 
     id: str
@@ -146,16 +146,16 @@ class Kept:
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more happens unless somebody asks for it."""
+        """Whether nothing more happens without a request."""
         return self.finished is not None
 
     @property
     def place(self) -> str:
-        """Where it stands among the designs of its folder; texts of this kind are ordered as the designs were asked for."""
+        """Sort key among the designs of its folder: the order of their requests."""
         return f"{int(1e6 * datetime.fromisoformat(self.created).timestamp()):020d}-{self.id}"
 
     def summary(self) -> DesignSummary:
-        """Give what a list of designs shows."""
+        """Give the entry for a list of designs."""
         at = self.round
         return {
             "id": self.id,
@@ -181,5 +181,5 @@ class Kept:
 
 
 def now() -> str:
-    """Give the time as designs note it: ISO 8601, UTC."""
+    """Give the time in the form of designs: ISO 8601, UTC."""
     return datetime.now(UTC).isoformat()

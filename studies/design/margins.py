@@ -1,4 +1,4 @@
-"""How far each quantity of a damper may move alone."""
+"""How far each quantity of a damper may change alone."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ from damperlab.studies.specification.damper import QUANTITIES
 from damperlab.studies.specification.specification import OF_DAMPER, Specification, beside_rubbing
 
 MOVES = (0.02, 0.05, 0.1, 0.2, 0.4)
-"""Shares by which each quantity is moved alone."""
+"""Relative changes of each quantity."""
 FEW = 3
-"""How many of them are looked at first."""
+"""Number of changes examined first."""
 
 
 @dataclass(frozen=True)
 class Margin:
-    """How far one quantity may move alone: it holds from `low` to `high`, and was seen to fail at the values beyond."""
+    """Range of one quantity alone: limits are kept from `low` to `high`, and exceeded at the values beyond."""
 
     low: Measured
     high: Measured
@@ -31,9 +31,9 @@ class Margin:
 
 
 def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Margin]]:
-    """Move each quantity alone, ever further, until a limit or the bound is exceeded.
+    """Change each quantity alone in growing steps, until a limit or the bound is exceeded.
 
-    So is the friction of the particle in its cavity, from none, where it was assumed that there is none.
+    The friction of the particle in its cavity is treated likewise, from 0, if the specification assumes none.
     """
     moved: dict[tuple[str, int], list[tuple[float, Build]]] = {}
     names = _moved(search, build)
@@ -77,7 +77,7 @@ def margins_of(search: Search, build: Build, stated: Score) -> Step[dict[str, Ma
 
 
 def _moved(search: Search, build: Build) -> list[str]:
-    """Name the quantities of a damper that are chosen, or are not exact."""
+    """Name the quantities of a damper that are chosen, or have tolerances."""
     asked = search.asked
     names = [name for name in OF_DAMPER if name in asked.free or name in asked.tolerances]
     if build.particle_mass_kg == 0.0:
@@ -86,18 +86,20 @@ def _moved(search: Search, build: Build) -> list[str]:
 
 
 def _may_rub(asked: Specification) -> bool:
-    """Whether a particle that rubs can be computed with all that is asked, where none was stated to."""
+    """Whether friction of the particle can be combined with the specification, if it states none."""
     beside = beside_rubbing(asked.in_units, asked.choices)
     return not asked.rubs and not any(beside.values())
 
 
 def _size(search: Search, build: Build, name: str) -> float:
-    """Give what shares of a quantity are of: itself, or its range where it is 0."""
+    """Give the reference of a relative change: the quantity itself, or its range if it is 0."""
     return build.value(name) or search.asked.choices[name].stop
 
 
 def _value(search: Search, build: Build, name: str, share: float) -> float | None:
-    """Give a quantity that is off by a share of itself, or of its range where it is 0; None where there is no such value."""
+    """Give a quantity with a relative change, or a change relative to its range if it is 0; None if there is no such
+    value.
+    """
     value, size = build.value(name), _size(search, build, name)
     top = QUANTITIES[name].highest
     low = 0.0 if name not in ("clearance_m", "particle_mass_kg") else 1e-3 * size
@@ -106,12 +108,12 @@ def _value(search: Search, build: Build, name: str, share: float) -> float | Non
 
 
 def _in_doubt(search: Search, rows: Iterable[list[Build]], stated: Score) -> list[Build]:
-    """Choose the builds that exceed no limit on the damper itself: what the others do need not be known."""
+    """Choose the builds that exceed no limit on the damper itself: the others need not be computed."""
     return [each for row in rows for each in row if each.excess(search.asked) <= stated.violation]
 
 
 def _fails(search: Search, moved: Build, stated: Score) -> bool:
-    """Whether a build exceeds a limit by more than is stated, or the bound where no limit is on what is measured."""
+    """Whether a build exceeds a limit by more than stated, or the bound if no limit is on the measure."""
     if moved.excess(search.asked) > stated.violation:
         return True
     judged = search.score(moved)

@@ -1,8 +1,8 @@
-"""scipy's optimisers, which ask for values in place of computing them.
+"""scipy's optimisers as generators, which request values instead of computing them.
 
-Each is a generator: it yields candidates whose values it must know next, and goes on once they are known. scipy calls a
-function and waits for it, so an optimiser is begun anew with what is known and followed as far as that goes. What it asks for
-depends on the values alone, and following it costs little beside computing them.
+Each yields candidates whose values it needs next, and continues once they are known. scipy calls a function and
+waits for it, so an optimiser is restarted with the known values and followed until one is missing. The requests
+depend only on the values, and following it costs little compared with computing them.
 """
 
 from collections.abc import Generator, Mapping, Sequence
@@ -19,33 +19,37 @@ Wants = Generator[list[Candidate], None, None]
 Values = Mapping[Candidate, float]
 
 STRETCH = 1.5
-"""How much wider than the ranges the box is that DIRECT divides: it looks at middles alone, and some so lie on the ends."""
+"""Relative excess of the box that DIRECT divides over the ranges: it samples only midpoints, and so some lie on the
+ends.
+"""
 SIZES = (1 / 12, 1 / 48)
-"""Of simplices, as shares of the ranges: each begins at the best of those before."""
+"""Sizes of simplices, as fractions of the ranges: each starts at the best of the earlier ones."""
 FAR = 1 / 8
-"""Share of the ranges by which the starts of the first simplices lie apart."""
+"""Distance between the starts of the first simplices, as a fraction of the ranges."""
 SHRUNK = 1 / 8
-"""Share of its first size at which a simplex has ended: where the response jumps, values at its corners never agree."""
+"""Fraction of its first size at which a simplex ends: where the response jumps, the values at its corners never
+agree.
+"""
 MOST_STEPS = 30
-"""Most values that a simplex takes, for each quantity."""
+"""Most values of a simplex, for each quantity."""
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How much a search takes.
+    """Effort of a search.
 
     Parameters
     ----------
     divided : int
-        Candidates that the ranges are divided into, for each quantity that is chosen.
+        Candidates of the division of the ranges, for each chosen quantity.
     starts : int
         Simplices of the first size.
     sizes : int
-        How many of `SIZES` are taken.
+        Number of `SIZES` that are used.
     reserve : float
-        Share of its points that it explores without: for judging the best closely, and of the first search for what follows.
+        Share of its points reserved for judging the best closely and, in the first search, for the later steps.
     left : float
-        Share of the reserve that judging the best leaves to what follows.
+        Share of the reserve that remains for the later steps.
     """
 
     divided: int = 25
@@ -56,20 +60,21 @@ class Effort:
 
 
 class _Ended(Exception):
-    """Nothing more is to be done before further values are known, or enough candidates are."""
+    """The optimiser needs further values, or has enough candidates."""
 
 
 def sought(space: Space, values: Values, effort: Effort) -> Wants:
-    """Seek the candidate of the least value: all of a few, else over the ranges, and then down from the best of those.
+    """Find the candidate with the least value: all of a few, else by dividing the ranges, and then downhill from the
+    best.
 
     Parameters
     ----------
     space : Space
         The candidates.
     values : mapping
-        Of candidates that are known; whoever is asked for more adds them.
+        Known candidates; the receiver of a request adds to them.
     effort : Effort
-        How much it takes.
+        Its effort.
     """
     every = space.every()
     if every:
@@ -81,10 +86,11 @@ def sought(space: Space, values: Values, effort: Effort) -> Wants:
 
 
 def _divided(space: Space, values: Values, count: int) -> Wants:
-    """Divide the ranges where the least value may be, until so many candidates are known.
+    """Divide the ranges where the least value may be, until the wanted number of candidates is known.
 
     D. R. Jones, C. D. Perttunen, B. E. Stuckman, J. Optim. Theory Appl. 79 (1993) 157, in the locally biased form of
-    J. M. Gablonsky, C. T. Kelley, J. Glob. Optim. 21 (2001) 27. All candidates of an iteration are asked for together.
+    J. M. Gablonsky, C. T. Kelley, J. Glob. Optim. 21 (2001) 27. All candidates of an iteration are requested
+    together.
     """
     from scipy.optimize import direct  # the light client imports this module, and has no scipy
 
@@ -116,7 +122,7 @@ def _divided(space: Space, values: Values, count: int) -> Wants:
 
 
 def _starts(values: Values, count: int) -> list[Candidate]:
-    """Choose the best that are not the same damper within `FAR`."""
+    """Choose the best candidates that differ by more than `FAR`."""
     chosen: list[Candidate] = []
     for each in sorted(values, key=lambda each: (values[each], each)):
         if all(max(abs(a - b) for a, b in zip(each, other, strict=True)) > FAR for other in chosen):
@@ -127,7 +133,7 @@ def _starts(values: Values, count: int) -> list[Candidate]:
 
 
 def _descended(space: Space, values: Values, starts: Sequence[Candidate], size: float) -> Wants:
-    """Follow simplices down from several candidates, side by side; listed values stay as they are there."""
+    """Follow simplices downhill from several candidates in parallel; listed values stay fixed."""
     moved = [place for place, count in enumerate(space.counts) if not count]
     while moved:
         wanted = dict.fromkeys(
@@ -141,7 +147,9 @@ def _descended(space: Space, values: Values, starts: Sequence[Candidate], size: 
 def _next_of(
     space: Space, values: Values, start: Candidate, moved: list[int], size: float
 ) -> list[Candidate]:
-    """Give what a simplex must know next; empty where it has ended (J. A. Nelder, R. Mead, Comput. J. 7 (1965) 308)."""
+    """Give the next values that a simplex needs; empty if it has ended (J. A. Nelder, R. Mead, Comput. J. 7 (1965)
+    308).
+    """
     from scipy.optimize import minimize
 
     wanted: list[Candidate] = []

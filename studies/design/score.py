@@ -1,4 +1,4 @@
-"""What a build is worth: its worst case over the band and the base amplitudes, and the limits it keeps."""
+"""The value of a build: its worst case over the band and the base amplitudes, and the limits it keeps."""
 
 import math
 from collections.abc import Iterable
@@ -27,27 +27,28 @@ class Score:
     Parameters
     ----------
     value, error, noise : float
-        The largest value of the measure in its unit; by how much it may be larger, with the confidence asked for; by how much
-        smaller, since a response that does not repeat is known to its standard error.
+        The largest value of the measure in its unit; how much larger it may be at the required confidence; and how
+        much smaller, since a response that does not repeat has a standard error.
     violation : float
-        The largest share by which a limit is exceeded; 0 where all hold.
+        The largest share by which a limit is exceeded; 0 if all are kept.
     reached : dict of float
-        The largest value of whatever is limited, results and the damper itself, in the unit of its limit.
+        The largest value of each limited quantity, of results and of the damper itself, in the unit of its limit.
     frequency_ratio : float
-        Of the worst case, over the nominal natural frequency, and where the rms over the band is judged that of its largest
-        response; NaN under a ground-motion record, as the next.
+        Frequency of the worst case, over the nominal natural frequency; if the rms over the band is judged, that of
+        its largest response; NaN under a ground-motion record, like the next.
     amplitude_m : float
         Base amplitude Z of the worst case, at its frequency.
     build : Build
-        Which has it.
+        The build that reaches it.
     under : Amplitude, Case or None
-        Under what; None where nothing is known.
+        Its excitation; None if nothing is known.
     at_most : dict of float
-        As `reached`, what is not exceeded with the confidence asked for.
+        As `reached`, upper bounds at the required confidence.
     violation_at_most : float
-        As `violation`, by what is not exceeded.
+        As `violation`, from these bounds.
     reached_at : dict of tuple
-        Under what a result of `reached` is that, and at which frequency ratio, as `frequency_ratio`; none of one that is 0.
+        The excitation of each result in `reached`, and its frequency ratio, as `frequency_ratio`; empty for one that
+        is 0.
     """
 
     value: float
@@ -65,25 +66,25 @@ class Score:
 
     @property
     def rank(self) -> tuple[float, float]:
-        """The smaller, the better: what keeps the limits comes first, and else what exceeds them least."""
+        """Sort key, smaller is better: builds that keep the limits come first, the others by their excess."""
         return self.violation, self.value
 
     @property
     def sure(self) -> tuple[float, float]:
-        """As `rank`, by what is not exceeded: of many noisy values the smallest is small by chance."""
+        """As `rank`, from upper bounds: the smallest of many noisy values is small by chance."""
         return self.violation, self.most
 
     @property
     def most(self) -> float:
-        """What the measure does not exceed with the confidence asked for."""
+        """Upper bound of the measure at the required confidence."""
         return self.value + self.error
 
 
 def score(book: Book, build: Build, amplitudes: Iterable[Under]) -> Score:
-    """Judge a build by what is known of it.
+    """Judge a build by its known results.
 
-    Error and value are those of the sampled frequencies; the error holds what the peak between them may be more. The
-    errors of results that have none of their own are taken to be the amplitude's.
+    Error and value are those of the sampled frequencies; the error includes the possible rise of the peak between
+    them. Results without their own errors are assigned the amplitude's.
     """
     asked = book.asked
     quantile = NormalDist().inv_cdf(asked.confidence)
@@ -152,7 +153,9 @@ def _nominal(build: Build, curve: Curve, under: Under, place: int) -> float:
 
 
 class _Judged(NamedTuple):
-    """What one response is worth: the measure, what it does not exceed, by how much it may be less, and where it is largest."""
+    """The value of one response: the measure, its upper bound, its lower deviation, and the place of the largest
+    value.
+    """
 
     value: float
     most: float
@@ -172,7 +175,9 @@ def _judged(curve: Curve, quantile: float) -> _Judged:
 
 
 def _at_most(curve: Curve, values: NDArray[np.float64], errors: NDArray[np.float64] | None) -> float:
-    """Give what values over the band do not exceed, with errors and between the frequencies; without errors the largest."""
+    """Give upper bounds of values over the band, with errors and between the frequencies; without errors the
+    largest.
+    """
     place = int(values.argmax())
     if errors is None or not np.isfinite(values).all():
         return float(values[place])
@@ -181,13 +186,13 @@ def _at_most(curve: Curve, values: NDArray[np.float64], errors: NDArray[np.float
 
 
 def _violation(asked: Specification, build: Build, reached: dict[str, float]) -> float:
-    """Give the largest share by which a limit is exceeded; 0 where all are kept."""
+    """Give the largest share by which a limit is exceeded; 0 if all are kept."""
     shares = (reached[name] / limit - 1.0 for name, limit in asked.limits.items())
     return max((build.excess(asked), *shares))
 
 
 def _size(curve: Curve, about: Limit, own_speed: float) -> NDArray[np.float64] | float:
-    """Give what results over Z, ω_n and the excitation's period are multiplied with for a limit.
+    """Give the factor of results over Z, ω_n and the excitation's period for a limit.
 
     Parameters
     ----------
@@ -207,7 +212,7 @@ def _size(curve: Curve, about: Limit, own_speed: float) -> NDArray[np.float64] |
 
 
 def _highest(scores: list[Score], limit: str) -> Score:
-    """Give the one that reaches most of what is limited."""
+    """Give the build that reaches the largest part of the limits."""
     return max(scores, key=lambda one: one.reached[limit])
 
 
@@ -230,11 +235,11 @@ def worst(scores: Iterable[Score]) -> Score:
 
 
 def binding(asked: Specification, *judged: Score) -> Excitation:
-    """Give the excitation over a band under which the first of some worst cases is that is not under a record."""
+    """Give the excitation of the first worst case that is over a band and not under a record."""
     unders = (each.under for each in judged)
     return next((each.excitation for each in unders if isinstance(each, Amplitude)), asked.excitations[0])
 
 
 def over_bands(amplitudes: Iterable[Under]) -> list[Amplitude]:
-    """Choose those of what a damper is judged under that are over a band."""
+    """Choose the conditions that are over a band."""
     return [each for each in amplitudes if isinstance(each, Amplitude)]

@@ -1,11 +1,11 @@
-"""The search: scipy's optimisers ask for dampers, each of which is looked at as closely as it matters.
+"""The search: scipy's optimisers request dampers, each of which is examined only as closely as it matters.
 
-It is a generator: it yields what must be known next, and goes on when the book has it. What it yields depends on the
-specification and on the values in the book alone.
+It is a generator: it yields the points that it needs next, and continues when the book has them. What it yields
+depends only on the specification and on the values in the book.
 
-A damper is worth its worst case as drawn and at the corners of its tolerances, with every maximum over the frequency bracketed
-to the same fineness. A worst case can only grow as more frequencies are computed, so each damper is refined only while it may
-be near the best. The recommended damper is refined most.
+The value of a damper is its worst case as drawn and at the corners of its tolerances, with every maximum over the
+frequency bracketed to the same fineness. A worst case can only grow as more frequencies are computed, so a damper is
+refined only while it may be near the best. The recommended damper is refined most.
 """
 
 import math
@@ -29,17 +29,17 @@ Asks = Generator[list[Wanted], None, None]
 FEW = 3
 """Amplitudes of each excitation under which candidates are judged."""
 CLOSE = 1
-"""How closely a build is known: every frequency of the survey."""
+"""Accuracy levels of a build: every frequency of the survey."""
 CLOSEST = 3
-"""Two rounds of brackets more: so dampers are compared, each maximum known to a 64th of the survey's steps."""
+"""Two more rounds of brackets: for comparing dampers, with each maximum known to a 64th of the survey's steps."""
 BETWEEN, SURE = 4, 6
-"""Every interval cut that is near the largest response, and two rounds of brackets more: so the recommended one is known."""
+"""Every interval near the largest response divided, and two more rounds of brackets: for the recommended damper."""
 NEAR = 0.95
-"""Share of the largest value from which a build, or a maximum, that was bracketed once is bracketed again."""
+"""Share of the largest value from which a bracketed build, or maximum, is bracketed again."""
 MARGIN = 0.05
-"""Share above the best from which a damper need not be known more closely."""
+"""Excess over the best beyond which a damper is not refined."""
 WORST, EXCEEDING = 1e4, 1e3
-"""Value of a response without bound, and the least of a damper that exceeds a limit: what keeps the limits is less."""
+"""Value of an unbounded response, and the least value of a damper that exceeds a limit."""
 LEAST = 1e-300
 
 
@@ -52,11 +52,11 @@ class Search:
     asked : Specification
         What is designed.
     book : Book
-        What is known; shared with other searches.
+        The known points; shared with other searches.
     effort : Effort
         How much it takes.
     told : bool
-        Whether the book's stage says what goes on.
+        Whether the book's stage describes its activity.
     """
 
     asked: Specification
@@ -65,7 +65,7 @@ class Search:
     told: bool = True
     stopped: str = ""
     values: dict[Candidate, float] = field(default_factory=dict)
-    """What each candidate that was looked at is worth: a bound from below of those far from the best."""
+    """The value of each examined candidate: a lower bound if it is far from the best."""
     robust: dict[Candidate, Score] = field(default_factory=dict)
     """The worst case with tolerances of those that were near the best."""
 
@@ -79,17 +79,17 @@ class Search:
         self._level: dict[Build, int] = {}
 
     def run(self, most: int | None = None) -> Generator[list[Wanted], None, Candidate]:
-        """Search, and give the best of what the budget allowed.
+        """Search, and give the best candidate within the budget.
 
         Parameters
         ----------
         most : int, optional
-            Points of the book up to which it may take them; all of the budget unless given.
+            Points that the book may reach; by default the complete budget.
 
         Raises
         ------
         BudgetSpent
-            If it did not allow the first look.
+            If it did not cover the first look.
         """
         self.most = self.book.budget if most is None else most
         reserve = self.effort.reserve * (self.most - self.book.spent)
@@ -117,7 +117,7 @@ class Search:
 
     @property
     def ended(self) -> str:
-        """What ended the search; see `Found`."""
+        """The reason for the end of the search; see `Found`."""
         if self.stopped:
             return self.stopped
         if not self.space.names:
@@ -129,12 +129,12 @@ class Search:
         return next(sought(self.space, {}, self.effort))
 
     def first_look(self) -> list[Wanted]:
-        """Give what the first look takes."""
+        """Give the points that the first look needs."""
         builds = map(self.space.build, self.first())
         return [one for build in builds for one in self._samples_of(build, 0, self.amplitudes)]
 
     def _look(self, candidates: list[Candidate]) -> Asks:
-        """Make the values of candidates known, each as closely as it may still be near the best."""
+        """Compute the values of candidates, each as closely as needed while it may be near the best."""
         yield from self.known(map(self.space.build, candidates), 0)
         if not self.robust and len(candidates) > 1:  # there is no best yet to hold them against
             candidates = sorted(candidates, key=lambda each: (self.value(each), each))
@@ -154,7 +154,7 @@ class Search:
             self.book.ahead = self.space.build(self.best())
 
     def _deciding(self, candidate: Candidate, level: int) -> list[Build]:
-        """Give the builds of a candidate to be known so closely: first all corners, then what may be its worst case."""
+        """Give the builds of a candidate to compute at a level: first all corners, then the possible worst case."""
         nominal, *corners = self.with_corners(candidate)
         if level == CLOSE:
             return corners or [nominal]
@@ -168,7 +168,7 @@ class Search:
         ]
 
     def reconsidered(self) -> Asks:
-        """Look at the dampers that were left out, now that the best is worse than it seemed, and find the best again."""
+        """Examine the skipped dampers now that the best is worse than it seemed, and find the best again."""
         bar = self.worth(self.robust[self.best()]) + MARGIN
         yield from self._look(
             [each for each, value in self.values.items() if each not in self.robust and value <= bar]
@@ -176,7 +176,7 @@ class Search:
         yield from self._assure()
 
     def _assure(self) -> Asks:
-        """Know the best as closely as can be, and whatever takes its place where it then does more than another."""
+        """Refine the best as far as possible, and any candidate that then takes its place."""
         self._tell("the best damper at more frequencies")
         assured: set[Candidate] = set()
         while (best := self.best()) not in assured:
@@ -193,25 +193,25 @@ class Search:
         return min(self.robust, key=lambda each: (self.worth(self.robust[each]), each))
 
     def score(self, build: Build) -> Score:
-        """Judge a build by what is known."""
+        """Judge a build by its known results."""
         return score(self.book, build, self.amplitudes)
 
     def judged(self, candidate: Candidate) -> Score:
-        """Give the worst case of a candidate over what is known of it and of the corners of its tolerances."""
+        """Give the worst case of a candidate over its known results and those at the corners of its tolerances."""
         return worst(map(self._known_of, filter(self.looked_at, self.with_corners(candidate))))
 
     def _known_of(self, build: Build) -> Score:
-        """Judge a build; one that was not bracketed lies too low for what its peak may be more to matter."""
+        """Judge a build; if it was not bracketed, it is too low for the possible rise of its peak to matter."""
         one = self.score(build)
         close = self._level[build] >= CLOSEST or self.asked.measure.mean
         return one if close else replace(one, error=min(one.noise, one.error))
 
     def value(self, candidate: Candidate) -> float:
-        """Give what a candidate is worth by what is known of it, as one number: the smaller, the better."""
+        """Give the known value of a candidate as one number; smaller is better."""
         return self.worth(self.judged(candidate))
 
     def worth(self, judged: Score) -> float:
-        """The logarithm of the response, with what its noise may be more; to nine digits, in which all processors agree."""
+        """The logarithm of the response, plus its possible noise; to nine digits, on which all processors agree."""
         if not math.isfinite(judged.value) or not math.isfinite(judged.violation):
             return WORST
         if judged.violation > 0.0:
@@ -228,7 +228,7 @@ class Search:
         return [nominal, *(nominal.moved(self.asked, corner) for corner in self.corners)]
 
     def known(self, builds: Iterable[Build], level: int, amplitudes: Iterable[Under] = ()) -> Asks:
-        """Make builds known as closely as a level says: 0 coarsely, 1 the survey, and so on up to `SURE`."""
+        """Compute builds to an accuracy level: 0 coarsely, 1 the survey, and so on up to `SURE`."""
         every = list(dict.fromkeys(builds))
         at = tuple(amplitudes) or self.amplitudes
         for stage in range(level + 1):
@@ -265,10 +265,10 @@ class Search:
             yield Wanted(build, amplitude, frequencies)
 
     def sample(self, build: Build, amplitude: Amplitude, fine: bool) -> tuple[float, ...]:
-        """Give the frequencies at which a build is looked at under an amplitude, over its own natural frequency.
+        """Give the frequencies of a build under an amplitude, over its own natural frequency.
 
-        Between coarse ones the largest response may only be more, but the rms over the band may be more or less: that is
-        judged by all of them at once.
+        A coarse sample only underestimates the largest response, but may miss the rms over the band in either
+        direction: that is judged by all of them together.
         """
         mass = build.place(self.asked.structure, amplitude.reference_m)[2]
         every = fine or self.asked.measure.mean

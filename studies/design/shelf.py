@@ -1,8 +1,8 @@
-"""Where designs are kept: what was asked, how far it is, and what came out, in a folder of small files each.
+"""The store of designs: specification, progress and result, each a small file in a folder.
 
-A file is written whole or not at all, and none is ever changed by two sides: the request is written once, the round by who
-searches, the end by who ends it first. So a process that is killed at any moment leaves a design that can be gone on with.
-Another name and a place in the trash are files beside them.
+A file is written completely or not at all, and only one process changes each: the request is written once, the round
+by the search, the end by whoever ends it first. So a process that is killed at any moment leaves a design that can
+be continued. A new name and a place in the trash are additional files.
 """
 
 import json
@@ -35,7 +35,7 @@ NAME, TRASH = "name.json", "trash.json"
 WHERE = "`damperlab designs list` or GET /api/v1/designs lists them"
 
 _putting = threading.Lock()
-"""Held from counting to writing, so that designs that come at the same time are counted too."""
+"""Lock held from counting to writing, so that simultaneous designs are counted too."""
 
 
 class Shelf:
@@ -44,9 +44,9 @@ class Shelf:
     Parameters
     ----------
     data_dir : Path
-        The data directory; its folder `designs` is made when the first design comes.
+        The data directory; its folder `designs` is created with the first design.
     quota : KeptQuota
-        How many it keeps.
+        Most designs kept.
     """
 
     def __init__(self, data_dir: Path, quota: KeptQuota = USUAL) -> None:
@@ -54,19 +54,19 @@ class Shelf:
         self._quota = quota
 
     def put(self, asked: Specification, budget: int) -> tuple[Kept, bool]:
-        """Keep what is asked; the same specification is one design. One in the trash is restored.
+        """Store a specification; the same specification is one design. One in the trash is restored.
 
         Returns
         -------
         kept : Kept
             The design, new or found.
         new : bool
-            False where it was there already.
+            False if it existed already.
 
         Raises
         ------
         DesignsFull
-            If as many are kept as may be, in all or of this owner.
+            If the number of designs, in total or of this owner, is at its limit.
         """
         with _putting:
             return self._put(asked, budget)
@@ -100,7 +100,9 @@ class Shelf:
         return {name for name in self._requested() if (self._trashed_until(name) or 0.0) > time.time()}
 
     def _trashed_until(self, design_id: str) -> float | None:
-        """Say until when a deleted design can be restored, in seconds since 1970; None where it is not deleted."""
+        """Give the time until which a deleted design can be restored, in seconds since 1970; None if it is not
+        deleted.
+        """
         try:
             put_away_ns, _ = self._folder.at(design_id).stamp(TRASH)
         except FileNotFoundError:
@@ -135,12 +137,12 @@ class Shelf:
         )
 
     def get(self, design_id: str) -> Kept:
-        """Give the design of a whole id.
+        """Give the design with a complete id.
 
         Raises
         ------
         DesignNotFound
-            Where there is none, or it is in the trash; `DesignDamaged` where its files are not what was written.
+            If there is none, or it is in the trash; `DesignDamaged` if its files are damaged.
         """
         until = self._trashed_until(design_id)
         if until is None:
@@ -186,7 +188,7 @@ class Shelf:
         )
 
     def every(self, trash: bool = False) -> list[Kept]:
-        """Give all designs whose files are sound, the newest first; with `trash` those instead that can be restored."""
+        """Give all designs with intact files, the newest first; with `trash` the deleted ones that can be restored."""
         found = []
         for design_id in self._in_trash() if trash else self.ids():
             try:
@@ -211,7 +213,7 @@ class Shelf:
         return self._has(design_id, END) or not self._has(design_id, REQUEST)
 
     def damaged(self, pause: Callable[[], None] = lambda: None) -> Iterator[tuple[str, str]]:
-        """Read every design; give the id of each whose files are not what was written, and a sentence.
+        """Read every design; give the id of each damaged one, and a sentence.
 
         Parameters
         ----------
@@ -229,11 +231,11 @@ class Shelf:
                 continue  # deleted meanwhile
 
     def follow(self, design_id: str, at: Round) -> None:
-        """Note what a search waits for."""
+        """Store the round of a search."""
         self._folder.at(design_id).put(ROUND, _sealed(asdict(at)))
 
     def finish(self, design_id: str, answer: Mapping[str, Any], report: str) -> bool:
-        """Keep an answer and its report, and end the design; False where it had ended otherwise before."""
+        """Store an answer and its report, and end the design; False if it had already ended otherwise."""
         folder = self._folder.at(design_id)
         folder.put(REPORT, report.encode())
         folder.put(ANSWER, _sealed({"answer": answer}))
@@ -247,7 +249,7 @@ class Shelf:
         return self._folder.at(design_id).put_new(END, _sealed(end))
 
     def resume(self, design_id: str) -> None:
-        """Let a design that was cancelled or has failed go on."""
+        """Continue a design that was cancelled or has failed."""
         self._folder.at(design_id).remove(END)
 
     def answer(self, design_id: str) -> Any:
@@ -256,7 +258,7 @@ class Shelf:
         Raises
         ------
         DesignDamaged
-            If it is not what was written.
+            If it is damaged.
         """
         try:
             return self._read(design_id, ANSWER)["answer"]
@@ -277,7 +279,7 @@ class Shelf:
             raise damaged(design_id, f"{REPORT} is lost") from None
 
     def rename(self, design_id: str, name: str) -> None:
-        """Call a design something else; its specification stays as it is."""
+        """Rename a design; its specification stays unchanged."""
         self._folder.at(design_id).put(NAME, _sealed({"name": name}))
 
     def delete(self, kept: Kept, trash: bool = False) -> None:
@@ -305,7 +307,7 @@ class Shelf:
             self.remove(kept.id)
 
     def trashed(self, design_id: str) -> Kept:
-        """Give a deleted design that can be restored, by its whole id; raise `DesignNotFound` where there is none."""
+        """Give a deleted design that can be restored, by its complete id; raise `DesignNotFound` if there is none."""
         if design_id in self._in_trash():
             return self._kept(design_id)
         allowed, advice = (
@@ -328,7 +330,7 @@ class Shelf:
         return kept
 
     def bury(self) -> None:
-        """Remove the designs whose time in the trash is over."""
+        """Remove the designs whose time in the trash has ended."""
         with _putting:  # a design that is asked for again meanwhile stays
             for design_id in self._requested():
                 until = self._trashed_until(design_id)
@@ -343,7 +345,7 @@ class Shelf:
         folder.clear()
 
     def pieces(self, design_id: str) -> dict[str, bytes]:
-        """Give the files of a design as they are; one that ends meanwhile is given as it was before or after."""
+        """Give the files of a design unchanged; one that ends meanwhile is given in its state before or after."""
         folder, found = self._folder.at(design_id), {}
         # the end first: what it stands for is there before it
         for name in (END, ANSWER, REPORT, ROUND, NAME, TRASH, REQUEST):
@@ -352,7 +354,7 @@ class Shelf:
         return found
 
     def take_over(self, design_id: str, pieces: Mapping[str, bytes]) -> int:
-        """Keep a design by its files, in place of what was kept of it; give the bytes that were written."""
+        """Store a design by its files, replacing the stored one; give the bytes written."""
         if self.pieces(design_id) == pieces:
             return 0
         folder = self._folder.at(design_id)
@@ -371,7 +373,7 @@ class Shelf:
         return None
 
     def _renamed(self, design_id: str, name: str) -> str:
-        """Give the name that somebody gave a design later, or the one that it was asked for with."""
+        """Give the later name of a design, or the one of its request."""
         try:
             return str(self._read(design_id, NAME)["name"])
         except FileNotFoundError:
@@ -403,19 +405,19 @@ def _sealed(document: Mapping[str, Any]) -> bytes:
 
 
 class DesignNotFound(StoreFault):
-    """No design, or more than one, goes by the name or id that was given."""
+    """No design, or more than one, has the given name or id."""
 
 
 class DesignDamaged(DesignNotFound):
-    """The files of a design are not what was written."""
+    """The files of a design are damaged."""
 
 
 class DesignBusy(StoreFault):
-    """Something works on the design; the request has to wait until it ends."""
+    """A process works on the design; the request must wait until it ends."""
 
 
 class DesignsFull(StoreFault):
-    """No more designs can be kept."""
+    """No more designs can be stored."""
 
 
 def _unknown(design_id: str) -> DesignNotFound:
@@ -423,6 +425,6 @@ def _unknown(design_id: str) -> DesignNotFound:
 
 
 def damaged(design_id: str, why: str) -> DesignDamaged:
-    """Say that the files of a design are not what was written, and why."""
+    """Report that the files of a design are damaged, and why."""
     advice = "delete it and submit its specification again: its studies are in the store, so nothing is computed twice"
     return DesignDamaged(lost_files("design", design_id, why, advice))

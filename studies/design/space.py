@@ -1,4 +1,4 @@
-"""The dampers that may be chosen, the amplitudes that judge each, and the corners of its tolerances."""
+"""The dampers of the search, the amplitudes for judging them, and the corners of the tolerances."""
 
 import math
 from collections.abc import Sequence
@@ -11,12 +11,14 @@ from damperlab.studies.specification.records import Under
 from damperlab.studies.specification.specification import CHOSEN, OF_DAMPER, Specification
 
 Candidate = tuple[float, ...]
-"""Shares of the ranges of what is chosen, from 0 to 1, in the order of `OF_DAMPER`."""
+"""Fractions of the ranges of the chosen quantities, from 0 to 1, in the order of `OF_DAMPER`."""
 
 GRAIN = 2048
-"""Parts of a range that candidates are rounded to: two processors that differ in the last digit look at the same dampers."""
+"""Candidates are rounded to this fraction of a range, so that two processors that differ in the last digit examine
+the same dampers.
+"""
 MOST_LISTED = 100
-"""Most combinations of listed values that are all looked at."""
+"""Most combinations of listed values of which all are examined."""
 
 
 @dataclass(frozen=True)
@@ -26,23 +28,23 @@ class Space:
     Parameters
     ----------
     asked : Specification
-        What may be chosen.
+        The ranges of its quantities.
     """
 
     asked: Specification
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What is chosen."""
+        """The chosen quantities."""
         return self.asked.free
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """How many values each quantity has; 0 of a range."""
+        """Number of values of each quantity; 0 for a range."""
         return tuple(len(self.asked.choices[name].values) for name in self.names)
 
     def build(self, candidate: Candidate) -> Build:
-        """Give the damper of a candidate, without what its choice does not matter for."""
+        """Give the damper of a candidate, without quantities that do not matter for it."""
         chosen = dict(zip(self.names, candidate, strict=True))
         values = {name: self.asked.choices[name].at(chosen.get(name, 0.0)) for name in OF_DAMPER}
         share = chosen.get("restitution", 0.0)
@@ -51,7 +53,7 @@ class Space:
         return Build(**drawn, contact_time_s=contact_time_s, cavity=cavity_of(values))
 
     def candidate(self, shares: Sequence[float]) -> Candidate:
-        """Put shares into their ranges, on the values of a list or on a fixed fraction of a range."""
+        """Convert fractions into values: of a list, or at a fixed fraction of a range."""
         parts = (count - 1 if count else GRAIN for count in self.counts)
         return tuple(
             round(min(max(float(share), 0.0), 1.0) * part) / part
@@ -59,14 +61,14 @@ class Space:
         )
 
     def every(self) -> list[Candidate]:
-        """Give all candidates where there are few: each value of every list; none where there are more."""
+        """Give all candidates if there are few: each value of every list; else none."""
         if not all(self.counts) or math.prod(self.counts) > MOST_LISTED:
             return []
         return list(product(*([k / (count - 1) for k in range(count)] for count in self.counts)))
 
 
 FACTORIAL = 3
-"""Tolerances up to which every corner is looked at; of more, a fraction in which no two share a column."""
+"""Tolerances up to which every corner is examined; for more, a fraction in which no two share a column."""
 HADAMARD = (
     (1, 1, 1, 1, 1, 1, 1),
     (-1, 1, -1, 1, -1, 1, -1),
@@ -81,7 +83,7 @@ HADAMARD = (
 
 
 def amplitudes_of(asked: Specification, count: int) -> tuple[Under, ...]:
-    """Give amplitudes over the range of each excitation, and of ground-motion records every case."""
+    """Give amplitudes over the range of each excitation, and every case of ground-motion records."""
     over = (amplitude for each in asked.excitations for amplitude in each.amplitudes(count))
     return (*over, *asked.cases)
 

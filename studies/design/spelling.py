@@ -1,4 +1,4 @@
-"""Quantities of a design as a drawing and a report write them."""
+"""Quantities of a design in the form of a drawing and a report."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -23,33 +23,35 @@ CALLED = {
     "particle_friction_coefficient": "friction coefficient of the particle",
     "tilt_deg": "tilt of the cavity",
 }
-"""What the quantities of a damper are called."""
+"""Names of the quantities of a damper."""
 NOUNS = {
     "ground-motion record": "records",
     "sweep": "sweeps",
     "random vibration record": "random vibration records",
     "shock": "shocks",
 }
-"""What a record may be, and several of them."""
+"""Names of a record, and of several."""
 OVER = {"1": "", "m": " Z", "m/s": " ω_n·Z", "m/s²": " ω_n²·Z", "N": " k·Z", "kg": " M"}
-"""What a limit is over where there are no units, by the unit that it has else."""
+"""References of limits without units, by their units otherwise."""
 SYMBOLS = {"clearance_m": "d/Z", "friction_force_n": "γ_F", "particle_mass_kg": "β", "restitution": "e"}
 
 
 def quantity(asked: Specification, name: str, value: float, digits: int = 4) -> str:
-    """Write a quantity of the damper in its unit, or as the ratio that it makes where there are no units."""
+    """Write a quantity of the damper in its unit, or as its ratio without units."""
     if asked.in_units or name == "restitution":
         return spelling.quantity(name, value, digits)
     return f"{SYMBOLS[name]} = {value:.{digits}g}"
 
 
 def material_of(asked: Specification, build: Build) -> str:
-    """Name the material of a design, where the specification names materials."""
+    """Name the material of a design, if the specification names materials."""
     return asked.choices["restitution"].called(build.restitution, build.contact_time_s)
 
 
 def damper_words(asked: Specification, build: Build, digits: int = 3) -> str:
-    """Write a damper in a row: mass, clearance, friction, restitution; nothing where it has neither particle nor friction."""
+    """Write a damper in a row: mass, clearance, friction, restitution; empty if it has neither particle nor
+    friction.
+    """
     parts = []
     if build.particle_mass_kg:
         parts = [quantity(asked, "particle_mass_kg", build.particle_mass_kg, digits)]
@@ -66,13 +68,15 @@ def damper_words(asked: Specification, build: Build, digits: int = 3) -> str:
 
 
 def allowing(asked: Specification, noise: float) -> str:
-    """Say what is added to what was computed: an error has a confidence, the allowance for other frequencies has none."""
+    """Describe the margin added to computed values: an error has a confidence, the allowance for other frequencies
+    has none.
+    """
     error = f"for its error (confidence {asked.confidence:.3g}) and " if noise else ""
     return f"allowing {error}for frequencies between those computed"
 
 
 def response(asked: Specification, value: float, digits: int = 4) -> str:
-    """Write a value of the measure; over the base amplitude where there are no units."""
+    """Write a value of the measure; over the base amplitude without units."""
     if not isfinite(value):
         return "without bound"
     if asked.in_units:
@@ -81,7 +85,7 @@ def response(asked: Specification, value: float, digits: int = 4) -> str:
 
 
 def limited(asked: Specification, limit: str, value: float) -> str:
-    """Write a value of what a limit is about, given as the document has it: in its unit, or as a ratio."""
+    """Write a value of a limited quantity, given as in the document: in its unit, or as a ratio."""
     unit = (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).unit
     if asked.in_units:
         return spelled(value, unit)
@@ -89,7 +93,7 @@ def limited(asked: Specification, limit: str, value: float) -> str:
 
 
 def rounded_up(value: float, digits: int = 4) -> float:
-    """Give the least number of so many digits that is not less: what one is told to allow must be enough."""
+    """Give the least number with so many digits that is not smaller: an advised limit must be sufficient."""
     if not isfinite(value) or value <= 0.0:
         return value
     scale = 10.0 ** (digits - 1 - floor(log10(value)))
@@ -97,12 +101,12 @@ def rounded_up(value: float, digits: int = 4) -> float:
 
 
 def length(asked: Specification, value: float) -> str:
-    """Write a displacement, whatever is measured; over the base amplitude where there are no units."""
+    """Write a displacement, for any measure; over the base amplitude without units."""
     return spelled(value, "m") if asked.in_units else f"{value:.4g} times {_reference(asked)}"
 
 
 def _reference(asked: Specification) -> str:
-    """Name what ratios are over."""
+    """Name the reference of ratios."""
     several = (
         len({amplitude for each in asked.excitations for amplitude in (each.lowest_m, each.highest_m)}) > 1
     )
@@ -111,19 +115,19 @@ def _reference(asked: Specification) -> str:
 
 
 def level(asked: Specification, amplitude: Amplitude) -> str:
-    """Write the amplitude of what is constant over the band: a displacement, a velocity or an acceleration."""
+    """Write the amplitude of the constant quantity: a displacement, a velocity or an acceleration."""
     value, unit = asked.level(amplitude), amplitude.excitation.motion.unit
     # vibration velocities are read in millimetres per second
     return f"{1e3 * value:.4g} mm/s" if unit == "m/s" and value < 1.0 else spelled(value, unit)
 
 
 def plural(motion: Motion) -> str:
-    """Name several amplitudes of what is constant over the band."""
+    """Name several amplitudes of the constant quantity."""
     return f"{motion.words.removesuffix('y')}ies" if motion.words.endswith("y") else f"{motion.words}s"
 
 
 def comes_to(asked: Specification) -> str:
-    """Give the verb of the measure: a response reaches its largest value, and an rms over a band is nowhere."""
+    """Give the verb of the measure: a response reaches its largest value, but an rms over a band has no place."""
     return "comes to" if asked.measure.mean else "reaches"
 
 
@@ -135,7 +139,7 @@ def frequency(asked: Specification, ratio: float) -> str:
 
 
 def under_records(records: RecordCases) -> str:
-    """Write what of the records shakes a structure; one that is generated by itself with all that it is."""
+    """Write the records of an excitation; a single generated one with its definition."""
     scales, alone = records.scales, records.alone
     each = "each " if len(records.sources) > 1 else ""
     several = f", {each}at {counted(len(scales), 'scale')}" if len(scales) > 1 else ""
@@ -148,7 +152,7 @@ def under_records(records: RecordCases) -> str:
 
 
 def transients(asked: Specification) -> str:
-    """Write what the records of a specification are, all together: records, sweeps, shocks, or several of them."""
+    """Write the kind of a specification's records: records, sweeps, shocks, or several of them."""
     nouns = [noun for records in asked.records for noun in records.nouns]
     if len(nouns) == 1 and nouns[0] != "ground-motion record":
         return nouns[0]
@@ -170,12 +174,12 @@ def spelled_out(asked: Specification, excitation: Excitation) -> str:
 
 
 def best_so_far(known: Mapping[str, Any]) -> str:
-    """Write the best damper so far: what it does at worst, as drawn, and what it is.
+    """Write the best damper so far: its worst case as drawn, and its values.
 
     Parameters
     ----------
     known : mapping
-        As of `damperlab.studies.design.answer.known_document`, which is what a service says of a design under way.
+        As of `damperlab.studies.design.answer.known_document`, which a service returns for a running design.
     """
     keeps = "" if known["feasible"] else ", exceeds a limit"
     return f"{_worst(known['worst'])}{keeps}: {', '.join(_quantities(known['design']))}"

@@ -1,4 +1,4 @@
-"""The damper as drawn from other starts than rest: which responses they lead to, and how many of them to each."""
+"""The damper as drawn from other starts than rest: the responses, and the share of starts for each."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ FROM = {
     "worst": f" from the worst of {STARTS} starts",
     "likely": f" in the responses that most of {STARTS} starts lead to",
 }
-"""Where the responses begin that count, for sentences."""
+"""Initial states of the responses that count, for sentences."""
 BY_RANK = (
     ("attractor_share", "amplitude_ratio"),
     ("attractor_share_second", "amplitude_ratio_second"),
@@ -30,7 +30,7 @@ BY_RANK = (
 )
 """Share of the starts and amplitude of the distinct responses, the most frequent first."""
 SAME = 1e-6
-"""Share within which the amplitude from rest is that of one of them: it is computed from the same start."""
+"""Relative difference within which the amplitude from rest equals one of them: it is computed from the same start."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +42,11 @@ class Reached:
     displacement : float
         Of the structure, in the unit of lengths.
     value : float or None
-        Of the measure in its unit; None where the starts do not tell it.
+        Value of the measure in its unit; None if the starts do not determine it.
     share : float
-        Of all starts, that lead to it.
+        Share of all starts that lead to it.
     response_class : str or None
-        In words; None where it is neither the most frequent response nor the one from rest, of which alone it is known.
+        In words; known only for the most frequent response and the one from rest, else None.
     from_rest : bool
         Whether rest leads to it.
     """
@@ -60,7 +60,7 @@ class Reached:
 
 @dataclass(frozen=True)
 class Several:
-    """A frequency at which starts lead to more than one response.
+    """A frequency at which different starts lead to different responses.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Several:
     responses : tuple of Reached
         Up to three, the most frequent first.
     share_left : float
-        Of all starts, that lead to further responses, or failed.
+        Share of all starts that lead to further responses, or failed.
     """
 
     frequency_ratio: Measured
@@ -88,23 +88,24 @@ class Several:
 
 @dataclass(frozen=True)
 class Starts:
-    """What other starts than rest lead the damper as drawn to, under the largest amplitude of the excitation that binds.
+    """Responses of the damper as drawn to other starts than rest, under the largest amplitude of the excitation that
+    binds.
 
     Parameters
     ----------
     count, frequencies : int
-        Starts at each of so many frequencies.
+        Starts at each frequency, and number of frequencies.
     several : int
-        Frequencies at which they lead to more than one response.
+        Number of frequencies at which they lead to different responses.
     worst : float
         The largest displacement of any, in the unit of lengths.
     frequency_ratio : float
-        Where that is.
+        The place of that maximum.
     frequency_hz : float or None
         The same in hertz; None without units.
     beyond : int or None
-        Frequencies at which some start leads to more than the stated worst case is at most; None where something else than
-        the displacement is measured, which is not known of every start.
+        Number of frequencies at which some start exceeds the upper bound of the stated worst case; None if the
+        measure is not the displacement, because other results are not stored for every start.
     where : tuple of Several
         The frequencies of `several`, ascending.
     """
@@ -129,16 +130,16 @@ def started(search: Search, build: Build, over: Score) -> Step[None]:
 def starts_of(
     asked: Specification, book: Book, build: Build, largest: Amplitude, bound: float
 ) -> Starts | None:
-    """Sum up what starts lead to.
+    """Summarise the responses to several starts.
 
     Parameters
     ----------
     asked, book, build : Specification, Book, Build
-        The damper as drawn, and what is known of it.
+        The damper as drawn, and its known results.
     largest : Amplitude
-        Under which it was started.
+        The excitation of the starts.
     bound : float
-        What the stated worst case is at most, in the unit of the measure.
+        Upper bound of the stated worst case, in the unit of the measure.
     """
     cubes = book.from_many_starts
     if not cubes:
@@ -174,7 +175,7 @@ def hertz(asked: Specification, ratio: float) -> float | None:
 
 
 def _several(asked: Specification, cube: xr.Dataset, largest: Amplitude, rest: Curve) -> Iterator[Several]:
-    """Give the frequencies of a study from several starts at which these lead to more than one response."""
+    """Give the frequencies of a study from several starts at which these lead to different responses."""
     every = cube.squeeze([name for name in cube.sizes if name != "frequency_ratio"], drop=True)
     for r in every["frequency_ratio"].values.tolist():
         at = every.sel(frequency_ratio=r)
@@ -196,7 +197,7 @@ def _several(asked: Specification, cube: xr.Dataset, largest: Amplitude, rest: C
 
 
 def _from_rest(rest: Curve, r: float) -> dict[str, float]:
-    """Give what is known of the response from rest at a frequency; empty where nothing is."""
+    """Give the known response from rest at a frequency; empty if there is none."""
     place = np.flatnonzero(np.abs(rest.r - r) <= 1e-12)
     return {name: float(column[place[0]]) for name, column in rest.columns.items()} if place.size else {}
 
@@ -204,10 +205,10 @@ def _from_rest(rest: Curve, r: float) -> dict[str, float]:
 def _reached(
     variable: str, unit: float, at: xr.Dataset, base_m: float, rest: dict[str, float]
 ) -> Iterator[Reached]:
-    """Tell the responses at one frequency apart.
+    """Distinguish the responses at one frequency.
 
-    Everything is stored of the most frequent one, and known of the one from rest, which its amplitude tells; of others the
-    amplitude and the share. The variable of the measure is over `unit`.
+    For the most frequent one all variables are stored, and those of the one from rest are known from the search,
+    which its amplitude identifies. Others have only amplitude and share. The variable of the measure is over `unit`.
     """
     for rank, (share, amplitude) in enumerate(BY_RANK):
         if not float(at[share]) > 0.0:

@@ -1,4 +1,4 @@
-"""Steps of a search: each asks for points that it needs. What comes after the search shares the budget that is left."""
+"""Steps of a search: each requests points. The steps after the search share the remaining budget."""
 
 from collections.abc import Callable, Generator
 from math import inf
@@ -10,11 +10,11 @@ from damperlab.studies.ground.suite import Suite
 
 T = TypeVar("T")
 Step = Generator[list[Wanted] | tuple[Study | Suite, ...], None, T]
-"""A part of a search: yields what must be known next."""
+"""A part of a search: yields its next requests."""
 
 
 def within(step: Step[T], left_out: list[str], what: str) -> Step[T | None]:
-    """Take a step that is no part of the search; where the budget does not allow it, note that and give None."""
+    """Take a step after the search; if the budget does not cover it, note that and give None."""
     try:
         return (yield from step)
     except BudgetSpent:
@@ -23,26 +23,28 @@ def within(step: Step[T], left_out: list[str], what: str) -> Step[T | None]:
 
 
 Part = Callable[[int], Step[bool]]
-"""Given how many points of the book there may be after it, takes what it needs, and says whether it had all of it."""
+"""Receives the number of points that the book may reach, takes what it needs, and returns whether that was
+sufficient.
+"""
 
 
 def share_out(book: Book, parts: dict[str, Part]) -> Step[list[str]]:
-    """Take parts, each with an equal share of what is left, the one whose first look costs least first.
+    """Take parts, each with an equal share of the remaining budget, the one with the cheapest first look first.
 
-    What one does not take goes to those after it. Those that were cut short go on with all that is left then, in the same
-    order: what they know already costs nothing.
+    A part passes on the points that it does not need. Interrupted parts then continue with the complete rest, in the
+    same order: their known points cost nothing.
 
     Parameters
     ----------
     book : Book
-        Whose budget is divided.
+        The search whose budget is divided.
     parts : dict of Part
-        By name; an answer lists the names of those that the budget did not allow.
+        By name; an answer lists the names of those that the budget did not cover.
 
     Returns
     -------
     list of str
-        Those that were cut short for good.
+        Those that stayed incomplete.
     """
     names = sorted(parts, key=lambda name: _first_cost(book, parts[name]))
     cut = []
@@ -66,7 +68,7 @@ def _whole(book: Book, name: str, part: Part, most: int) -> Step[bool]:
 
 
 def _first_cost(book: Book, part: Part) -> float:
-    """Give the points of the first look that a part takes."""
+    """Give the points that the first look of a part needs."""
     steps = part(book.budget)
     try:
         wanted = next(steps)

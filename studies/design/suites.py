@@ -1,4 +1,4 @@
-"""The studies that make dampers known under ground-motion records, and what their cubes say of them."""
+"""The suites that compute dampers under ground-motion records, and the results in their cubes."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -28,7 +28,7 @@ RECORD_VARIABLES = (
     "impacts",
     "stick_fraction",
 )
-"""What is kept of a damper under a record."""
+"""Variables stored for a damper under a record."""
 AXES = (
     "natural_frequency_hz",
     "damping_ratio",
@@ -37,15 +37,15 @@ AXES = (
     "clearance_m",
     "friction_force_n",
 )
-"""What tells dampers of one structure's mass apart, in the order of the rows here."""
+"""Quantities that distinguish dampers of one structure's mass, in the order of the rows here."""
 OF_PARTICLE = ("restitution", "clearance_m")
-"""What means nothing without a particle."""
+"""Quantities without meaning if there is no particle."""
 
 
 def suites_of(asked: Specification, lacking: Iterable[Spot]) -> tuple[Suite, ...]:
-    """Make the suites that compute dampers under records, in an order that depends on nothing else.
+    """Make the suites that compute dampers under records, in a deterministic order.
 
-    A suite computes every record of an excitation at every scale; dampers are asked for under all of them at once.
+    A suite computes every record of an excitation at every scale: a damper is always requested under all of them.
     """
     place_of = {source.id: i for i, records in enumerate(asked.records) for source in records.sources}
     cases: dict[tuple[float, bool, Inside, Place, float, int], set[tuple[str, float]]] = {}
@@ -96,7 +96,9 @@ def _suite(
 
 
 def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
-    """Give what a suite's cube says of every damper under every case: `RECORD_VARIABLES`, infinite first where it failed."""
+    """Give the results in a suite's cube of every damper under every case: `RECORD_VARIABLES`, infinite first if it
+    failed.
+    """
     document = definition_of(cube)
     mass, inside = float(document["mass_kg"]), (contact_time_of(cube), *cavity_of(document).numbers.values())
     order = ("record", "scale", *AXES)
@@ -118,6 +120,6 @@ def known_of(cube: xr.Dataset) -> Iterator[tuple[Spot, tuple[float, ...]]]:
 
 
 def contact_time_of(cube: xr.Dataset) -> float:
-    """Give the contact time of a study's or a suite's particle over 1/ω_n; 0 where impacts take no time."""
+    """Give the contact time of a study's or a suite's particle over 1/ω_n; 0 if impacts take no time."""
     contact = definition_of(cube).get("contact", {})
     return float(contact.get("contact_time", 0.0))

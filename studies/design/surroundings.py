@@ -1,4 +1,4 @@
-"""What is said beside the recommended damper: how far it may move, other amplitudes, other masses, its parts alone."""
+"""Results around the recommended damper: margins, other amplitudes, other masses, its parts alone."""
 
 from dataclasses import dataclass, field
 
@@ -18,7 +18,7 @@ OF_MASS = "response against mass"
 
 @dataclass
 class Surroundings:
-    """What is known beside the recommended damper.
+    """Known results around the recommended damper.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Surroundings:
     stated : Score
         Its worst case.
     shown : tuple of Amplitude
-        Amplitudes under which it is shown.
+        Amplitudes that are shown.
     """
 
     search: Search
@@ -46,7 +46,7 @@ class Surroundings:
         return self.search.space.build(self.best)
 
     def look(self) -> Step[list[str]]:
-        """Look at all of it as far as the budget allows; give what it did not."""
+        """Compute all of it as far as the budget allows; name the parts that it did not cover."""
         parts: dict[str, Part] = {f"the best of {CALLED[name]}": self._alternative(name) for name in LACKS}
         parts[MOVED] = self._margins
         masses = masses_of(self.search.asked, self.build) if self._has_mass else []

@@ -1,4 +1,4 @@
-"""A design's verdict: what to build, what that comes to, and what it depends on; what comes second, and one next step."""
+"""A design's verdict: what to build, its value, and its conditions; the second best, and one next step."""
 
 from collections.abc import Iterator
 from math import isinf, pi
@@ -38,7 +38,7 @@ from damperlab.studies.understood import unusual_specification
 from damperlab.studies.variables import MADE_BY, ResponseClass
 
 GROWS = 1.5
-"""How much faster than its excitation a response grows that depends on the amplitude."""
+"""Excess growth of a response over that of its excitation from which it depends on the amplitude."""
 CALLED: dict[Damper, str] = {
     "hybrid": "particle with friction",
     "particle_alone": "particle alone",
@@ -47,7 +47,7 @@ CALLED: dict[Damper, str] = {
     "no_damper": "without damper",
 }
 CAVITY = {*MADE_BY.values()}
-"""What a specification may say of it; where it says nothing the cavity lies, without friction."""
+"""Optional keys of a specification for the cavity; the default is level, without friction."""
 NAMES = {
     "clearance_m": "clearance",
     "friction_force_n": "friction",
@@ -59,7 +59,7 @@ NAMES = {
 
 
 def verdict_of(found: Found) -> tuple[Brief, list[Note]]:
-    """Give the short answer, and all that is known beside it as data in the units of the specification."""
+    """Give the short answer, and all notes as data in the units of the specification."""
     asked = found.asked
     bare = _without_damper(asked)
     damper, judged = _best(found, bare)
@@ -83,7 +83,9 @@ def is_as_good(theirs: Score, ours: Score) -> bool:
 
 
 def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Beside | float | None]:
-    """Name what to build, and give it: None for the damper of the answer, `bare`, the worst case of no damper, for none."""
+    """Name what to build, and return it: None for the damper of the answer; `bare`, the worst case of no damper, if
+    none is needed.
+    """
     ours = found.compared
     if not found.asked.free:
         return kind_of(found.build), None
@@ -106,7 +108,7 @@ def _best(found: Found, bare: float | None) -> tuple[Damper, Alternative | Besid
 
 
 def _tuned_wins(tuned: Beside, ours: Score) -> bool:
-    """Whether a tuned mass damper does better in tune, and no worse as far out of tune as a workshop may leave it."""
+    """Whether a tuned mass damper is better in tune, and no worse at the detuning that a workshop may leave."""
     if ours.violation > 0.0 and not tuned.exceeded:
         return True
     better = clearly_less(tuned.value, ours.value) and not clearly_less(ours.value, tuned.detuned)
@@ -114,7 +116,7 @@ def _tuned_wins(tuned: Beside, ours: Score) -> bool:
 
 
 def _without_damper(asked: Specification) -> float | None:
-    """Give the worst case of the structure alone within its tolerances; None where it is not known to keep the limits."""
+    """Give the worst case of the structure alone within its tolerances; None if it may exceed the limits."""
     if asked.cases or asked.limits.keys() - {asked.measure.limit}:
         return None
     return hardest(asked, NO_DAMPER, judged_of(asked))[0]
@@ -160,7 +162,7 @@ def _locked(found: Found, build: Build, reach: str) -> str:
 
 
 def _notes(found: Found, damper: Damper) -> Iterator[Note]:
-    """Give what changes the decision or its number, as data."""
+    """Give the facts that change the decision or its number, as data."""
     asked, build, stated = found.asked, found.build, found.stated
     judged = build if damper != "friction_alone" else found.alternatives.get("friction_alone", found).build
     rubs = damper in ("hybrid", "friction_alone")
@@ -205,7 +207,7 @@ def _notes(found: Found, damper: Damper) -> Iterator[Note]:
 
 
 def _said(found: Found, note: Note) -> str:
-    """Spell a note that belongs into the first sentences."""
+    """Write a note that belongs into the first sentences."""
     asked, known = found.asked, note.values
     if note.kind == "nearly_clamped":
         return "It nearly clamps the structure to its base."
@@ -238,7 +240,7 @@ def _nearly_clamped(found: Found, build: Build) -> bool:
 
 
 def _grown(found: Found, build: Build) -> tuple[Amplitude, float, bool] | None:
-    """Give what twice the largest amplitude leads to, where that is clearly more than twice as much."""
+    """Give the result of twice the largest amplitude, if it is clearly more than twice as much."""
     asked = found.asked
     if not asked.excitations or asked.cases or asked.measure.mean:
         return None
@@ -271,7 +273,7 @@ def _grown(found: Found, build: Build) -> tuple[Amplitude, float, bool] | None:
 
 
 def _holds(found: Found, damper: Damper) -> Iterator[str]:
-    """Say within what the damper may be off, where that was looked at."""
+    """Give the allowed deviations of the damper, if they were computed."""
     asked = found.asked
     if damper != kind_of(found.build) or not found.margins or isinf(found.stated.most):
         return
@@ -291,7 +293,7 @@ def _span(asked: Specification, name: str, low: float, high: float) -> str:
 
 
 def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
-    """Say how the cavity of a particle lies and rubs, and up to which friction of the particle the damper does its work."""
+    """Describe tilt and friction of a particle's cavity, and the largest friction at which the damper works."""
     asked = found.asked
     told = {*asked.document, *asked.document.get("choose", {})}
     if CAVITY.intersection(told):
@@ -314,7 +316,7 @@ def _assumed(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
 
 
 def _accelerates(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]:
-    """Say how hard the structure is shaken, unless the answer is about that anyway."""
+    """State the acceleration of the structure, unless the answer is about it anyway."""
     asked, g = found.asked, acceleration_g(found)
     told = any("acceleration" in name for name in (asked.measure.name, *asked.limits))
     if g is not None and not told and damper == kind_of(found.build):
@@ -324,8 +326,8 @@ def _accelerates(found: Found, damper: Damper) -> Iterator[tuple[str, str, str]]
 def acceleration_g(found: Found) -> float | None:
     """Give the largest acceleration of the structure with the damper over the bands, in g.
 
-    None where no closed form tells it: under a force, under records, or where a contact takes time; and of a specification in
-    ratios.
+    None if no closed form gives it: under a force, under records, with a contact that takes time, and for a
+    specification in ratios.
     """
     asked, build = found.asked, found.build
     takes_time = bool(asked.choices["restitution"].contact_times_s)
@@ -354,7 +356,9 @@ def _accelerations(curve: Curve, friction: float) -> NDArray[np.float64]:
 
 
 def _with_friction(found: Found) -> str:
-    """Say up to which friction of the particle the damper keeps what is stated; empty where that was not computed."""
+    """Give the largest friction of the particle at which the damper keeps its limits; empty if that was not
+    computed.
+    """
     margin = found.margins.get(PARTICLE_FRICTION.name)
     if margin is None or isinf(found.stated.most):
         return ""
@@ -366,7 +370,7 @@ def _with_friction(found: Found) -> str:
 
 
 def _rows(found: Found, damper: Damper, bare: float | None) -> Iterator[tuple[str, str, str]]:
-    """Give what comes second, and by how much."""
+    """Give the second best, and its loss."""
     asked = found.asked
     for name, limit in asked.limits.items():
         reached = found.stated.reached[name]
@@ -431,7 +435,7 @@ def _span_end(asked: Specification, name: str, value: float) -> str:
 
 
 def _reach(asked: Specification, value: float, most: float) -> str:
-    """Write a worst case with what it may come to, where that is more than rounding."""
+    """Write a worst case with its upper bound, if that is more than rounding."""
     if not clearly_less(value, most):
         return response(asked, rounded_up(most, 3), 3)
     return f"{response(asked, rounded_up(most, 3), 3)} ({response(asked, value, 3)} computed)"

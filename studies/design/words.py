@@ -1,4 +1,4 @@
-"""The details of a design, in sentences: what of its limits it reaches, how far it holds, and how all that is known."""
+"""The details of a design, in sentences: results for its limits, margins, and method."""
 
 from collections.abc import Iterator, Mapping
 from math import isinf
@@ -34,11 +34,11 @@ ENDED: Mapping[str, str] = {
     "lists": "These are all combinations of the values listed.",
     "nothing": "The limits leave one damper.",
 }
-"""Why a search ended."""
+"""Reasons for the end of a search."""
 
 
 def details_of(found: Found) -> list[str]:
-    """Put all that was found into sentences."""
+    """Write all findings as sentences."""
     return [
         *_damper(found),
         *_worst(found),
@@ -108,7 +108,7 @@ def _worst(found: Found) -> Iterator[str]:
 
 
 def words_of_structure(asked: Specification) -> Iterator[str]:
-    """Say what a tolerance of the mass leaves as it was given."""
+    """Say which given quantities a tolerance of the mass leaves unchanged."""
     if "mass_kg" in asked.tolerances:
         damping = "dashpot" if asked.structure.dashpot_given else "damping ratio"
         spring = "stiffness" if asked.structure.stiffness_given else "natural frequency"
@@ -116,7 +116,7 @@ def words_of_structure(asked: Specification) -> Iterator[str]:
 
 
 def _limits(found: Found) -> Iterator[str]:
-    """Put each limit on a result into a sentence: what of it is reached, and what to do about one that is exceeded."""
+    """Write a sentence for each limit on a result: the value reached, and the remedy if it is exceeded."""
     asked, stated = found.asked, found.stated
     for name, limit in asked.limits.items():
         about, reached, at_most = LIMITS[name], stated.reached[name], stated.at_most[name]
@@ -138,7 +138,9 @@ def _limits(found: Found) -> Iterator[str]:
 
 
 def _where(found: Found, name: str) -> str:
-    """Say at which frequency a limited result is reached, and under which of several excitations; not of the measure itself."""
+    """Name the frequency at which a limited result is reached, and the excitation if there are several; not for the
+    measure itself.
+    """
     asked, at = found.asked, found.stated.reached_at.get(name)
     if at is None or name == asked.measure.limit:
         return ""
@@ -150,7 +152,7 @@ def _where(found: Found, name: str) -> str:
 
 
 def _damper_limits(found: Found) -> Iterator[str]:
-    """Put each limit on the damper itself into a sentence."""
+    """Write a sentence for each limit on the damper itself."""
     asked, build = found.asked, found.build
     for name, limit in asked.damper_limits.items():
         about = DAMPER_LIMITS[name]
@@ -163,12 +165,12 @@ def _damper_limits(found: Found) -> Iterator[str]:
 
 
 def _limited(asked: Specification, name: str, value: float) -> str:
-    """Write a value of what a limit is about."""
+    """Write a value of a limited quantity."""
     return limited(asked, name, asked.as_limited(name, value))
 
 
 def _share(ratio: float) -> str:
-    """Write a share of a limit; one of thousands of per cent is read as a multiple."""
+    """Write a share of a limit; one of thousands of per cent is written as a multiple."""
     return f"{100 * ratio:.0f} %" if ratio < 2.0 else f"{ratio:.3g} times"
 
 
@@ -189,7 +191,7 @@ def _builds(found: Found) -> Iterator[str]:
 
 
 def _starts(found: Found) -> Iterator[str]:
-    """Say what other starts than rest lead to."""
+    """Describe the responses to other starts than rest."""
     asked, starts = found.asked, found.starts
     if starts is None:
         return
@@ -226,7 +228,7 @@ def _margin(asked: Specification, name: str, margin: Margin) -> str:
 
 
 def _known(found: Found) -> Iterator[str]:
-    """Say what was computed, what ended it, and what it left out."""
+    """State what was computed, why it ended, and what was left out."""
     points, dampers = counted(found.book.spent, "point"), counted(found.looked_at, "damper")
     ended = ENDED[found.ended].format(points=counted(found.book.budget, "point"))
     if found.asked.free:

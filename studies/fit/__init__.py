@@ -1,1 +1,1 @@
-"""A prototype identified: what was measured, what is known of it, what is to be estimated, and what came out."""
+"""Identification of a prototype: the measurement, known values, parameters to estimate, and the result."""

@@ -1,4 +1,4 @@
-"""A question to a measurement, put together from what is known and what is wanted; every fault is named."""
+"""A question to a measurement, assembled from known values and parameters to estimate; every fault is named."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
@@ -20,7 +20,7 @@ DEFAULT_RANGES: dict[str, tuple[float, float]] = {
     "friction_ratio": (0.0, 1.2),
     "particle_friction_coefficient": (0.0, 0.5),
 }
-"""Where a parameter is looked for if nothing is said; more friction locks the structure at resonance."""
+"""Default ranges of parameters; more friction would lock the structure at resonance."""
 
 
 def make_question(
@@ -33,31 +33,31 @@ def make_question(
     confidence: float = 0.95,
     seed: int = 0,
 ) -> FitQuestion:
-    """Put a question together and check it.
+    """Assemble a question and check it.
 
     Parameters
     ----------
     measured : Measurement
         The response.
     structure : mapping
-        What is known, written as a study is: `damping_ratio`, `axes`, `physical`, `particle`, `contact`, `start`,
-        `steady`. What is an axis there is estimated within it, as if it stood in `fit`; frequencies are those measured.
+        The known values in the form of a study: `damping_ratio`, `axes`, `physical`, `particle`, `contact`, `start`,
+        `steady`. An axis is estimated within its range, as if it stood in `fit`; frequencies are those measured.
     fit : mapping
-        What is estimated, and where it is looked for: (lowest, highest), or None for a range that is usual.
+        The parameters to estimate and their ranges: (lowest, highest), or None for the default range.
     known : mapping, optional
-        Numbers that count more than those of `structure`, by the names of `NAMED`.
+        Numbers that override those of `structure`, by the names of `NAMED`.
     share : float, optional
-        Standard deviation of the amplitudes as a share of each, where the measurement has none.
+        Standard deviation of the amplitudes relative to each, if the measurement has none.
     confidence : float
         Of the intervals.
     seed : int
-        Of whatever is drawn.
+        Seed of all draws.
 
     Raises
     ------
     StudyFaults
-        With every fault: something that is neither known nor estimated nor measured, a range that allows what no
-        prototype has, nothing to estimate, more to estimate than was measured.
+        With every fault: a quantity that is neither known, estimated nor measured; a range with impossible values;
+        nothing to estimate, or more than was measured.
     """
     faults: list[Fault] = []
     numbers, ranges, settings = taken_apart(structure, faults)
@@ -88,7 +88,7 @@ def make_question(
 
 
 def faults_of_confidence(confidence: float, share: float | None) -> list[Fault]:
-    """Find what is wrong with the confidence of the intervals and the share of the standard deviation."""
+    """Find faults of the confidence of the intervals and of the relative standard deviation."""
     faults = []
     if not 0.5 <= confidence <= 0.9999:
         advice = "write 0.95 for intervals of 95 %"
@@ -135,7 +135,7 @@ def taken_apart(
 
 
 def read_number(name: str, raw: object, faults: list[Fault]) -> dict[str, float]:
-    """Read one number of a prototype; none, and a fault, where it is wrong."""
+    """Read one number of a prototype; none, and a fault, if it is wrong."""
     if name in NAMED:
         return attempt(lambda: {name: NAMED[name].read(raw, name)}, {}, faults)
     near = nearest(str(name), NAMED)
@@ -147,7 +147,7 @@ def read_number(name: str, raw: object, faults: list[Fault]) -> dict[str, float]
 
 
 def _ends(raw: object) -> tuple[Any, Any] | None:
-    """Give the ends of an axis; None for a number, and for what is none."""
+    """Give the ends of an axis; None for a number, and for anything else."""
     if isinstance(raw, Mapping) and {"start", "stop"} <= set(raw):
         return raw["start"], raw["stop"]
     if isinstance(raw, list | tuple) and len(raw) > 1 and all(isinstance(one, int | float) for one in raw):
@@ -156,7 +156,7 @@ def _ends(raw: object) -> tuple[Any, Any] | None:
 
 
 def _twice(names: Iterable[str]) -> Iterator[Fault]:
-    """Name what is given twice: by a ratio and a quantity, or as known and as sought."""
+    """Name quantities that are given twice: as a ratio and in units, or as known and to be estimated."""
     seen: dict[str, str] = {}
     for name in names:
         ratio = RATIO_OF.get(name, name)
@@ -170,7 +170,7 @@ def _twice(names: Iterable[str]) -> Iterator[Fault]:
 
 
 def not_free(name: str, free: Sequence[str], of: str = "") -> Fault:
-    """Say what can be estimated in place of a name."""
+    """Name what can be estimated instead of an unknown name."""
     near = nearest(name, free)
     advice = f"did you mean `{near}`?" if near else "name one of these"
     told = f"{name} cannot be estimated{of}; what can be are {listing(free)}."
@@ -178,7 +178,7 @@ def not_free(name: str, free: Sequence[str], of: str = "") -> Fault:
 
 
 def of_particle(names: Iterable[str]) -> Iterator[Fault]:
-    """Refuse what is estimated of a particle in a scene without one."""
+    """Refuse to estimate parameters of a particle in a scene without one."""
     for name in names:
         if RATIO_OF.get(name, name) in (*OF_PARTICLE, *BEFORE):
             told = f"{name} cannot be estimated in a scene without a particle."
@@ -191,7 +191,7 @@ def _middles(ranges: Mapping[str, tuple[float, float] | None]) -> dict[str, floa
 
 
 def read_ranges(ranges: Mapping[str, tuple[float, float] | None], faults: list[Fault]) -> list[Free]:
-    """Check where parameters are looked for; None is where nothing is said and nothing is usual."""
+    """Check the ranges of parameters; None means that there is neither a given nor a default range."""
     read = [_range(name, span) for name, span in ranges.items()]
     faults += [each for each in read if isinstance(each, Fault)]
     return [each for each in read if not isinstance(each, Fault)]
@@ -214,7 +214,7 @@ def _range(name: str, span: tuple[float, float] | None) -> Free | Fault:
 
 
 def _usual(name: str, known: Mapping[str, float], measured: Measurement) -> tuple[float, float] | None:
-    """Say where a parameter is looked for if no range is given; None where that cannot be said."""
+    """Give the range of a parameter without a given one; None if there is no default."""
     if name == "natural_frequency_hz":
         return (0.8 * known[name], 1.25 * known[name]) if name in known else None
     if name == "clearance_ratio" and not measured.in_metres:
@@ -226,7 +226,7 @@ def _usual(name: str, known: Mapping[str, float], measured: Measurement) -> tupl
 
 
 def faults_between(names: Sequence[str], free: Sequence[str], friction: str) -> list[Fault]:
-    """Find what is wrong with the parameters that are estimated together."""
+    """Find faults between the parameters that are estimated together."""
     faults = []
     if not names:
         told = "Nothing is to be estimated."
@@ -265,7 +265,7 @@ def _check(question: FitQuestion) -> None:
 
 
 def _missing(question: FitQuestion, given: Mapping[str, float], particle: bool) -> Iterable[Fault]:
-    """Find what some rows need and nothing says; a study's own defaults are another prototype's."""
+    """Find values that some rows need and that are given nowhere; a study's own defaults describe another prototype."""
     ratios = {RATIO_OF.get(name, name) for name in given}
     for name in RATIOS:
         if name == "frequency_ratio" or name in ratios or (name in OF_PARTICLE and not particle):

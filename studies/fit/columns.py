@@ -28,9 +28,9 @@ class Column:
     Parameters
     ----------
     names : dict of dict
-        By what the column is called here, the units that mean it.
+        By the column's name here, the units that imply it.
     spellings : tuple of str
-        What a heading may say, in lower case, without its unit.
+        Allowed headings, in lower case, without a unit.
     """
 
     names: dict[str, dict[str, float]]
@@ -56,15 +56,15 @@ COLUMNS = (
     Column({"damping_n_s_per_m": DAMPINGS}, ("damping",)),
     *(Column({name: RATIO}, (name.replace("_", " "),)) for name in DESIGN),
 )
-"""Every column that is understood."""
+"""Every known column."""
 
 CONDITIONS = tuple(name for column in COLUMNS[6:] for name in column.names)
-"""Columns that say what a row was measured at, where rows differ in more than their frequency."""
+"""Columns with the conditions of a row, if rows differ in more than their frequency."""
 
 ACCELERATION = re.compile(
     r"acc(el)?|((absolute|relative) )?acceleration( (amplitude|of the structure))?|amplitude of the acceleration"
 )
-"""Headings of what an accelerometer on the structure measured, which is not fitted."""
+"""Headings of an accelerometer on the structure, whose signal is not fitted."""
 
 OF_RESPONSE = (
     "Friction and impacts make a motion that is no sine, so that its largest displacement is not its largest acceleration "
@@ -72,7 +72,7 @@ OF_RESPONSE = (
     "integrate the recorded acceleration twice, high-pass filtered well below the excitation frequency, and give the largest "
     "displacement of a cycle as `amplitude (mm)`",
 )
-"""Why an acceleration of the structure is not fitted, and what to do with one."""
+"""Reason why an acceleration of the structure is not fitted, and the remedy."""
 
 _UNIT = re.compile(r"^(.*?)\s*[(\[]([^)\]]*)[)\]]\s*$")
 
@@ -86,7 +86,7 @@ _OTHERWISE = {
     "disp": "displacement",
     "gap": "clearance",
 }
-"""What people write, and what it is called here."""
+"""Common spellings, and the names used here."""
 
 
 def says_time(heading: str) -> bool:
@@ -96,7 +96,7 @@ def says_time(heading: str) -> bool:
 
 
 def _meant(said: str, unit: str, as_written: str, columns: Sequence[Column]) -> str:
-    """Give the heading that was probably meant, with its unit where it has one: by its words, else by its unit."""
+    """Give the heading that was probably meant, with its unit if it has one: by its words, else by its unit."""
     spellings = {spelling: column for column in columns for spelling in column.spellings}
     near: str | None = said
     while near is not None and near not in spellings:
@@ -116,7 +116,7 @@ def read_headings(
     columns: Sequence[Column] = COLUMNS,
     not_fitted: tuple[str, str] = OF_RESPONSE,
 ) -> tuple[list[str], list[float], list[Fault]]:
-    """Read a heading of many columns: their names, factors and what is wrong with them; see `read_heading`."""
+    """Read a heading of many columns: their names, factors and faults; see `read_heading`."""
     field = f"line {number}"
     read = [read_heading(cell, field, columns, not_fitted) for cell in cells]
     faults = [each for each in read if isinstance(each, Fault)]
@@ -140,16 +140,16 @@ def read_heading(
     text : str
         The heading.
     field : str
-        Where it stands, for the fault.
+        Its position, for the fault.
     columns : sequence of Column
-        Those that the table may have.
+        Columns that the table may have.
     not_fitted : (str, str)
-        Why an acceleration of the structure is not fitted, and what to do with one.
+        Reason why an acceleration of the structure is not fitted, and the remedy.
 
     Returns
     -------
     (str, float) or Fault
-        What the column is called here, and the factor that turns its numbers into SI units.
+        Name of the column here, and the factor to SI units.
     """
     written = text.strip().strip('"').strip()
     for column in columns:

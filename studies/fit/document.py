@@ -1,4 +1,4 @@
-"""A question to a measurement as one document: what HTTP is sent."""
+"""A question to a measurement as one document, for HTTP."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -28,18 +28,18 @@ CONFIDENCE = Quantity("confidence", "confidence of the intervals", 0.5, 0.9999, 
 
 
 def read_fit(document: object) -> FitQuestion | HistoryQuestion:
-    """Read what is asked of a measurement, with every fault at once.
+    """Read a question to a measurement, with every fault.
 
     Parameters
     ----------
     document : object
-        As read from JSON: `measured` (the text of the table), `structure` (what is known, as a study), `fit` (what is
-        estimated: a range or null by name), and optionally `name`, `deviation`, `confidence`, `seed`.
+        As read from JSON: `measured` (the text of the table), `structure` (the known values, as a study), `fit`
+        (parameters to estimate: a range or null by name), and optionally `name`, `deviation`, `confidence`, `seed`.
 
     Raises
     ------
     StudyFaults
-        With every fault of the document, or of the table and the question that it makes.
+        With every fault of the document, or of the table and the resulting question.
     """
     if not isinstance(document, Mapping):
         advice = "write `measured`, `structure` and `fit`"
@@ -81,7 +81,7 @@ def _measured(document: Mapping[str, Any], faults: list[Fault]) -> Measurement |
 
 
 def _ranges(raw: object, faults: list[Fault]) -> dict[str, tuple[float, float] | None]:
-    """Read null, ``[low, high]`` or ``{start, stop}`` by name; what a name may be is judged with the question."""
+    """Read null, ``[low, high]`` or ``{start, stop}`` by name; names are checked with the question."""
     if not isinstance(raw, Mapping):
         advice = 'write what is estimated, as in {"friction_ratio": [0, 0.8], "restitution": null}'
         faults.append(Fault("fit", describe(raw), "a mapping of ranges", advice))
@@ -153,17 +153,17 @@ def parse_table(text: bytes | str, name: str = "measurement") -> Measurement | H
 
 
 def read_structure(path: Path | str) -> dict[str, Any]:
-    """Read what is known of a prototype from a ``.json``, ``.yaml`` or ``.yml`` file.
+    """Read the known values of a prototype from a ``.json``, ``.yaml`` or ``.yml`` file.
 
     Returns
     -------
     dict
-        As it is written; `damperlab.studies.fit.question.make_question` judges it.
+        As written; `damperlab.studies.fit.question.make_question` checks it.
 
     Raises
     ------
     StudyFaults
-        Where the file cannot be read or breaks the rules of its format.
+        If the file cannot be read or breaks the rules of its format.
     """
     document = load_text(*read_file(path, "structure"))
     if not isinstance(document, dict):

@@ -1,4 +1,6 @@
-"""What a fit gives: parameters with intervals, what the data cannot tell apart, and how well the model agrees with them."""
+"""The result of a fit: parameters with intervals, indistinguishable parameters, and the agreement with the
+measurement.
+"""
 
 import math
 from collections.abc import Mapping
@@ -16,21 +18,23 @@ from damperlab.studies.variables import ResponseClass
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 UNDETERMINED = 0.8
-"""Share of the range from which an interval says nothing: without data it would cover the confidence's share of it."""
+"""Share of the range above which an interval is uninformative: without data it would cover the confidence's share of
+it.
+"""
 AT_END = 0.05
 """Share of the range within which an interval counts as reaching its end."""
 ALIKE = 0.95
 """Absolute correlation above which the data do not separate two parameters."""
 BARELY = 0.99
-"""The same where one of the two is undetermined anyway: only what all but equals it is worth a word."""
+"""The same if one of the two is undetermined anyway: only near equality is worth a sentence."""
 DOUBTED = 0.01
-"""Probability of chi-square below which the model and the stated deviations do not agree."""
+"""Probability of chi-square below which the model and the stated deviations disagree."""
 OUTLIER = 0.01
-"""Chance that any of the rows is called an outlier though none is."""
+"""Probability that any row is called an outlier although none is."""
 IRREGULAR = (int(ResponseClass.MODULATED), int(ResponseClass.CHAOTIC))
 """Classes of responses that do not repeat."""
 CURVE_VALUES = 101
-"""Frequencies of the study that a fit is written as."""
+"""Frequencies of the study that a fit writes."""
 
 
 @dataclass(frozen=True)
@@ -40,17 +44,17 @@ class Estimate:
     Parameters
     ----------
     name : str
-        As in a study.
+        Name in a study.
     value : float
         The best.
     low, high : float
-        Its interval, every other parameter free.
+        Its interval, with every other parameter free.
     spread : float
         Standard deviation.
     lowest, highest : float
-        The range in which it was looked for.
+        The range of the search.
     share_low, share_high : float
-        The interval as shares of that range, in its logarithm where that is how it was searched.
+        The interval as shares of that range, in its logarithm if it was searched so.
     """
 
     name: str
@@ -65,7 +69,7 @@ class Estimate:
 
     @property
     def determined(self) -> bool:
-        """Whether the data say anything about it within its range."""
+        """Whether the data narrow its range."""
         return self.share_high - self.share_low < UNDETERMINED
 
     @property
@@ -81,7 +85,7 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What every fit gives, of a response or of a time history.
+    """The common result of every fit, of a response or of a time history.
 
     Parameters
     ----------
@@ -90,12 +94,12 @@ class Outcome:
     correlation : ndarray, shape (parameters, parameters)
         Of the parameters.
     evaluations : int
-        Sets of parameters whose responses, or histories, were computed.
+        Computed sets of parameters.
     widening : float
-        By how much the intervals are wider because the model agrees worse than the stated deviations allow; 1 where it
-        does not.
+        Factor by which the intervals are wider because the model agrees worse than the stated deviations allow; 1 if
+        it does not.
     others : tuple of dict
-        Further sets of parameters, elsewhere in the ranges, that agree about as well.
+        Further sets of parameters in other parts of the ranges that agree about as well.
     """
 
     estimates: tuple[Estimate, ...]
@@ -106,12 +110,12 @@ class Outcome:
 
     @property
     def residual(self) -> NDArray[np.float64]:
-        """Measured less computed in standard deviations, of what counts; NaN where there is none."""
+        """Measured minus computed in standard deviations, for the rows that count; NaN if there is none."""
         raise NotImplementedError
 
     @property
     def freedom(self) -> int:
-        """Degrees of freedom: what counts, less parameters that the data determine."""
+        """Degrees of freedom: rows that count, minus parameters that the data determine."""
         return int(np.isfinite(self.residual).sum()) - sum(each.determined for each in self.estimates)
 
     @property
@@ -126,7 +130,7 @@ class Outcome:
 
     @property
     def alike(self) -> list[tuple[str, str, float]]:
-        """Pairs of parameters that the data cannot tell apart, with their correlation."""
+        """Pairs of parameters that the data do not separate, with their correlation."""
         found = []
         for j, second in enumerate(self.estimates):
             for i, first in enumerate(self.estimates[:j]):
@@ -138,19 +142,19 @@ class Outcome:
 
 @dataclass(frozen=True, kw_only=True)
 class Fitted(Outcome):
-    """The outcome of a fit; columns are of shape (rows,), in the measurement's units.
+    """The result of a fit; columns have the shape (rows,), in the measurement's units.
 
     Parameters
     ----------
     question : FitQuestion
-        What was asked.
+        The question.
     model, model_error : ndarray
-        The response with the best parameters, and what is unknown of it: chaos, and jumps of the response within the
-        parameters' uncertainty. NaN where a response failed.
+        The response with the best parameters, and its uncertainty: chaos, and jumps of the response within the
+        parameters' uncertainty. NaN if a response failed.
     deviation : ndarray
-        Standard deviation of the measurement; as estimated, where none was given.
+        Standard deviation of the measurement; the estimate, if none was given.
     impacts_per_cycle, stick_fraction, response_class : ndarray
-        Of the best responses.
+        Classes of the best responses.
     """
 
     question: FitQuestion
@@ -163,9 +167,9 @@ class Fitted(Outcome):
 
     @property
     def residual(self) -> NDArray[np.float64]:
-        """Measured less computed, in standard deviations of both together; NaN where a response failed.
+        """Measured less computed, in standard deviations of both together; NaN if a response failed.
 
-        Where the deviations are shares of the amplitudes, the logarithms of the two are compared.
+        If the deviations are relative to the amplitudes, the logarithms of the two are compared.
         """
         measured = self.question.measured.amplitude
         if self.question.in_shares:
@@ -175,7 +179,7 @@ class Fitted(Outcome):
 
     @property
     def probability(self) -> float | None:
-        """Chance of a chi-square as large, if the model is right; None where the deviations were made to agree with it."""
+        """Probability of a chi-square as large, if the model is right; None if the deviations were adjusted to it."""
         if self.question.deviation is None or self.freedom < 1:
             return None
         return float(chdtrc(self.freedom, self.chi_square))
@@ -189,12 +193,12 @@ class Fitted(Outcome):
 
     @property
     def irregular(self) -> int:
-        """Number of rows whose response does not repeat, so that the model knows it to an error."""
+        """Number of rows whose response does not repeat, so that the model has a statistical error."""
         return int(np.isin(self.response_class, IRREGULAR).sum())
 
     @property
     def never_strikes(self) -> bool:
-        """Whether there is a particle and it strikes in none of the responses."""
+        """Whether there is a particle that strikes in none of the responses."""
         particle = self.question.settings.get("particle", True) is not False
         return particle and bool(np.nanmax(self.impacts_per_cycle, initial=0.0) == 0.0)
 
@@ -204,13 +208,13 @@ class Fitted(Outcome):
         return bool(np.nanmin(self.stick_fraction, initial=1.0) > 1.0 - 1e-6)
 
     def study(self) -> dict[str, Any]:
-        """Write the prototype as a study that can be run.
+        """Write the prototype as a study.
 
         Returns
         -------
         dict
-            The definition with the estimated numbers, over the measured band; where rows were measured at several
-            conditions each of these is an axis, but for the base amplitude, which is the first row's.
+            The definition with the estimated numbers, over the measured band. If rows were measured at several
+            conditions, each condition is an axis, except the base amplitude, which is the first row's.
         """
         measured = self.question.measured
         every = [
@@ -233,7 +237,7 @@ class Fitted(Outcome):
 
     @property
     def of_no_effect(self) -> list[str]:
-        """Estimated parameters on which no response depends: those of a particle that never strikes."""
+        """Estimated parameters that affect no response: those of a particle that never strikes."""
         if not self.never_strikes:
             return []
         names = (each.name for each in self.estimates)
@@ -241,5 +245,5 @@ class Fitted(Outcome):
 
 
 def outlier_limit(rows: int) -> float:
-    """Residual, in standard deviations, that one of so many rows exceeds with a chance of `OUTLIER`."""
+    """Residual, in standard deviations, that one of all rows exceeds with the probability `OUTLIER`."""
     return math.sqrt(chdtri(1.0, OUTLIER / rows))

@@ -1,4 +1,4 @@
-"""A table of text cut into its heading, its separator and its lines."""
+"""A table of text, split into its heading, its separator and its lines."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from damperlab.studies.spelled_numbers import COMMAS_FOUND, WRITE_POINTS, decima
 
 MOST_BYTES = 4 * 1024 * 1024
 MOST_COLUMNS = 30
-"""Most columns of a table; the name of each is compared with all that are known."""
+"""Most columns of a table; each name is compared with all known ones."""
 
 
 @dataclass(frozen=True)
 class Lines:
-    """A table not yet understood.
+    """A table before its interpretation.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class Lines:
     heading : (int, str)
         Line number, from 1, and text of the heading.
     rows : list of (int, str)
-        The same of every other line; comments and empty lines are left out.
+        The same for every other line; comments and empty lines are dropped.
     """
 
     separator: str
@@ -40,7 +40,7 @@ class Lines:
 
 
 def check_lines(lines: Lines, columns: int) -> None:
-    """Raise StudyFaults, once, for what is wrong with all lines alike: decimal commas, or another number of cells."""
+    """Raise StudyFaults, once, for faults of all lines: decimal commas, or another number of cells."""
     cut = [(number, lines.cells(text)) for number, text in lines.rows]
     for number, cells in cut:
         cell = None if lines.separator == "," else decimal_comma(cells)
@@ -64,7 +64,7 @@ def check_lines(lines: Lines, columns: int) -> None:
 def columns_of(
     lines: Lines, names: Sequence[str], read: Callable[[str, str], float | Fault], faults: list[Fault]
 ) -> dict[str, NDArray[np.float64]]:
-    """Read the numbers of a table, each by its column's name; raises StudyFaults with what is wrong with them and `faults`."""
+    """Read the numbers of a table, each by its column's name; raises StudyFaults with their faults and `faults`."""
     rows: list[list[float]] = []
     for number, line in lines.rows:
         cells = lines.cells(line)
@@ -83,7 +83,7 @@ def columns_of(
 
 
 def read_bytes(path: Path | str) -> bytes:
-    """Read a file, as far as one byte beyond what is allowed; raises StudyFaults where it cannot be read."""
+    """Read a file, up to one byte beyond the limit; raises StudyFaults if it cannot be read."""
     try:
         with Path(path).open("rb") as file:
             return file.read(MOST_BYTES + 1)
@@ -95,7 +95,7 @@ def read_bytes(path: Path | str) -> bytes:
 
 
 def lines_of(text: bytes | str) -> Lines:
-    """Cut a table into lines; raises StudyFaults where it is too large or empty."""
+    """Split a table into lines; raises StudyFaults if it is too large or empty."""
     if len(text) > MOST_BYTES:
         allowed = f"a file of at most {MOST_BYTES:,} bytes"
         raise StudyFaults([Fault("measured", f"{len(text):,} bytes", allowed, "give fewer rows")])

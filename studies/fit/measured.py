@@ -13,7 +13,7 @@ from damperlab.studies.fit.lines import Lines, check_lines, columns_of, lines_of
 from damperlab.studies.quantity import FREQUENCY_RATIO
 
 MOST_ROWS = 2_000
-"""Each row is a response that is computed some hundred times."""
+"""Most rows: each is computed some hundred times."""
 LARGEST = 1e12
 """Bound on every number: beyond it the unit is wrong."""
 
@@ -27,10 +27,10 @@ class Measurement:
     name : str
         What people call it.
     columns : mapping of ndarray, shape (rows,)
-        In SI units or as ratios: `frequency_hz` or `frequency_ratio`; `amplitude_m` or `amplitude_ratio`; and what
-        each row was measured at (`CONDITIONS`), NaN where a cell is empty.
+        In SI units or as ratios: `frequency_hz` or `frequency_ratio`; `amplitude_m` or `amplitude_ratio`; and the
+        conditions of each row (`CONDITIONS`), NaN if a cell is empty.
     deviation : ndarray, shape (rows,), optional
-        Standard deviation of each amplitude in the amplitude's own unit; None where the table has none.
+        Standard deviation of each amplitude in the amplitude's own unit; None if the table has none.
     """
 
     name: str
@@ -69,12 +69,12 @@ def parse_measurement(text: bytes | str, name: str = "measurement") -> Measureme
     Parameters
     ----------
     text : bytes or str
-        A table whose first line names the columns with their units, as in ``frequency (Hz), amplitude (mm)``, apart by
-        comma, semicolon or tab; bytes are UTF-8. Lines that begin with # are left out. Frequency as such or over the
-        natural frequency (`frequency ratio`), amplitude as such or over the base amplitude (`X/Z`), one standard
-        deviation where it is known (`deviation (mm)`, `deviation (%)`, `deviation ratio`), and columns for whatever
-        differs from row to row, as in ``base amplitude (mm)`` or ``clearance ratio``; an empty cell there is
-        what holds elsewhere.
+        A table whose first line names the columns with their units, as in ``frequency (Hz), amplitude (mm)``,
+        separated by comma, semicolon or tab; bytes are UTF-8. Lines that begin with # are skipped. Frequencies in Hz
+        or over the natural frequency (`frequency ratio`); amplitudes as lengths or over the base amplitude (`X/Z`);
+        if it is known, one standard deviation (`deviation (mm)`, `deviation (%)`, `deviation ratio`). Columns for
+        conditions that differ from row to row, as in ``base amplitude (mm)`` or ``clearance ratio``; an empty cell
+        means the value for the other rows.
     name : str
         What to call it.
 
@@ -117,7 +117,7 @@ def _headings(lines: Lines) -> tuple[list[str], list[float]]:
 
 
 def _no_heading(lines: Lines) -> Fault | None:
-    """Say of a first line that names no column that it is a title, or that it is a row already."""
+    """Explain a first line that names no column: it is a title, or already a row."""
     number, text = lines.heading
     field, found = f"line {number}", printable(text.strip())
     allowed = "a line that names the columns"
@@ -175,7 +175,7 @@ def _faults_between(names: list[str], number: int) -> list[Fault]:
 
 
 def _cell(name: str, factor: float, cell: str) -> float | Fault:
-    """Read one number and turn it into SI units; NaN for an empty cell of a condition."""
+    """Read one number and convert it to SI units; NaN for an empty cell of a condition."""
     if not cell and name in CONDITIONS:
         return np.nan
     lowest = 0.0 if name in CONDITIONS else np.nextafter(0.0, 1.0)

@@ -1,4 +1,4 @@
-"""What is asked of a measurement: what is known of the prototype, and which of its parameters are estimated."""
+"""A question to a measurement: known values of the prototype, and the parameters to estimate."""
 
 import math
 from collections.abc import Mapping
@@ -19,32 +19,34 @@ from damperlab.studies.variables import BEFORE
 from damperlab.studies.vocabulary import OF_PARTICLE
 
 RATIO_OF = {each.source: each.ratio for each in DERIVATIONS.values()}
-"""The ratio that a quantity in units makes."""
+"""The ratio that a quantity in units determines."""
 NAMED: dict[str, Quantity] = {
     name: each for name, each in QUANTITY_OF.items() if name != "frequency_ratio"
 } | {each.name: each for each in QUANTITIES if each is not EXCITATION_FREQUENCY}
-"""Everything that may be known of a prototype, by name."""
+"""Every value of a prototype that may be known, by name."""
 FREE: tuple[str, ...] = (*(name for name in NAMED if name not in ("mass_kg", "base_amplitude_m")),)
-"""What may be estimated; mass and base amplitude are what the other quantities are measured with."""
+"""Parameters that may be estimated; mass and base amplitude may not, because the other quantities are measured with
+them.
+"""
 BESIDE_AXES = ("damping_ratio", *BEFORE)
-"""Ratios that a study has outside its `axes`."""
+"""Ratios outside the `axes` of a study."""
 METRICS = ("amplitude_ratio", "amplitude_error", "impacts_per_cycle", "stick_fraction", "response_class")
-"""What is computed of each measured row."""
+"""Results computed for each measured row."""
 
 WIDE = 10.0
-"""Largest over smallest value from which a range is searched in its logarithm."""
+"""Ratio of largest to smallest value above which a range is searched in its logarithm."""
 
 
 @dataclass(frozen=True)
 class Free:
-    """A parameter that is estimated.
+    """A parameter to estimate.
 
     Parameters
     ----------
     name : str
-        As in a study: a ratio, or a quantity in SI units.
+        Name in a study: a ratio, or a quantity in SI units.
     low, high : float
-        Where it is looked for.
+        The range of the search.
     """
 
     name: str
@@ -57,7 +59,7 @@ class Free:
         return self.low > 0.0 and self.high >= WIDE * self.low
 
     def values(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Turn shares of the range, 0 at its low end and 1 at its high end, into values."""
+        """Convert fractions of the range, 0 at its low end and 1 at its high end, into values."""
         if self.logarithmic:
             return np.asarray(self.low * power(self.high / self.low, shares))
         return np.asarray(self.low + (self.high - self.low) * shares)
@@ -65,21 +67,21 @@ class Free:
 
 @dataclass(frozen=True)
 class FitQuestion:
-    """A measurement, and what is asked of it.
+    """A measurement, and the question to it.
 
     Parameters
     ----------
     measured : Measurement
         The response.
     known : mapping of float
-        What is known of the prototype, by the names of a study (`NAMED`).
+        Known values of the prototype, by the names of a study (`NAMED`).
     free : tuple of Free
-        What is estimated.
+        Parameters to estimate.
     settings : mapping
-        `name`, `particle`, `contact`, `start`, `steady` of the study that computes a response.
+        `name`, `particle`, `contact`, `start`, `steady` of the study for a response.
     share : float, optional
-        Standard deviation of the amplitudes as a share of each, where the measurement has none; None where it is to be
-        estimated from the scatter.
+        Standard deviation of the amplitudes relative to each, if the measurement has none; None if it is estimated
+        from the scatter.
     confidence : float
         Of the intervals.
     seed : int
@@ -96,19 +98,19 @@ class FitQuestion:
 
     @property
     def in_shares(self) -> bool:
-        """Whether deviations are shares of the amplitudes, so that differences are, too."""
+        """Whether deviations are relative to the amplitudes, so that differences are, too."""
         return self.measured.deviation is None
 
     @property
     def deviation(self) -> NDArray[np.float64] | None:
-        """Standard deviation of each amplitude in its own unit; None where it is estimated from the scatter."""
+        """Standard deviation of each amplitude in its own unit; None if it is estimated from the scatter."""
         if self.measured.deviation is not None:
             return self.measured.deviation
         return None if self.share is None else self.share * self.measured.amplitude
 
     @cached_property
     def configurations(self) -> tuple[tuple[dict[str, float], NDArray[np.intp]], ...]:
-        """What rows were measured at, and which rows these are; one where the rows differ in their frequency alone."""
+        """Conditions of the rows, and the rows of each; a single entry if the rows differ only in their frequency."""
         columns = {name: self.measured.columns[name] for name in CONDITIONS if name in self.measured.columns}
         found: dict[tuple[float | None, ...], list[int]] = {}
         for row in range(self.measured.rows):
@@ -128,7 +130,7 @@ class FitQuestion:
         return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
 
     def given(self, values: Mapping[str, float], conditions: Mapping[str, float]) -> dict[str, float]:
-        """Put together what holds for some rows: what each row says counts most, then what is estimated, then what is known."""
+        """Combine the values for some rows: those of the row take precedence, then estimated, then known ones."""
         found = dict(self.known)
         for more in (values, conditions):
             for name, value in more.items():
@@ -154,7 +156,7 @@ class FitQuestion:
         return parse_harmonic(self.document(given, frequencies) | {"metrics": list(METRICS)})
 
     def document(self, given: Mapping[str, float], frequencies: Any) -> dict[str, Any]:
-        """Write the study of one configuration; `given` may hold axes in place of numbers."""
+        """Write the study of one configuration; `given` may hold axes instead of numbers."""
         return study_document(self.settings, given, frequencies)
 
     def ratios(self, given: Mapping[str, float], rows: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -163,12 +165,12 @@ class FitQuestion:
         return frequency / given["natural_frequency_hz"] if self.measured.in_hertz else frequency
 
     def scale(self, given: Mapping[str, float]) -> float:
-        """What an amplitude ratio is multiplied with to be compared with the measured amplitude."""
+        """Factor from an amplitude ratio to the measured amplitude."""
         return given["base_amplitude_m"] if self.measured.in_metres else 1.0
 
 
 def drop(numbers: dict[str, Any], name: str) -> None:
-    """Leave out what says the same as `name`: it, or the ratio that it makes, or what makes that."""
+    """Drop everything that determines the same quantity as `name`: itself, its ratio, or sources of that ratio."""
     ratio = RATIO_OF.get(name, name)
     for other in [other for other in numbers if RATIO_OF.get(other, other) == ratio]:
         del numbers[other]
@@ -182,9 +184,9 @@ def study_document(
     Parameters
     ----------
     settings : mapping
-        What is no number: `particle`, `contact`, …
+        Settings that are not numbers: `particle`, `contact`, …
     given : mapping of float
-        The prototype, by `NAMED`; may hold axes in place of numbers.
+        The prototype, by `NAMED`; may hold axes instead of numbers.
     frequencies : object
         The axis of frequency ratios.
     """

@@ -1,4 +1,4 @@
-"""What a fit is worth, in sentences."""
+"""The quality of a fit, in sentences."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
@@ -12,15 +12,15 @@ from damperlab.studies.spelling import quantity, spelled
 TOO_GOOD = 0.999
 """Probability above which they agree better than chance allows."""
 CORRELATED = 1.2
-"""By how much intervals are wider for correlated residuals, from which it is said."""
+"""Factor of widened intervals for correlated residuals from which it is mentioned."""
 POOR = 0.2
-"""Scatter about a fit, as a share of the amplitudes, that no measurement of a steady amplitude has."""
+"""Scatter about a fit, relative to the amplitudes, that is too large for the measurement of a steady amplitude."""
 NAMED_ROWS = 5
 """Most rows that are named."""
 
 
 def verdict(fitted: Fitted) -> list[str]:
-    """Say what a fit is worth: whether the model agrees, what the data do not determine, which rows lie off, and why."""
+    """Describe the quality of a fit: whether the model agrees, undetermined parameters, outliers, and reasons."""
     return [
         *_agreement(fitted),
         *_undetermined(fitted.estimates),
@@ -34,7 +34,9 @@ def verdict(fitted: Fitted) -> list[str]:
 
 
 def verdict_of_history(fitted: FittedHistory) -> list[str]:
-    """Say what a fit of a time history is worth: over which stretch, whether the model agrees, what is not determined."""
+    """Describe the quality of a fit of a time history: its stretch, whether the model agrees, undetermined
+    parameters.
+    """
     return [
         *_stretch(fitted),
         _history_agreement(fitted),
@@ -94,7 +96,7 @@ def _agrees(fitted: Outcome, probability: float) -> str:
 
 
 def _undetermined(estimates: Sequence[Estimate]) -> Iterator[str]:
-    """Name the parameters that the data say nothing about."""
+    """Name the parameters that the data do not determine."""
     names = [each.name for each in estimates if not each.determined]
     if names:
         one = len(names) == 1
@@ -118,7 +120,7 @@ def _one_sided(estimates: Sequence[Estimate]) -> Iterator[str]:
 
 
 def _not_told_apart(pairs: Sequence[tuple[str, str, float]]) -> Iterator[str]:
-    """Name the pairs of parameters that the data cannot tell apart."""
+    """Name the pairs of parameters that the data do not separate."""
     for first, second, correlation in pairs:
         way = "rise" if correlation > 0 else "fall"
         yield (

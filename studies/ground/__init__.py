@@ -1,1 +1,1 @@
-"""Ground motion: records of base acceleration, where they come from, and how they are read and kept."""
+"""Ground motion: records of base acceleration, their sources, reading and storage."""

@@ -1,4 +1,4 @@
-"""A comparison of dampers under one record in short: which moves least, and how sure that is."""
+"""A short comparison of dampers under one record: which moves least, and how certain that is."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,9 +7,9 @@ from damperlab.studies.brief import Brief, Damper
 from damperlab.studies.cavity import cavity_of
 
 SAME = 0.02
-"""Share within which two dampers are called equal: the one with fewer parts is built then."""
+"""Relative difference within which two dampers count as equal: then the one with fewer parts is recommended."""
 FARTHEST_M = 12.0
-"""No measured ground has moved farther: Chi-Chi 1999 by about 10 m."""
+"""Largest displacement of measured ground: Chi-Chi 1999 by about 10 m."""
 PEAK = "peak_relative_displacement_m"
 DAMPERS: dict[str, Damper] = {
     "none": "no_damper",
@@ -18,11 +18,11 @@ DAMPERS: dict[str, Damper] = {
     "pid": "particle_alone",
     "hybrid": "hybrid",
 }
-"""What the cases of a comparison are, those of fewest parts first."""
+"""Names of the cases in a comparison, those with the fewest parts first."""
 
 
 def brief_of(answer: Mapping[str, Any]) -> Brief:
-    """Say which damper moves least against its base under a record.
+    """Name the damper that moves least against its base under a record.
 
     Parameters
     ----------

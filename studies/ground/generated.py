@@ -1,4 +1,4 @@
-"""Records that are generated from what a document says, by the name of the way."""
+"""Records generated from a document, by the name of the method."""
 
 from collections.abc import Callable
 from functools import partial
@@ -18,13 +18,13 @@ from damperlab.studies.ground.sweep_reading import sweep_of, sweep_schema
 from damperlab.studies.quantity import read_count
 
 Recipe = Sweep | RandomVibration | Shock
-"""What says itself what the base does."""
+"""Methods whose definition itself describes the base motion."""
 RECIPES: dict[str, Callable[[object], Recipe]] = {
     "sweep": sweep_of,
     "random_vibration": random_vibration_of,
     "shock": shock_of,
 }
-"""How each of these is read, without its samples."""
+"""Reader of each, without samples."""
 
 
 def _generate(way: str, document: object) -> GroundMotion:
@@ -36,16 +36,16 @@ GENERATED: dict[str, Callable[[object], GroundMotion]] = {
     "kanai_tajimi": read_kanai_tajimi,
     **{way: partial(_generate, way) for way in RECIPES},
 }
-"""How each is generated; every fault of a reader begins with the name."""
+"""Generator of each; every fault of a reader begins with the name."""
 SCHEMAS: dict[str, dict[str, Any]] = {
     "kanai_tajimi": kanai_tajimi_schema(),
     "sweep": sweep_schema(),
     "random_vibration": random_vibration_schema(),
     "shock": shock_schema(),
 }
-"""The JSON schema of each."""
+"""JSON schema of each."""
 WRITTEN = '{"kanai_tajimi": {"seed": 1}} or one of sweep, random_vibration and shock with its keys'
-"""How a document has them."""
+"""Their form in a document."""
 SEEDED = ("kanai_tajimi", "random_vibration")
 """Ways that draw."""
 MOST_SEEDS = 100
@@ -54,24 +54,24 @@ LISTED_SCHEMAS = {
     way: schema | {"properties": schema["properties"] | ({"seeds": SEEDS_SCHEMA} if way in SEEDED else {})}
     for way, schema in SCHEMAS.items()
 }
-"""The same of an entry that may stand for several records."""
+"""The same for an entry that may mean several records."""
 
 
 def recipe_in(document: dict[Any, Any]) -> str:
-    """Give the way by which a document generates a record; empty where it has none, or several."""
+    """Give the method that a document uses to generate a record; empty if it has none, or several."""
     ways = [way for way in GENERATED if way in document]
     return ways[0] if len(ways) == 1 else ""
 
 
 def each_of(entry: object) -> tuple[list[object], list[Fault]]:
-    """Give the records that one entry of a list stands for: as many as its `seeds`, from `seed` on.
+    """Give the records that one entry of a list means: the number in `seeds`, from `seed` on.
 
     Returns
     -------
     entries : list
         Each with one seed.
     faults : list of Fault
-        Where `seeds` is no count.
+        If `seeds` is no count.
     """
     way = recipe_in(entry) if isinstance(entry, dict) else ""
     if not isinstance(entry, dict) or way not in SEEDED or not isinstance(entry[way], dict):

@@ -1,4 +1,6 @@
-"""What stands above the samples of a record: the quantities, their units, and whose file it is. It is never overruled."""
+"""The lines above the samples of a record: the quantities, their units, and the institution. A stated unit is never
+overruled.
+"""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -21,7 +23,7 @@ _BRACKETS = re.compile(r"[(\[{]((?:[^()\[\]{}]|\([^()]*\))*)[)\]}]")
 _LIKE_A_UNIT = re.compile(r"/\s*s|[%^²]|\*\*", re.IGNORECASE)
 _FACTOR = re.compile(r"(?:[/×·]|(?<!\*)\*)\s*\d|(?:\b|_)x\s*\d")
 _NO_SUFFIX = ("h", "v", "in")
-"""Units that are more often a direction, as in `acc_h`."""
+"""Units that usually mean a direction, as in `acc_h`."""
 _TELLING = re.compile(r"\bacc(?:el|(?![a-z]))|\btime\b", re.IGNORECASE)
 _PEAK = re.compile(r"\b(?:peak|max\w*|pga)\b", re.IGNORECASE)
 _ACCELERATION = re.compile(r"\bacc(?:el|(?![a-z]))", re.IGNORECASE)
@@ -36,39 +38,39 @@ _OTHERS = {
     "a list of peak values": (r"^pg[avd]\b", _OVER_TIME),
     "a count of samples": (r"^(?:no|nr|num|number|n|i|index|samples?|rows?|points?|steps?|count|#)$", WRITE_STEP),
 }  # fmt: skip
-"""What is no record: by its words, and what to do."""
+"""Files that are no record: words that identify them, and the remedy."""
 _FORMATS = (
     ("K-NET", r"^Origin Time\s", "multiply the counts by the scale factor, in gal a count"),
     ("ESM", r"^EVENT_NAME:", "the values follow the heading, in its UNITS, SAMPLING_INTERVAL_S apart"),
     ("COSMOS", r"\(Format v\d+\.\d+ with \d+ text lines\)", "take the acceleration block, in its units"),
     ("SMC", r"^\s*\d\s+\w+\s+ACCELEROGRAM", "the values follow the comment lines, in cm/s²"),
 )
-"""Files of others: what they are called, how they begin, and how the acceleration is found in them."""
+"""Files of other institutions: their names, how they begin, and where they have the acceleration."""
 
 
 def read_heading(
     lines: Sequence[Line], separator: str | None, given: str | None
 ) -> tuple[float | None, float]:
-    """Read what stands above the samples.
+    """Read the lines above the samples.
 
     Parameters
     ----------
     lines : sequence of (int, str)
-        What stands there.
+        The lines.
     separator : str or None
-        What parts the two columns, empty for blanks; None for samples that follow one another.
+        Separator of the two columns, empty for blanks; None for consecutive samples.
     given : str or None
-        Unit of the acceleration, named with the file.
+        Unit of the acceleration that was given with the file.
 
     Returns
     -------
     (float or None, float)
-        What one of the unit of the times is in s, None where none is stated; and one of the acceleration in m/s².
+        Factor of the unit of the times to s, None if none is stated; and factor of the acceleration to m/s².
 
     Raises
     ------
     StudyFaults
-        Where this is no record, and where a unit is not read, not known, or contradicted.
+        If this is no record, or a unit is missing, unknown or contradicted.
     """
     heading, others = (None, lines) if separator is None else _heading(lines, separator)
     stated = [(unit, number) for number, line in others for unit in _stated(line)]
@@ -99,7 +101,7 @@ def read_heading(
 
 
 def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str]] | None, Sequence[Line]]:
-    """Find the line that names the columns, where their units may stand in a line below; and give the other lines."""
+    """Find the line that names the columns, whose units may be in the next line; and give the other lines."""
     names, units = ([], [], *(_cells(line) for _, line in lines[-2:]))[-2:]
     if len(names) == len(units) == 2 and all(map(kind_of, units)):
         lines = [*lines[:-2], (lines[-1][0], f"{names[0]} ({units[0]}), {names[1]} ({units[1]})")]
@@ -114,7 +116,7 @@ def _heading(lines: Sequence[Line], separator: str) -> tuple[tuple[int, list[str
 
 
 def _named(cell: str) -> bool:
-    """Whether a cell names a column of a record or of something else that is known."""
+    """Whether a cell names a column of a record, or a known other quantity."""
     words, units = _taken_apart(cell)
     return _is_time(cell) or bool(_ACCELERATION.search(words) or _other(words) or any(map(kind_of, units)))
 
@@ -140,7 +142,7 @@ def _of_columns(number: int, cells: list[str]) -> list[list[str]]:
 
 
 def _cells(line: str) -> list[str]:
-    """Part a heading into cells; blanks may stand within one, so that it is cut at wide gaps and behind brackets first."""
+    """Split a heading into cells; a cell may contain blanks, so it is split at wide gaps and after brackets first."""
     bare = line.lstrip("#%*!/ ")
     bare = bare.strip('"') if bare.count('"') == 2 else bare
     for parting in (";", "\t", ',(?=(?:[^"]*"[^"]*")*[^"]*$)', r"\s{2,}|(?<=[)\]])\s*(?=[^\s)\]])"):
@@ -151,7 +153,7 @@ def _cells(line: str) -> list[str]:
 
 
 def _taken_apart(cell: str) -> tuple[str, list[str]]:
-    """Take a heading apart into its words and its unit, as in `acc (g)`, `acc in g`, `acc / g`, `acc_g`."""
+    """Split a heading into its words and its unit, as in `acc (g)`, `acc in g`, `acc / g`, `acc_g`."""
     stated, bare = _BRACKETS.findall(cell), _BRACKETS.sub(" ", cell)
     words = re.sub(r"[\s_./,]+", " ", bare).strip()
     if _FACTOR.search(bare):
@@ -170,7 +172,7 @@ def _taken_apart(cell: str) -> tuple[str, list[str]]:
 
 
 def _stated(line: str) -> Iterator[str]:
-    """Give the units that a line of text states: behind `units of`, or in one about acceleration or time."""
+    """Give the units in a line of text: after `units of`, or in a line about acceleration or time."""
     if found := _UNITS_OF.search(line):
         first, *others = re.split("[,;]", found[1])
         named = _taken_apart(first)[1] if _TELLING.search(first) else []
@@ -186,7 +188,7 @@ def _stated(line: str) -> Iterator[str]:
 
 
 def _first_unit(text: str) -> str:
-    """Give the longest beginning of a text that is a unit; empty where none is, or a factor follows."""
+    """Give the longest beginning of a text that is a unit; empty if there is none, or a factor follows."""
     words = text.split(maxsplit=6)
     for count in range(min(6, len(words)), 0, -1):
         unit = " ".join(words[:count]).strip("(),.;")
@@ -196,7 +198,7 @@ def _first_unit(text: str) -> str:
 
 
 def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[str]) -> str | None:
-    """Give the unit of a quantity that all lines agree on; None where none states one."""
+    """Give the unit of a quantity on which all lines agree; None if none states one."""
     for written, number in stated:
         shown, place = printable(written), f"line {number}"
         if kind_of(written) in _OTHERS:
@@ -213,7 +215,7 @@ def _agreed(stated: Sequence[tuple[str, int]], quantity: str, allowed: Iterable[
 
 
 def _other(words: str) -> str:
-    """Say what words name that is no record; empty where they name none."""
+    """Name the quantity that words describe instead of a record; empty if there is none."""
     if _ACCELERATION.search(words) and "spectr" not in words.lower():
         return ""
     return next((what for what, (said, _) in _OTHERS.items() if re.search(said, words, re.IGNORECASE)), "")
@@ -225,7 +227,7 @@ def _no_record(what: str, number: int, shown: str) -> StudyFaults:
 
 
 def check_format(lines: Sequence[str]) -> None:
-    """Refuse the file of another institution by its name, and say how to make columns of it."""
+    """Refuse the file of another institution by its name, and explain how to convert it into columns."""
     for name, begins, how in _FORMATS:
         if any(re.search(begins, line) for line in lines[:3]):
             told = f"This is a file of {name}, which is not read."

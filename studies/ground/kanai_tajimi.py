@@ -32,7 +32,7 @@ _QUANTITIES: dict[str, tuple[Quantity, float | None]] = {
     )
 }
 SECOND_FREQUENCY, SECOND_DAMPING = 0.1, 0.6
-"""Of the second filter: natural frequency over that of the soil, and damping ratio."""
+"""Natural frequency of the second filter over that of the soil, and its damping ratio."""
 
 
 def spectrum(
@@ -78,10 +78,11 @@ def kanai_tajimi(
     fall_s: float = 10.0,
     name: str = "",
 ) -> GroundMotion:
-    """Generate a record: cosines at equal steps of frequency with random phases, under a trapezoid and a second filter.
+    """Generate a record: cosines at equal steps of frequency with random phases, under a trapezoid and a second
+    filter.
 
-    The second filter takes out the slow part, with which the base would drift away by metres: its velocity and
-    displacement come to rest with the motion.
+    The second filter removes the slow part, with which the base would drift by metres: its velocity and displacement
+    come to rest with the motion.
 
     Parameters
     ----------
@@ -92,7 +93,7 @@ def kanai_tajimi(
     ground_frequency_hz, ground_damping_ratio : float
         Of the soil.
     peak_g : float
-        Largest acceleration [g], to which the whole is scaled.
+        Largest acceleration [g], to which the record is scaled.
     rise_s, fall_s : float
         The motion grows linearly at the start and falls linearly at the end over these times [s].
     name : str
@@ -101,7 +102,7 @@ def kanai_tajimi(
     Raises
     ------
     StudyFaults
-        Where there are too many samples, or rise and fall leave nothing.
+        If there are too many samples, or rise and fall take the complete duration.
 
     Notes
     -----
@@ -147,7 +148,7 @@ def kanai_tajimi(
 def _at_rest(wave: NDArray[np.float64], omega: float) -> NDArray[np.float64]:
     """Filter an acceleration from rest; `omega` is ω_f times the step.
 
-    By the trapezoidal rule, which is what integrates a record to its velocity: that has no drift but rounding.
+    The trapezoidal rule also integrates a record to its velocity, so that velocity has no drift except rounding.
     """
     loss, spring = SECOND_DAMPING * omega, omega * omega / 4.0
     total = 1.0 + loss + spring

@@ -19,11 +19,11 @@ MOST_SAMPLES = 400_000
 SHORTEST_STEP, LONGEST_STEP = 1e-5, 1.0
 """Bounds of a time step [s]."""
 MOST_ACCELERATION = 1e4
-"""Bound on a sample [m/s²], a thousand times the strongest ever recorded: beyond it the unit is wrong."""
+"""Bound on a sample [m/s²], a thousand times the strongest ever recorded: beyond it the unit must be wrong."""
 
 
 class MotionSummary(TypedDict):
-    """What a list of records shows, in SI units."""
+    """An entry in a list of records, in SI units."""
 
     name: str
     source: str
@@ -38,13 +38,13 @@ class MotionSummary(TypedDict):
 
 
 class MotionOfId(MotionSummary):
-    """The same of a record that goes by an id."""
+    """The same for a record with an id."""
 
     id: str
 
 
 class GroundMotionDocument(MotionOfId):
-    """The same of a record that is kept, and whose it is."""
+    """The same for a stored record, with its owner."""
 
     submitted_by: NotRequired[str]
 
@@ -62,7 +62,7 @@ class GroundMotion:
     acceleration_m_s2 : ndarray, shape (samples,)
         Base acceleration [m/s²], linear from sample to sample; the base is at rest before the first.
     source : str
-        Where it comes from.
+        Its source.
     """
 
     name: str
@@ -72,12 +72,12 @@ class GroundMotion:
 
     @property
     def content(self) -> bytes:
-        """Time step and samples, little-endian float64: all that a response depends on."""
+        """Time step and samples, little-endian float64: everything that a response depends on."""
         return np.concatenate(([self.step_s], self.acceleration_m_s2)).astype("<f8").tobytes()
 
     @property
     def sha256(self) -> str:
-        """Hash of `content`, 64 hex digits: the same motion under whatever name."""
+        """Hash of `content`, 64 hex digits: the same for the same motion under another name."""
         return hashlib.sha256(self.content).hexdigest()
 
     @property
@@ -103,7 +103,7 @@ class GroundMotion:
         return velocity, np.concatenate(([0.0], np.cumsum(way)))
 
     def summary(self) -> MotionSummary:
-        """Return what a list of records shows, in SI units."""
+        """Return the entry for a list of records, in SI units."""
         velocity, displacement = self.base_motion()
         return {
             "name": self.name,
@@ -120,12 +120,12 @@ class GroundMotion:
 
 
 def checked(motion: GroundMotion, place: str = "record") -> GroundMotion:
-    """Return the motion where it can be computed with.
+    """Return the motion if it can be computed with.
 
     Raises
     ------
     StudyFaults
-        Where it is too short or too long, its step is out of bounds, or nothing moves.
+        If it is too short or too long, its step is out of bounds, or it does not move.
     """
     size = motion.acceleration_m_s2.size
     if not 2 <= size <= MOST_SAMPLES:
@@ -154,6 +154,6 @@ def checked(motion: GroundMotion, place: str = "record") -> GroundMotion:
 
 
 def refused(place: str, found: str, allowed: str, advice: str, told: str = "") -> StudyFaults:
-    """Return the refusal of a record for one fault, which stands in a field or a line; `told` is its sentence."""
+    """Return the refusal of a record for one fault, in a field or a line; `told` is its sentence."""
     in_line = f"{place.capitalize()} must be {allowed}, not {found}." if place.startswith("line ") else ""
     return StudyFaults([Fault(place, found, allowed, advice, told or in_line)])

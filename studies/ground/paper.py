@@ -1,4 +1,4 @@
-"""What the paper says of earthquakes: Table A1, and what its numbers can be read as."""
+"""The paper's results for earthquakes: Table A1, and the possible readings of its numbers."""
 
 import math
 
@@ -20,11 +20,11 @@ CLEARANCES_M: tuple[float, ...] = tuple(paper_numbers()[f"clearance_{k}_mm"].val
 BASE_AMPLITUDES_M: tuple[float, ...] = tuple(
     clearance / paper_numbers()[f"clearance_ratio_{k}"].value for k, clearance in enumerate(CLEARANCES_M, 1)
 )
-"""What the paper's pairs of d and d/Z make of Z [m]: three values, not one."""
+"""Base amplitudes Z [m] from the paper's pairs of d and d/Z: three values, not one."""
 
 
 def friction_force_n(base_amplitude_m: float, stiffness_n_per_m: float, damping_ratio: float) -> float:
-    """Friction of the prototype at 4 mm of spring [N], which the paper gives nowhere: from X/Z = 16.22 of Table 3.
+    """Friction of the prototype at 4 mm of spring [N], which the paper does not state: from X/Z = 16.22 of Table 3.
 
     At resonance the friction damper alone has A/Z = (1 − 4γ_F/π)/(2ζ) to first order, with A the amplitude against the
     base, a quarter of a period behind it: X/Z = √(1 + (A/Z)²).
@@ -38,4 +38,4 @@ SOURCE_NOTE = (
     "free to pass on; the built-in record of the same earthquake is from Corralitos. It gives neither clearance, friction "
     "force nor scale of that run, nor says whether its amplitude is against the base or absolute."
 )
-"""Why Table A1 cannot be matched digit by digit."""
+"""Reasons why Table A1 cannot be matched digit by digit."""

@@ -1,4 +1,4 @@
-"""What a comparison of dampers under a record is told in physical units, with the paper's prototype as defaults."""
+"""Parameters of a comparison of dampers under a record in physical units, with the paper's prototype as defaults."""
 
 from damperlab.studies.presets import NATURAL_FREQUENCY_HZ
 from damperlab.studies.quantity import OF_CAVITY, Quantity

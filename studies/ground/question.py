@@ -36,17 +36,17 @@ class Earthquake:
     Parameters
     ----------
     record_id : str
-        Of the record; what it was generated from where it is not kept.
+        Id of the record, or the definition of a generated one.
     motion : GroundMotion
         The record itself.
     values : dict of float
         The `QUANTITIES`.
     criterion : str
-        How the mass damper is tuned.
+        Tuning of the mass damper.
     cases : tuple of str
-        Which of `paper.CASES` are compared.
+        Cases of `paper.CASES` to compare.
     starts : int
-        Perturbed starts besides the one at rest; 0 for none.
+        Perturbed starts in addition to the one at rest; 0 for none.
     seed : int
         Of their draw.
     contact : Contact
@@ -64,7 +64,7 @@ class Earthquake:
 
 
 MOST_NAMED = 20
-"""Most wrong cases that are named: each is compared with those that there are."""
+"""Most unknown cases that are named: each is compared with all known ones."""
 KEYS = (*QUANTITIES, *(each.name for each in fields_of(Compared)), "contact")
 
 
@@ -128,12 +128,12 @@ def read_earthquake(document: object, shelf: Shelf) -> Earthquake:
 
 
 def read_record_reference(raw: object, shelf: Shelf) -> tuple[str, GroundMotion]:
-    """Find or generate the record that a document names.
+    """Find or generate the record of a document.
 
     Raises
     ------
     StudyFaults
-        Where there is none.
+        If there is none.
     """
     if isinstance(raw, dict):
         way = recipe_in(raw)

@@ -33,15 +33,17 @@ LEVELS: dict[str, Quantity] = {
     ),
     "psd_g2_per_hz": Quantity("psd_g2_per_hz", "level there [g²/Hz]", 1e-12, 1e6, "give it in g²/Hz"),
 }
-"""One of them is given."""
+"""Units of the levels; one is given."""
 DURATION = Quantity("duration_s", "time at full level [s]", 0.01, 1e5, "some tens of seconds are usual")
 NUMBERS = {DURATION.name: (DURATION, None)}
 MOST_POINTS = 100
 SAMPLES_PER_CYCLE = 8
-"""Of the highest frequency. Straight lines between samples weaken a line of frequency f by sinc²(fh), which is made up for, and
-repeat it at 1/h − f with (fh/(1 − fh))² of its amplitude: at most a fiftieth, of the highest frequency alone."""
+"""Samples per cycle of the highest frequency. Straight lines between samples attenuate a component of frequency f by
+sinc²(fh), which is corrected. They also repeat it at 1/h − f with (fh/(1 − fh))² of its amplitude: at most a
+fiftieth, and only for the highest frequency.
+"""
 RAMP_CYCLES = 4.0
-"""Of the lowest frequency: how long the motion rises before, and falls after, the time at full level."""
+"""Duration of the rise and the fall around the full level, in cycles of the lowest frequency."""
 SHOWN = {"frequency_hz": "[10, 100]", "psd_g2_per_hz": "[0.001, 0.001]", "psd_m2_per_s3": "[0.1, 0.1]"}
 """A column of each kind."""
 EXAMPLE = '{"frequency_hz": [10, 100], "psd_g2_per_hz": [0.001, 0.001], "duration_s": 30, "seed": 1}'
@@ -54,12 +56,12 @@ class RandomVibration:
     Parameters
     ----------
     frequency_hz : tuple of float
-        Of the points of the table, ascending.
+        Frequencies of the table, ascending.
     psd_m2_per_s3 : tuple of float
-        One-sided power spectral density there [(m/s²)²/Hz]; a straight line between two points in logarithms of both, as in
-        MIL-STD-810H, method 514.8, and none beyond the table.
+        One-sided power spectral density there [(m/s²)²/Hz]; a straight line between two points in logarithms of
+        both, as in MIL-STD-810H, method 514.8, and 0 beyond the table.
     duration_s : float
-        At full level [s]: a ramp of `RAMP_CYCLES` is before and after it.
+        Duration at full level [s]: a ramp of `RAMP_CYCLES` precedes and follows it.
     seed : int
         Of the draw.
     """
@@ -74,7 +76,7 @@ class RandomVibration:
 
     @property
     def ramp_s(self) -> float:
-        """How long the motion rises, and falls [s]."""
+        """Duration of the rise, and of the fall [s]."""
         return RAMP_CYCLES / self.frequency_hz[0]
 
     @property
@@ -84,7 +86,7 @@ class RandomVibration:
 
     @property
     def samples(self) -> int:
-        """How many samples its record has."""
+        """Number of samples of its record."""
         return math.ceil(self.whole_s * self.frequency_hz[-1] * SAMPLES_PER_CYCLE) + 1
 
     @cached_property
@@ -110,9 +112,10 @@ class RandomVibration:
         """Draw the record: cosines at equal steps of frequency, with random amplitudes and phases.
 
         The coefficients are Gaussian, so that the sum is (S. O. Rice, Bell Syst. Tech. J. 23 (1944) 282; M. Grigoriu, Probab.
-        Eng. Mech. 8 (1993) 75): the energy of a draw, and with it the rms of a response, scatters as it does in a test.
-        Every line has the power of the table within half a step of frequency. The displacement of the base is drawn,
-        under the ramps, and the record is its second derivative: the base begins and ends at rest where it was.
+        Eng. Mech. 8 (1993) 75): the energy of a draw, and so the rms of a response, scatters as it does in a test.
+        Every component has the power of the table within half a step of frequency. The displacement of the base is
+        drawn with ramps, and the record is its second derivative: the base starts and ends at rest in the same
+        place.
         """
         count = self.samples
         step = self.whole_s / (count - 1)
@@ -143,12 +146,12 @@ class RandomVibration:
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Name of the record."""
         low, high = self.frequency_hz[0], self.frequency_hz[-1]
         return f"random vibration from {low:.6g} to {high:.6g} Hz, seed {self.seed}"
 
     def words_at(self, scale: float) -> str:
-        """Say what the base does, times a factor."""
+        """Describe the base motion, times a factor."""
         return f"under random vibration {self._told(scale)}"
 
     def _told(self, scale: float) -> str:
@@ -165,7 +168,7 @@ def random_vibration_of(document: object) -> RandomVibration:
     Parameters
     ----------
     document : object
-        ``frequency_hz`` and one of `LEVELS`, lists of equal length; ``duration_s``; ``seed`` and ``name`` where wanted.
+        ``frequency_hz`` and one of `LEVELS`, lists of equal length; ``duration_s``; optionally ``seed`` and ``name``.
 
     Raises
     ------
@@ -202,7 +205,7 @@ def random_vibration_of(document: object) -> RandomVibration:
 
 
 def _column(quantity: Quantity, document: object, faults: list[Fault]) -> tuple[float, ...]:
-    """Read one column of the table; empty where it cannot be read."""
+    """Read one column of the table; empty if it cannot be read."""
     field = f"{PLACE}.{quantity.name}"
     raw = document.get(quantity.name) if isinstance(document, dict) else None
     if not isinstance(raw, list | tuple) or not 2 <= len(raw) <= MOST_POINTS:

@@ -1,4 +1,4 @@
-"""What generated records share: how their numbers are read from a document, and how an amplitude rises and falls."""
+"""Shared by generated records: reading their numbers from a document, and the envelope of an amplitude."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -17,7 +17,7 @@ MOST_LETTERS = 200
 LARGEST_SEED = 2**63 - 1
 SEED_SCHEMA = {"seed": {"type": "integer", "minimum": 0, "maximum": LARGEST_SEED, "default": 0}}
 Numbers = Mapping[str, tuple[Quantity, float | None]]
-"""Bounds and default of each number: None where it must be given, `OPTIONAL` where it may be missing."""
+"""Bounds and default of each number: None if it is required, `OPTIONAL` if it may be missing."""
 OPTIONAL = float("nan")
 """The default of a number that may be missing."""
 
@@ -29,20 +29,20 @@ def read_numbers(
     others: tuple[str, ...],
     example: str,
 ) -> tuple[Mapping[Any, Any], dict[str, float], list[Fault]]:
-    """Read the numbers of what is generated, and look at its name.
+    """Read the numbers of a generated record, and check its name.
 
     Parameters
     ----------
     document : object
         As it is written.
     place : str
-        The way of generating it, with which every fault begins.
+        The method, with which every fault begins.
     numbers : Numbers
-        What they are.
+        The numbers.
     others : tuple of str
-        Keys besides these and ``name``.
+        Other keys than these and ``name``.
     example : str
-        What to write.
+        Advice.
 
     Returns
     -------
@@ -51,12 +51,12 @@ def read_numbers(
     found : dict of float
         The numbers that are given and valid, and defaults.
     faults : list of Fault
-        What is wrong with them.
+        Their faults.
 
     Raises
     ------
     StudyFaults
-        Where the document is no mapping.
+        If the document is no mapping.
     """
     if not isinstance(document, dict):
         raise StudyFaults([Fault(place, describe(document), "a mapping", f"write {example}")])
@@ -80,7 +80,7 @@ def read_numbers(
 def schema_of(
     description: str, numbers: Numbers, more: Mapping[str, Any] | None = None, required: tuple[str, ...] = ()
 ) -> dict[str, Any]:
-    """Return the JSON schema of what `read_numbers` reads; `more` properties, and which of them must be there."""
+    """Return the JSON schema for `read_numbers`; `more` properties, and the required ones."""
     return {
         "type": "object",
         "description": description,
@@ -95,12 +95,12 @@ def schema_of(
 
 
 def read_seed(document: Mapping[Any, Any], place: str, faults: list[Fault]) -> int:
-    """Read the seed of what is drawn; 0 where none is given."""
+    """Read the seed of a draw; 0 by default."""
     return attempt(lambda: read_count(document.get("seed", 0), 0, LARGEST_SEED, f"{place}.seed"), 0, faults)
 
 
 def too_many_samples(field: str, samples: int, why: str, advice: str) -> list[Fault]:
-    """Refuse a record with more samples than it may have; `why` says what they are."""
+    """Refuse a record with too many samples; `why` explains their number."""
     if samples <= MOST_SAMPLES:
         return []
     found, allowed = f"{samples:,} samples", f"at most {MOST_SAMPLES:,} samples"
@@ -116,7 +116,9 @@ def one_of(
     what: str,
     usual: str,
 ) -> str:
-    """Give which of some keys the document has; a fault where it has none, and one for each beyond the first."""
+    """Give the only one of some keys that the document has; a fault if it has none, and one for each beyond the
+    first.
+    """
     given = [key for key in known if key in document]
     allowed = f"one of {', '.join(known)}"
     if not given:
@@ -136,7 +138,7 @@ def ramps(time_s: Floats, duration_s: float, rise_s: float, fall_s: float) -> tu
     time_s : ndarray
         Times from 0 to the end [s].
     duration_s, rise_s, fall_s : float
-        The whole, and both ramps, which do not overlap [s].
+        The total, and both ramps, which do not overlap [s].
     """
     rise, rise_1, rise_2 = _step(time_s / rise_s)
     fall, fall_1, fall_2 = _step((duration_s - time_s) / fall_s)

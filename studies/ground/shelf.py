@@ -1,4 +1,4 @@
-"""Where records are found by their id: the built-in ones, and those that were uploaded into a data directory."""
+"""The store of records by id: built-in ones, and those uploaded into a data directory."""
 
 import io
 import json
@@ -25,11 +25,11 @@ _SUMMARY = frozenset(GroundMotion("", 1.0, np.ones(2)).summary())
 
 
 class RecordNotFound(StoreFault):
-    """There is no record of that id."""
+    """No record has that id."""
 
 
 class RecordDamaged(RecordNotFound):
-    """The files of an uploaded record are not what was written."""
+    """The files of an uploaded record are damaged."""
 
 
 class RecordKept(StoreFault):
@@ -37,20 +37,20 @@ class RecordKept(StoreFault):
 
 
 class ShelfFull(StoreFault):
-    """No more records can be kept."""
+    """No more records can be stored."""
 
 
 _putting = threading.Lock()
-"""Held from counting to writing, so that records that come at the same time are counted too."""
+"""Lock held from counting to writing, so that simultaneous records are counted too."""
 
 
 class Shelf:
-    """The records of one data directory; a record is two files that are never changed: samples and summary.
+    """The records of one data directory; a record is two files that never change: samples and summary.
 
     Parameters
     ----------
     data_dir : Path
-        The data directory; its folder `records` is made when the first record comes.
+        The data directory; its folder `records` is created with the first record.
     quota : KeptQuota
         How many it keeps.
     """
@@ -61,7 +61,7 @@ class Shelf:
 
     @classmethod
     def none(cls) -> "Shelf":
-        """Give a shelf that holds the built-in records alone."""
+        """Give a store with only the built-in records."""
         return cls(Path(os.devnull))  # below which there is never a folder
 
     def ids(self) -> tuple[str, ...]:
@@ -69,14 +69,14 @@ class Shelf:
         return (*builtin_ids(), *self._uploaded())
 
     def summaries(self) -> list[dict[str, Any]]:
-        """Return id and summary of every record, and whose it is, without reading the samples of uploaded ones."""
+        """Return id, summary and owner of every record, without reading the samples of uploaded ones."""
         built_in: list[dict[str, Any]] = [
             {"id": name, **builtin_record(name).summary()} for name in builtin_ids()
         ]
         return built_in + [{"id": name, **self._kept(name)} for name in self._uploaded()]
 
     def _kept(self, record_id: str) -> dict[str, Any]:
-        """Read a record's summary; raise `RecordDamaged` unless it is what was written."""
+        """Read a record's summary; raise `RecordDamaged` if it is damaged."""
         try:
             content = (self.folder / f"{record_id}.json").read_bytes()
             if is_sealed(content):
@@ -93,7 +93,7 @@ class Shelf:
         return kept
 
     def damaged(self, pause: Callable[[], None] = lambda: None) -> Iterator[tuple[str, str]]:
-        """Read every uploaded record; give the id of each that is not what was written, and a sentence.
+        """Read every uploaded record; give the id of each damaged one, and a sentence.
 
         Parameters
         ----------
@@ -108,12 +108,12 @@ class Shelf:
                 yield record_id, str(error)
 
     def owner(self, record_id: str) -> str | None:
-        """Say who uploaded a record; None where nobody asked, as of a built-in one.
+        """Name the owner of a record; None without keys, and for a built-in one.
 
         Raises
         ------
         RecordNotFound
-            Where there is none of this whole id.
+            If no record has this complete id.
         """
         if record_id in builtin_ids():
             return None
@@ -127,7 +127,7 @@ class Shelf:
         Raises
         ------
         RecordNotFound
-            Where there is none of this whole id.
+            If no record has this complete id.
         RecordKept
             If it is a built-in one.
         """
@@ -171,7 +171,7 @@ class Shelf:
         raise RecordNotFound(Fault("record", describe(record_id), allowed, advice))
 
     def _motion(self, record_id: str) -> GroundMotion:
-        """Read an uploaded record; raise `RecordDamaged` unless it is what was written, as its id says."""
+        """Read an uploaded record; raise `RecordDamaged` unless it matches its id."""
         kept = self._kept(record_id)
         try:
             samples = np.load(self.folder / f"{record_id}.npy", allow_pickle=False)
@@ -184,7 +184,7 @@ class Shelf:
         return motion
 
     def put(self, motion: GroundMotion) -> tuple[str, bool]:
-        """Keep a record; the same samples are one record, and one that was damaged is written anew.
+        """Store a record; the same samples are one record, and a damaged one is written again.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Shocks: one pulse of the base acceleration by IEC 60068-2-27, and rest after it."""
+"""Shocks: one pulse of the base acceleration by IEC 60068-2-27, followed by rest."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from damperlab.studies.quantity import Quantity
 
 PLACE = "shock"
 SHAPES = {"half_sine": "half-sine", "sawtooth": "terminal-peak sawtooth", "trapezoid": "trapezoidal"}
-"""Shapes of a pulse by IEC 60068-2-27, and each as an adjective."""
+"""Shapes of a pulse by IEC 60068-2-27, and the adjective for each."""
 NUMBERS: dict[str, tuple[Quantity, float | None]] = {
     name: (Quantity(name, meaning, low, high, advice), default)
     for name, meaning, low, high, advice, default in (
@@ -26,7 +26,7 @@ NUMBERS: dict[str, tuple[Quantity, float | None]] = {
 SAMPLES_PER_PULSE = 50
 """Straight lines between them miss a half sine by at most (π/50)²/8 = 4.9e-4 of its peak; the other shapes are straight."""
 RISE = 0.1
-"""Of a trapezoid, over the duration; its fall too."""
+"""Rise of a trapezoid over its duration; also its fall."""
 
 
 @dataclass(frozen=True)
@@ -36,14 +36,14 @@ class Shock:
     Parameters
     ----------
     shape : str
-        One of `SHAPES`. A sawtooth rises to its peak near the end, and falls within the last fiftieth of the duration, so that
-        its area is that of the sharp one.
+        One of `SHAPES`. A sawtooth rises to its peak near the end, and falls within the last fiftieth of the
+        duration, so that its area equals that of the ideal one.
     peak_g : float
         Largest acceleration [g].
     duration_ms : float
         Of the pulse [ms].
     rest_s : float
-        How long the base, which keeps the velocity that it was given, is not accelerated after it [s].
+        Duration without acceleration after the pulse [s]; the base keeps its final velocity.
     """
 
     shape: str
@@ -61,7 +61,7 @@ class Shock:
 
     @property
     def samples(self) -> int:
-        """How many samples its record has: those of the pulse and at least one of the rest."""
+        """Number of samples of its record: those of the pulse and at least one of the rest."""
         return SAMPLES_PER_PULSE + 1 + max(1, math.ceil(self.rest_s / self.step_s))
 
     def motion(self, name: str = "") -> GroundMotion:
@@ -94,7 +94,8 @@ class Shock:
 
 
 def shock_of(document: object) -> Shock:
-    """Read a shock from a document with ``shape``, ``peak_g``, ``duration_ms``, and ``rest_s`` and ``name`` where wanted.
+    """Read a shock from a document with
+    ``shape``, ``peak_g``, ``duration_ms``, and optionally ``rest_s`` and ``name``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A record as a study names it: its id, and what tells its samples from all others."""
+"""A record as a study names it: its id, and the hash that identifies its samples."""
 
 import json
 from dataclasses import dataclass, replace
@@ -13,13 +13,13 @@ from damperlab.studies.ground.question import read_record_reference
 from damperlab.studies.ground.shelf import Shelf
 
 Entry = tuple[str, str, object]
-"""A record as it is written: its place, the place that the faults of its reader are within, and the record."""
+"""A record as written: its place, the place for the faults of its reader, and the record."""
 _KEYS = ("id", "sha256", "step_s", "samples", *GENERATED)
 
 
 @dataclass(frozen=True)
 class RecordSource:
-    """A record that a study is about.
+    """A record of a study.
 
     Parameters
     ----------
@@ -32,7 +32,8 @@ class RecordSource:
     samples : int
         How many.
     recipe : str
-        What it was generated from, as JSON of a mapping with one of `GENERATED`; empty for a record that is kept.
+        The definition of a generated record, as JSON of a mapping with one of `GENERATED`; empty for a stored
+        record.
     """
 
     id: str
@@ -43,7 +44,7 @@ class RecordSource:
 
     @property
     def key(self) -> str:
-        """Where a cube keeps the samples."""
+        """Name of the samples in a cube."""
         return f"records/{self.id}.f8"
 
     @property
@@ -63,13 +64,13 @@ class RecordSource:
 
     @property
     def generated(self) -> Recipe | None:
-        """What it was generated from, where that says what the base does."""
+        """Its definition, if that describes the base motion."""
         recipe = json.loads(self.recipe) if self.recipe else {}
         return next((RECIPES[way](recipe[way]) for way in recipe if way in RECIPES), None)
 
     @property
     def called(self) -> str:
-        """What it is called in a sentence: its id, or what it was generated from."""
+        """Name in a sentence: its id, or its definition."""
         generated = self.generated
         return self.id if generated is None else generated.name
 
@@ -93,23 +94,23 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
     Parameters
     ----------
     raw : object
-        The id of a record, an earthquake's name, one of `GENERATED` as ``{"sweep": {…}}``, or what `RecordSource.document`
-        gives.
+        The id of a record, an earthquake's name, one of `GENERATED` as
+        ``{"sweep": {…}}``, or a `RecordSource.document`.
     shelf : Shelf, optional
-        Where records are found. Without one an entry that says its digest is taken as it is, as in a study that is
-        stored, and of the others only the built-in records are known.
+        Source of records. Without one, an entry with a digest is accepted, as in a stored study; of the others only
+        the built-in records are known.
 
     Returns
     -------
     source : RecordSource
         The record.
     motion : GroundMotion or None
-        Its samples, where they were looked up.
+        Its samples, if they were looked up.
 
     Raises
     ------
     StudyFaults
-        Where there is no such record, or its samples have changed.
+        If there is no such record, or its samples have changed.
     """
     if not isinstance(raw, dict):
         return _found(*read_record_reference(raw, shelf or Shelf.none()))
@@ -142,7 +143,7 @@ def read_source(raw: object, shelf: Shelf | None) -> tuple[RecordSource, GroundM
 
 
 def read_sources(raw: object, shelf: Shelf | None) -> list[tuple[RecordSource, GroundMotion | None]]:
-    """Read one entry of ``records`` as `read_source` does; with ``seeds`` it stands for as many records.
+    """Read one entry of ``records`` as `read_source` does; with ``seeds`` it means that number of records.
 
     Raises
     ------
@@ -159,7 +160,7 @@ def read_sources(raw: object, shelf: Shelf | None) -> list[tuple[RecordSource, G
 def read_entries(
     entries: list[Entry], shelf: Shelf | None, named: set[str], faults: list[Fault]
 ) -> list[tuple[str, RecordSource, GroundMotion | None]]:
-    """Read a list of records, each once; what is wrong goes to `faults`.
+    """Read a list of records, each once; append faults to `faults`.
 
     Parameters
     ----------
@@ -168,14 +169,14 @@ def read_entries(
     shelf : Shelf, optional
         As in `read_source`.
     named : set of str
-        Ids that are taken already, to which these are added.
+        Ids that are already used; the new ones are added.
     faults : list of Fault
         Those so far.
 
     Returns
     -------
     list of tuple
-        Each record with the place of its entry, which with seeds has several.
+        Each record with the place of its entry; an entry with seeds has several.
     """
     found = []
     for place, within, entry in entries:

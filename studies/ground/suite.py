@@ -22,12 +22,12 @@ from damperlab.studies.ground.variables import DIMENSIONS, RECORD, VARIABLES
 from damperlab.studies.variables import MADE_BY, Variable
 
 AXES: tuple[str, ...] = tuple(name for name in DIMENSIONS if name != RECORD)
-"""What a suite varies besides its records."""
+"""Quantities that a suite varies in addition to its records."""
 
 NUMBERS = ("mass_kg", "tail_s", "perturbation_m", *MADE_BY.values())
 
 _SCHEME = b"damperlab survey 1"
-"""To be changed only when the same suite gets computed or stored differently: every stored digest begins with it."""
+"""Change it only if the same suite is computed or stored differently: every stored digest begins with it."""
 
 
 @dataclass(frozen=True)
@@ -43,16 +43,16 @@ class Suite:
     axes : dict of AxisSpec
         Every one of `AXES`.
     numbers : dict of float
-        `NUMBERS`; of the friction and the tilt of a cavity those that are not 0.
+        `NUMBERS`; for friction and tilt of a cavity those that are not 0.
     starts, seed : int
-        Perturbed starts of each point besides the one at rest, and the seed of their draw.
+        Perturbed starts of each point in addition to the one at rest, and the seed of their draw.
     contact : Contact
         What an impact is.
     metrics : tuple of str
-        What is stored.
+        Names of the stored variables.
     motions : mapping of GroundMotion
-        The records' samples by id, where they are at hand: a suite that is submitted has them, one that was read
-        back from a store does not.
+        The records' samples by id, if available: a submitted suite has them, one that was read from a store does
+        not.
     """
 
     name: str
@@ -67,19 +67,19 @@ class Suite:
 
     @cached_property
     def coordinates(self) -> Coordinates:
-        """The dimensions in the cube's order: record as text, the others float64; not to be written to."""
+        """The dimensions in the cube's order: record as text, the others float64; read-only."""
         axes = {name: axis_values(self.axes[name]) for name in AXES}
         return Coordinates({RECORD: np.array([record.id for record in self.records]), **axes})
 
     @property
     def identities(self) -> dict[str, NDArray[Any]]:
-        """The coordinates, a record by its samples too: one id may name others after an update."""
+        """The coordinates, with a record as its samples: an id may name others after an update."""
         told = np.array([f"{record.id} {record.sha256}" for record in self.records])
         return self.coordinates | {RECORD: told}
 
     @property
     def cavity(self) -> Cavity:
-        """How the cavity of the particle lies, and how the particle rubs in it."""
+        """Tilt of the cavity, and friction of the particle in it."""
         return cavity_of(self.numbers)
 
     @property
@@ -104,12 +104,12 @@ class Suite:
 
     @property
     def whole_rows(self) -> bool:
-        """Whether a point begins where another ended: none does."""
+        """Whether a point starts where another ended: none does."""
         return False
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over what is asked, records by their samples and axes by their values, in hexadecimal."""
+        """SHA-256 over the content, records by their samples and axes by their values, in hexadecimal."""
         content = hashlib.sha256(_SCHEME)
         for name, values in self.identities.items():
             text = values.dtype.kind == "U"
@@ -119,7 +119,7 @@ class Suite:
         return content.hexdigest()
 
     def settings(self) -> dict[str, Any]:
-        """Give what a point's values depend on besides its coordinates."""
+        """Give everything that a point's values depend on except its coordinates."""
         settings = {"contact": self.contact.model_dump(mode="json"), "starts": self.starts, **self.numbers}
         if self.starts:
             return settings | {"seed": self.seed}
@@ -132,12 +132,12 @@ class Suite:
         return {record.key: record.sha256 for record in self.records}
 
     def attachments(self) -> dict[str, bytes]:
-        """Give the records' samples, so that every worker finds them beside the definition, and for good.
+        """Give the records' samples, so that every worker finds them with the definition, permanently.
 
         Raises
         ------
         StudyFaults
-            Where they are not at hand.
+            If they are not available.
         """
         lost = [record.id for record in self.records if record.id not in self.motions]
         if lost:
@@ -174,6 +174,6 @@ class Suite:
 def windows_of(
     source: RecordSource, natural_frequency_hz: NDArray[np.float64] | float, tail_s: float
 ) -> NDArray[np.float64]:
-    """Count, about, the steps of a run: those of the record, cut where the structure is fast."""
+    """Estimate the steps of a run: those of the record, divided where the structure is fast."""
     shortest = np.minimum(source.step_s, 0.4 / (2.0 * math.pi * np.asarray(natural_frequency_hz)))
     return np.asarray((source.duration_s + tail_s) / shortest)

@@ -26,11 +26,11 @@ KEYS = ("name", "records", "axes", *NUMBERS, "starts", "seed", "contact", "metri
 MOST_NAME = 200
 MOST_RECORDS = 100
 MOST_SAMPLES = 4_000_000
-"""Samples of all records together, 32 MB: every suite keeps a copy of them."""
+"""Most samples of all records together, 32 MB: every suite stores a copy of them."""
 MOST_RUNS = 1_000_000_000
 """Points times starts."""
 MOST_WINDOWS = 200_000
-"""Steps of one run: a stiffer structure under a longer record would take seconds a point."""
+"""Most steps of one run: a stiffer structure under a longer record would take seconds per point."""
 LARGEST_SEED = 2**63 - 1
 
 
@@ -40,10 +40,10 @@ def read_suite(document: object, shelf: Shelf | None = None) -> Suite:
     Parameters
     ----------
     document : object
-        ``records``, and in ``axes`` any of `AXES` as a number, a list, or ``{start, stop, num, spacing}``; what is left
-        out is the paper's prototype.
+        ``records``, and in ``axes`` any of `AXES` as a number, a list, or ``{start, stop, num, spacing}``; the
+        paper's prototype supplies all others.
     shelf : Shelf, optional
-        Where records are; see `damperlab.studies.ground.source.read_source`.
+        Source of records; see `damperlab.studies.ground.source.read_source`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A swept sine of the base: its displacement, velocity and acceleration in closed form, and the record that it makes."""
+"""A swept sine of the base: displacement, velocity and acceleration in closed form, and the resulting record."""
 
 import math
 from dataclasses import dataclass
@@ -13,15 +13,16 @@ from damperlab.studies.portable import cos, exp, expm1, sin
 Floats = NDArray[np.float64]
 
 SAMPLES_PER_CYCLE = 72
-"""Of the highest frequency. A line over a step h misses a by at most h²/8·max |a''|, so of a sine (ωh)²/8 = 9.5e-4 of the
-amplitude; what ramps of `FEWEST_RAMP_CYCLES` add to a'' is less than a twentieth of it."""
+"""Of the highest frequency. A line over a step h misses a by at most h²/8·max |a''|, so for a sine (ωh)²/8 = 9.5e-4
+of the amplitude; ramps of `FEWEST_RAMP_CYCLES` add less than a twentieth of it to a''.
+"""
 FEWEST_RAMP_CYCLES = 4.0
 SPELLED: tuple[tuple[str, str], ...] = (
     ("base amplitude", "m"),
     ("base velocity", "m/s"),
     ("base acceleration", "m/s²"),
 )
-"""What is constant, and its unit, by the order of the derivative."""
+"""The constant quantity, and its unit, by the order of the derivative."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Sweep:
     """A sine whose frequency runs from one end to the other.
 
     The base displacement is z = w·(a/ωⁿ)·sin φ with φ = ∫ω dt from 0, and w rising from 0 to 1 and falling back over the
-    first and the last cycles. Velocity and acceleration are its derivatives, with nothing left out.
+    first and the last cycles. Velocity and acceleration are its exact derivatives.
 
     Parameters
     ----------
@@ -38,13 +39,13 @@ class Sweep:
     duration_s : float
         From the first to the last [s], ramps included.
     logarithmic : bool
-        Whether equal times pass equal ratios of frequency, else equal differences.
+        Whether the frequency changes by equal ratios in equal times, else by equal differences.
     amplitude : float
-        What is constant: of the displacement [m], the velocity [m/s] or the acceleration [m/s²].
+        Amplitude of the constant quantity: of the displacement [m], the velocity [m/s] or the acceleration [m/s²].
     order : int
         Which of the three: 0, 1 or 2.
     ramp_cycles : float
-        How long the amplitude rises, in cycles of `start_hz`, and falls, in cycles of `stop_hz`.
+        Duration of the rise in cycles of `start_hz`, and of the fall in cycles of `stop_hz`.
     """
 
     start_hz: float
@@ -75,7 +76,7 @@ class Sweep:
 
     @property
     def growth_per_s(self) -> float:
-        """Rate of the logarithm of the frequency, where that is constant [1/s]."""
+        """Rate of the logarithm of the frequency, if it is constant [1/s]."""
         return math.log(self.stop_hz / self.start_hz) / self.duration_s
 
     @property
@@ -135,7 +136,7 @@ class Sweep:
         Parameters
         ----------
         name : str
-            Of the record; that of the sweep where it is empty.
+            Name of the record; by default that of the sweep.
         """
         count = self.samples
         _, _, acceleration = self.base(np.linspace(0.0, self.duration_s, count))
@@ -144,12 +145,12 @@ class Sweep:
 
     @property
     def name(self) -> str:
-        """What it is called: a sweep from one end to the other, and how fast."""
+        """Its name: a sweep from one end to the other, and its rate."""
         return f"sweep {self._course}"
 
     @property
     def words(self) -> str:
-        """What the base does, to follow a noun."""
+        """The base motion, as a phrase after a noun."""
         return self.words_at(1.0)
 
     def words_at(self, scale: float) -> str:

@@ -25,7 +25,7 @@ PACES: dict[str, Quantity] = {
         Quantity("duration_s", "duration of a sweep at a constant rate in Hz/s [s]", 1e-3, 1e6, "give it in s"),
     )
 }  # fmt: skip
-"""One of them says how fast; a rate is positive whichever way it goes."""
+"""Keys for the rate, of which one is given; a rate is positive in either direction."""
 AMPLITUDES: dict[str, Quantity] = {
     each.name: each
     for each in (
@@ -36,7 +36,7 @@ AMPLITUDES: dict[str, Quantity] = {
         ),
     )
 }  # fmt: skip
-"""One of them is constant, by the order of the derivative."""
+"""Keys for the constant quantity, by the order of the derivative."""
 RAMP_CYCLES = Quantity(
     "ramp_cycles",
     "cycles of `start_hz` in which the amplitude rises, and of `stop_hz` in which it falls",

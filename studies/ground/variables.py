@@ -1,4 +1,6 @@
-"""The dimensions and result variables of a ground-motion suite: the registry beside that of `damperlab.studies.variables`."""
+"""The dimensions and result variables of a ground-motion suite: the registry in addition to
+`damperlab.studies.variables`.
+"""
 
 from damperlab.studies.variables import DIMENSION_LONG_NAMES, Status, Variable
 
@@ -12,7 +14,7 @@ DIMENSIONS: dict[str, tuple[str, str]] = {
     "clearance_m": ("m", "clearance d"),
     "friction_force_n": ("N", "friction force F_f"),
 }
-"""Unit and meaning of every dimension, in the cube's order: what the points of a block share comes first."""
+"""Unit and meaning of every dimension, in the cube's order: quantities shared by the points of a block come first."""
 
 SYMBOLS: dict[str, str] = {
     "natural_frequency_hz": "f_n",
@@ -20,14 +22,14 @@ SYMBOLS: dict[str, str] = {
     "clearance_m": "d",
     "friction_force_n": "F_f",
 }
-"""Those of them that the paper has a symbol for, beside the ratios."""
+"""Those with a symbol in the paper, apart from the ratios."""
 
 RECORD = "record"
 DAMPER = ("restitution", "particle_mass_kg", "clearance_m", "friction_force_n")
-"""What somebody chooses; the other dimensions are what a damper meets."""
+"""The dimensions that a designer chooses; the others are conditions."""
 
 SPREAD: tuple[str, ...] = ("peak_relative_displacement", "peak_absolute_acceleration")
-"""Measures whose spread over the perturbed starts is kept."""
+"""Measures whose spread over the perturbed starts is stored."""
 
 STATISTICS: dict[str, str] = {
     "lowest": "Smallest",
@@ -103,5 +105,7 @@ VARIABLES: dict[str, Variable] = {
 
 
 def available_variables(starts: int, rubs: bool = False) -> tuple[str, ...]:
-    """Return the names of the variables that a suite gives: the spread needs perturbed starts, a loss a particle that rubs."""
+    """Return the names of the variables that a suite gives: the spread needs perturbed starts, a loss needs friction
+    of the particle.
+    """
     return tuple(v.name for v in VARIABLES.values() if (starts or not v.start) and (rubs or not v.rubbing))

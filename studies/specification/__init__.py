@@ -1,1 +1,1 @@
-"""The specification of a design: what must be quiet, what may be chosen, how far what is built may be off."""
+"""The specification of a design: requirements, ranges of the damper, and tolerances."""

@@ -1,4 +1,4 @@
-"""What may be chosen of a damper, read from a document."""
+"""The ranges of a damper, read from a document."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -26,7 +26,7 @@ from damperlab.studies.specification.specification import (
 )
 
 MOST_VALUES = 20
-"""Values in a list of one quantity."""
+"""Most values in a list of one quantity."""
 
 CONTACT_TIME = Quantity(
     "contact_time_s", "time for which particle and wall touch [s]", 0.0, 1e3, "give it in s"
@@ -47,7 +47,7 @@ QUANTITIES = {
 
 
 class DamperFields(SceneFields):
-    """Reads what a damper may be."""
+    """Reads the ranges of a damper."""
 
     def _choices(self, amplitude_m: float, structure: Structure | None) -> dict[str, Choice]:
         choose = self.document.get("choose", {})
@@ -112,7 +112,7 @@ class DamperFields(SceneFields):
         return found
 
     def _place(self, spellings: Iterable[str], choose: Mapping[str, Any]) -> tuple[str, str, Any] | None:
-        """Find where a quantity is given: field, key and value; None where it is not."""
+        """Find a given quantity: field, key and value; None if it is not given."""
         places = [
             (join(place, key), key, held[key])
             for place, held in (("choose", choose), ("", self.document))
@@ -176,7 +176,7 @@ class DamperFields(SceneFields):
         return Choice(values[0], values[-1], values, names, touching if any(touching) else ())
 
     def _contact_time(self, field: str, raw: object) -> float:
-        """Read how long particle and wall touch [s]; 0 where that is at fault."""
+        """Read the contact time [s]; 0 if it is faulty."""
         if not self._in_units:
             told = "{field} is in seconds, and the specification is in ratios."
             advice = "add mass_kg, natural_frequency_hz and the amplitude of the base"
@@ -185,7 +185,7 @@ class DamperFields(SceneFields):
         return self._read(field, raw, CONTACT_TIME) or 0.0
 
     def _touching(self, choices: dict[str, Choice], structure: Structure | None) -> None:
-        """Read one contact time for all that a restitution may be, and hold contact times against the natural period."""
+        """Read one contact time for all values of a restitution, and check it against the natural period."""
         choice, name = choices.get("restitution"), CONTACT_TIME.name
         if choice is None:
             return
@@ -210,7 +210,7 @@ class DamperFields(SceneFields):
 
 
 def scale_of(name: str, amplitude_m: float, structure: Structure) -> float:
-    """Give what a ratio is multiplied with to make the quantity; d/Z and γ_F are those of the largest amplitude."""
+    """Give the factor from a ratio to its quantity; d/Z and γ_F refer to the largest amplitude."""
     return {
         "clearance_m": amplitude_m,
         "friction_force_n": structure.stiffness_n_per_m * amplitude_m,

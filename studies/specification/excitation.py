@@ -1,4 +1,4 @@
-"""What shakes a structure: how its base moves, or a force on it, over a band and a range of amplitudes."""
+"""The excitation of a structure: motion of its base, or a force on it, over a band and a range of amplitudes."""
 
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -14,16 +14,16 @@ Numbers = TypeVar("Numbers", float, NDArray[np.float64])
 
 @dataclass(frozen=True)
 class Motion:
-    """Which amplitude is the same at every frequency: of the base, or of a force on the structure.
+    """The amplitude that is constant over frequency: of the base, or of a force on the structure.
 
     Parameters
     ----------
     key : str
-        As the specification has it.
+        Name in the specification.
     unit, words : str
         For sentences.
     constant : str or None
-        What a study calls it, see `damperlab.studies.amplitudes.CONSTANT`; None for the displacement, and for a force.
+        Name in a study, see `damperlab.studies.amplitudes.CONSTANT`; None for the displacement, and for a force.
     force : bool
         Whether it is a force on the structure, whose base stands still.
     """
@@ -49,24 +49,24 @@ MOTIONS = {
         Motion("force_n", "N", "force amplitude", force=True),
     )
 }
-"""What may be constant over the band; each an amplitude, not an effective value."""
+"""Quantities that may be constant over the band; each an amplitude, not an effective value."""
 
 
 @dataclass(frozen=True)
 class Excitation:
-    """How the base moves, or a force acts: at every frequency of the band with every amplitude of the range.
+    """Motion of the base, or a force: at every frequency of the band with every amplitude of the range.
 
     Parameters
     ----------
     lowest_m, highest_m : float
         Base amplitude Z at the nominal natural frequency, or the static displacement F₀/k of a force on the nominal
-        structure; equal where there is one.
+        structure; equal for a single amplitude.
     low, high : float
-        The band as frequency ratios of the nominal structure; equal where there is one frequency.
+        The band as frequency ratios of the nominal structure; equal for a single frequency.
     motion : Motion
-        What is constant over the band.
+        The quantity that is constant over the band.
     name : str
-        What it is called where there are several.
+        Name if there are several.
     """
 
     lowest_m: float
@@ -77,14 +77,14 @@ class Excitation:
     name: str = ""
 
     def base_m(self, reference_m: float, frequency_ratio: Numbers) -> Numbers:
-        """Give the base amplitude Z [m] at frequencies over the nominal one, of what is `reference_m` at that one.
+        """Give the base amplitude Z [m] at frequencies over the nominal one, for `reference_m` at that one.
 
-        A velocity V makes Z = V/ω of it, an acceleration A makes Z = A/ω²; a force makes Z = F₀/k.
+        A velocity V gives Z = V/ω, an acceleration A gives Z = A/ω²; a force gives Z = F₀/k.
         """
         return reference_m / frequency_ratio**self.motion.order
 
     def over(self, length_m: float) -> "Excitation":
-        """Give the same with its amplitudes over a length."""
+        """Give the same excitation with its amplitudes divided by a length."""
         return replace(self, lowest_m=self.lowest_m / length_m, highest_m=self.highest_m / length_m)
 
     @property
@@ -93,7 +93,7 @@ class Excitation:
         return Amplitude(self, self.highest_m)
 
     def amplitudes(self, count: int) -> tuple["Amplitude", ...]:
-        """Give amplitudes over its range, by equal shares, ends included; one where there is one."""
+        """Give amplitudes over its range at equal ratios, ends included; one for a single amplitude."""
         low, high = self.lowest_m, self.highest_m
         if low == high:
             return (self.largest,)
@@ -108,7 +108,7 @@ class Amplitude:
     Parameters
     ----------
     excitation : Excitation
-        Which one.
+        The excitation.
     reference_m : float
         Base amplitude Z at the nominal natural frequency, or static displacement.
     """

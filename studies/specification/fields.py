@@ -1,4 +1,4 @@
-"""A document read field by field: what cannot be read becomes a fault, and reading goes on."""
+"""A document read field by field: unreadable values become faults, and reading continues."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -8,7 +8,7 @@ from damperlab.studies.quantity import Quantity, read_count
 
 
 class Fields:
-    """Reads a document part by part, and keeps the faults.
+    """Reads a document part by part, and collects the faults.
 
     Parameters
     ----------

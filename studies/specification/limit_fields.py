@@ -27,14 +27,14 @@ OVER_AMPLITUDE = Quantity("ratio", "ratio [1]", 1e-12, 1e12, "give it over the b
 QUANTITY_IN = {"m": LENGTH, "m/s": SPEED, "m/s²": ACCELERATION, "1": STICK}
 EVERY: tuple[Limit | DamperLimit, ...] = (*LIMITS.values(), *DAMPER_LIMITS.values())
 IN_RATIOS = {each.ratio: each.name for each in EVERY if each.ratio and each.ratio != each.name}
-"""What limits are called where only ratios mean anything."""
+"""Names of limits in ratios."""
 LIMIT_QUANTITIES = {
     **{each.name: QUANTITY_IN[each.unit] for each in LIMITS.values()},
     "cavity_length_m": LENGTH,
     "friction_force_n": FRICTION_FORCE,
     "particle_mass_kg": PARTICLE_MASS,
 }
-"""What limits are."""
+"""Names of limits."""
 RATIO_QUANTITIES = dict.fromkeys(IN_RATIOS, OVER_AMPLITUDE) | {
     "friction_ratio": FRICTION_RATIO,
     "mass_ratio": MASS_RATIO,
@@ -47,7 +47,7 @@ class LimitFields(ToleranceFields):
     """Reads limits."""
 
     def _limit_values(self) -> dict[str, float]:
-        """Read what `limits` says, as far as it can be read alone; by the keys that it has."""
+        """Read `limits` as far as it is independent of other fields, by its keys."""
         known = LIMIT_QUANTITIES | RATIO_QUANTITIES
         raw = self._mapping("limits", tuple(known), self.document.get("limits", {})) or {}
         found: dict[str, float] = {}
@@ -61,7 +61,7 @@ class LimitFields(ToleranceFields):
         return found
 
     def _without_period(self, key: str) -> None:
-        """Refuse a limit that a response to a record has no result for."""
+        """Refuse a limit on a result that a response to a record does not have."""
         told = (
             "{field} holds over bands of frequencies alone: it is a mean over the cycles of a steady response, and a response "
             "to a ground-motion record has none."
@@ -72,7 +72,7 @@ class LimitFields(ToleranceFields):
         )
 
     def _limits(self, amplitude_m: float, structure: Structure) -> dict[str, float]:
-        """Read limits in units, whatever they are given in."""
+        """Read limits in units, whatever their form in the document."""
         values = self._limit_values()
         if self._in_units:
             for key in (each for each in values if each in IN_RATIOS):
@@ -106,7 +106,7 @@ class LimitFields(ToleranceFields):
         tolerances: dict[str, Tolerance],
         units: Mapping[str, float],
     ) -> dict[str, str]:
-        """Keep of what may be chosen the values whose tolerance keeps the limits on the damper itself.
+        """Keep only values whose tolerance keeps the limits on the damper itself.
 
         Parameters
         ----------
@@ -117,12 +117,12 @@ class LimitFields(ToleranceFields):
         tolerances : dict of Tolerance
             By quantity.
         units : mapping of float
-            What limits are over in the document, by their names; nothing where that is in units.
+            References of limits in the document, by their names; empty if it is in units.
 
         Returns
         -------
         dict of str
-            The limit that cut a range short, by the quantity.
+            The limit that shortened a range, by the quantity.
         """
         bounds: dict[str, str] = {}
         exact = Tolerance(0.0, True)
@@ -139,7 +139,7 @@ class LimitFields(ToleranceFields):
         return name if self._in_units else DAMPER_LIMITS[name].ratio
 
     def _limit_units(self, amplitude_m: float, structure: Structure) -> dict[str, float]:
-        """Give what limits on the damper are over in the document, by their names; nothing where that is in units."""
+        """Give the references of limits on the damper in the document, by their names; empty if it is in units."""
         return (
             {}
             if self._in_units
@@ -154,7 +154,7 @@ class LimitFields(ToleranceFields):
         tolerance: Tolerance,
         unit: float,
     ) -> bool:
-        """Cut a range short at a limit, and say whether that left less of it; contradictory where nothing is left."""
+        """Shorten a range at a limit, and say whether it became shorter; a fault if nothing remains."""
         about = DAMPER_LIMITS[limit_name]
         choice = choices[about.quantity]
         most = tolerance.most(limit / about.factor) * (1.0 + ROUNDING)

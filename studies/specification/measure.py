@@ -1,4 +1,6 @@
-"""What of a response shall be small, and what of it may be limited: over a band, and under ground-motion records."""
+"""The measure of a response to minimise, and the results that may be limited: over a band, and under ground-motion
+records.
+"""
 
 import math
 from dataclasses import dataclass
@@ -6,26 +8,27 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Measure:
-    """What shall be small.
+    """The measure to minimise.
 
     Parameters
     ----------
     name : str
         As the specification has it.
     variable : str
-        The result variable over Z that it is made of.
+        The result variable over Z on which it is based.
     factor : float
-        What that is multiplied with, beside Z.
+        The factor of that variable, apart from Z.
     words : str
         For sentences.
     limit : str
-        The limit on the same result; empty where there is none.
+        The limit on the same result; empty if there is none.
     unit : str
-        Of its values in a specification in units.
+        Unit of its values in a specification in units.
     order : int
-        Which derivative of a displacement it is: a result over Z·ω_n to this power is multiplied with that too.
+        Order of the derivative of a displacement: a result over Z·ω_n to this power has that factor too.
     mean : bool
-        Whether the rms over the band counts, every frequency in hertz the same, and not the largest over the band.
+        Whether the rms over the band is judged, with every frequency in hertz counting the same, and not the largest
+        over the band.
     """
 
     name: str
@@ -39,19 +42,19 @@ class Measure:
 
     @property
     def of_displacement(self) -> bool:
-        """Whether it is the amplitude of the structure, which is known of every response."""
+        """Whether it is the amplitude of the structure, which every response has."""
         return self.variable == "amplitude_ratio"
 
     @property
     def kind(self) -> str:
-        """What tells it from a displacement where both stand side by side."""
+        """Word that distinguishes it from a displacement if both are mentioned."""
         if self.words.endswith("against its base"):
             return " against the base"
         return " rms" if self.factor < 1.0 else ""
 
     @property
     def judged(self) -> str:
-        """What is judged, for sentences: `words` are about one frequency, or one record."""
+        """Name of the judged value, for sentences: `words` are for one frequency, or one record."""
         return f"{self.words} over the whole band" if self.mean else self.words
 
 
@@ -74,7 +77,7 @@ MEASURES = {
         Measure("rms_acceleration", "acceleration_ratio_rms", RMS, f"rms {_SHAKEN}", "", "m/s²", 2, mean=True),
     )
 }  # fmt: skip
-"""What can be asked for; each the largest over the amplitudes, and over the band or of its rms there."""
+"""Measures over bands; each the largest over the amplitudes, and over the band or of its rms there."""
 RECORD_MEASURES = {
     each.name: each
     for each in (
@@ -89,18 +92,18 @@ RECORD_MEASURES = {
         ),
     )
 }  # fmt: skip
-"""What can be asked for under records; each the largest over records and scales. The first is the default."""
+"""Measures under records; each the largest over records and scales. The first is the default."""
 MIXED_MEASURES = {name: each for name, each in MEASURES.items() if name in RECORD_MEASURES}
-"""What can be asked for over bands and under records together: what both have, so that the worse of them can be told."""
+"""Measures over bands and under records together: those that both have, so that the worse is defined."""
 
 
 ACCELERATIONS = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
-"""Results over a band that are over Z·ω_n²."""
+"""Results over a band with the reference Z·ω_n²."""
 
 
 @dataclass(frozen=True)
 class Limit:
-    """What of a response may be limited.
+    """A result of a response that may be limited.
 
     Parameters
     ----------
@@ -109,18 +112,18 @@ class Limit:
     words : str
         For sentences.
     unit : str
-        Of the limit; 1 where it is a number.
+        Unit of the limit; 1 for a plain number.
     over_band : tuple of str
         The result variables over a band whose product it is.
     under_record : str
-        The result variable under a record; empty where there is none.
+        The result variable under a record; empty if there is none.
     ratio : str
-        What it is called where only ratios mean anything: over the largest base amplitude, and over ω_n times it of a speed,
-        ω_n² times it of an acceleration and of noise.
+        Name in ratios: over the largest base amplitude; a speed over ω_n times it, an acceleration and noise over
+        ω_n² times it.
     factor : float
-        What the product over a band is multiplied with, beside powers of Z and ω_n.
+        Factor of the product over a band, apart from powers of Z and ω_n.
     per_second : bool
-        Whether a count a cycle is among them, which the frequency of the excitation makes one a second.
+        Whether a count per cycle is among them, which the excitation frequency converts to one per second.
     """
 
     name: str
@@ -133,7 +136,7 @@ class Limit:
     per_second: bool = False
 
     def has_error(self, by_records: bool) -> bool:
-        """Whether the result is known with an error: a length, or over a band an acceleration; others are given none."""
+        """Whether the result has an error: a length, or over a band an acceleration; others are given none."""
         return self.unit == "m" or (not by_records and self.over_band[0] in ACCELERATIONS)
 
 
@@ -167,16 +170,16 @@ LIMITS = {
         ),
     )
 }  # fmt: skip
-"""Limits on results; the largest over all that shakes the structure is held against each."""
+"""Limits on results; each applies to the largest value over all excitations."""
 
 
 ROUNDING = 1e-9
-"""Share by which a limit on the damper itself may seem exceeded: decimals are rounded, and 1.1 × 30 N is not above 33 N."""
+"""Tolerance of a limit on the damper itself: decimals are rounded, and 1.1 × 30 N must not count as above 33 N."""
 
 
 @dataclass(frozen=True)
 class DamperLimit:
-    """What of the damper itself may be limited; it holds for the damper as built, so with its tolerance.
+    """A property of the damper itself that may be limited; it applies to the damper as built, with its tolerance.
 
     Parameters
     ----------
@@ -187,11 +190,11 @@ class DamperLimit:
     unit : str
         Of the limit.
     ratio : str
-        What it is called where only ratios mean anything.
+        Name in ratios.
     quantity : str
-        The quantity of the damper that it is about, one of `CHOSEN`.
+        The quantity of the damper that it limits, one of `CHOSEN`.
     factor : float
-        How many times that quantity it is.
+        Its multiple of that quantity.
     """
 
     name: str
@@ -202,7 +205,7 @@ class DamperLimit:
     factor: float = 1.0
 
     def excess(self, reached: float, limit: float) -> float:
-        """Give the share by which what is reached exceeds a limit; 0 where it is kept."""
+        """Give the share by which a value exceeds a limit; 0 if the limit is kept."""
         share = reached / limit - 1.0 if limit else float("inf" if reached else 0.0)
         return share if share > ROUNDING else 0.0
 

@@ -1,4 +1,4 @@
-"""A specification read from a document, with every fault named at once."""
+"""A specification read from a document, with every fault."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -72,13 +72,13 @@ def read_specification(path_or_name: str, shelf: Shelf | None = None) -> Specifi
     Raises
     ------
     StudyFaults
-        Where there is neither such a file nor such a name, or with every fault of the specification.
+        If neither such a file nor such a name exists, or with every fault of the specification.
     """
     return parse_specification(specification_document(path_or_name), shelf)
 
 
 def specification_document(path_or_name: str) -> dict[str, Any]:
-    """Read the document of a specification, as it is written; see `read_specification`."""
+    """Read the document of a specification, as written; see `read_specification`."""
     named = named_specifications()
     if path_or_name in named:
         return _mapping(load_specification(named[path_or_name], "yaml"))
@@ -96,7 +96,7 @@ def load_specification(text: bytes | str, written_in: Format) -> Any:
 
 
 def _of_specification(fault: Fault) -> Fault:
-    """Say of a specification what the reader of texts says of a study, whose axes may be long."""
+    """Adapt to a specification the messages that the text reader has for a study, whose axes may be long."""
     advice = "write less: a specification has few values" if "axes" in fault.advice else fault.advice
     return replace(fault, advice=advice, message=fault.message.replace("a study", "a specification"))
 
@@ -109,7 +109,7 @@ def parse_specification(document: object, shelf: Shelf | None = None) -> Specifi
     document : object
         As read from JSON or YAML.
     shelf : Shelf, optional
-        Where ground-motion records are; see `damperlab.studies.ground.source.read_source`.
+        Source of ground-motion records; see `damperlab.studies.ground.source.read_source`.
 
     Raises
     ------
@@ -136,10 +136,10 @@ def _mapping(document: object) -> dict[str, Any]:
 
 
 class _Reader(LimitFields):
-    """Reads all of a specification."""
+    """Reads a complete specification."""
 
     def specification(self) -> Specification | None:
-        """Read all of it; None where something was wrong that the rest depends on."""
+        """Read all of it; None if a part is faulty on which the rest depends."""
         self._unknown("", self.document, KEYS)
         structure = self._structure()
         records = self._records(structure)
@@ -195,7 +195,7 @@ class _Reader(LimitFields):
         )
 
     def _rubbing(self, choices: Mapping[str, Choice]) -> None:
-        """Refuse friction or gravity of the particle beside what it is not computed with."""
+        """Refuse friction or gravity of the particle with features that exclude it."""
         for name in MADE_BY.values():
             chosen = self._has("choose", name)
             toleranced = self._has("tolerances", name) and (chosen or name in self.document)
@@ -207,7 +207,7 @@ class _Reader(LimitFields):
                 return
 
     def _without_ratios(self, structure: Structure | None) -> None:
-        """Read what is said of the damper where no ratio can be told: faults of what is given in units."""
+        """Read the damper although no ratio can be derived: only faults of values in units."""
         choices = self._choices(1.0, None)
         chosen = self.document.get("choose")
         held = {*self.document, *(chosen if isinstance(chosen, dict) else ())}

@@ -15,10 +15,10 @@ from damperlab.studies.specification.records import RecordCases
 from damperlab.studies.specification.specification import Structure
 
 OF_RECORDS = ("records", *GENERATED)
-"""What makes an excitation one of records: one that is generated is short for records that are this one alone."""
+"""Keys of an excitation by records: a generated one is short for records with this one alone."""
 RECORD_KEYS = (*OF_RECORDS, "scales", "tail_s")
 MOST_CASES = 50
-"""Records times scales, of all excitations."""
+"""Most cases, records times scales, of all excitations."""
 SCALE, TAIL = (QUANTITIES[name][0] for name in ("scale", "tail_s"))
 WITHOUT_BASE = ("clearance_ratio", "friction_ratio")
 """Ratios to an amplitude of the base, which records do not have."""
@@ -41,7 +41,7 @@ class RecordFields(Fields):
 
     @property
     def _shakers(self) -> list[tuple[str, object]]:
-        """What shakes the structure, each with its place in the document."""
+        """The excitations, each with its place in the document."""
         raw = self.document.get("excitation")
         if isinstance(raw, list):
             return [(f"excitation[{place}]", each) for place, each in enumerate(raw)]
@@ -49,7 +49,7 @@ class RecordFields(Fields):
 
     @property
     def _by_records(self) -> list[tuple[str, Mapping[str, Any]]]:
-        """Those of them that are records, or generate one."""
+        """Those that are records, or generate one."""
         return [
             (place, each)
             for place, each in self._shakers
@@ -65,7 +65,7 @@ class RecordFields(Fields):
         return len(self._shakers) > len(self._by_records)
 
     def _records(self, structure: Structure | None) -> tuple[RecordCases, ...] | None:
-        """Read the records of a specification; None where some cannot be read."""
+        """Read the records of a specification; None if some cannot be read."""
         if not self._by_records:
             return ()
         self._unitless()
@@ -92,7 +92,7 @@ class RecordFields(Fields):
         return groups
 
     def _unitless(self) -> None:
-        """Refuse records on a structure that is not in units."""
+        """Refuse records for a structure in ratios."""
         for keys, advice in (
             (("mass_kg",), "add the mass"),
             (("natural_frequency_hz", "stiffness_n_per_m"), "add it, or `stiffness_n_per_m`"),
@@ -104,7 +104,7 @@ class RecordFields(Fields):
     def _group(
         self, place: str, given: Mapping[str, Any], structure: Structure | None, named: set[str]
     ) -> RecordCases | None:
-        """Read the records of one excitation; `named` are those of the ones before it."""
+        """Read the records of one excitation; `named` are those of the earlier ones."""
         before = len(self.faults)
         raw = self._mapping(place, RECORD_KEYS if place == "excitation" else ("name", *RECORD_KEYS), given)
         assert raw is not None  # it is a mapping
@@ -145,7 +145,7 @@ class RecordFields(Fields):
                     self._fault(field, describe(held[key]), name, f"give `{name}`", told)
 
     def _entries(self, field: str, raw: object) -> list[Entry]:
-        """Give the records of a list, or one by itself."""
+        """Give the records of a list, or a single one."""
         entries = [raw] if isinstance(raw, str | dict) else raw
         if not isinstance(entries, list | tuple) or not 0 < len(entries) <= MOST_CASES:
             allowed = f"a list of 1 to {MOST_CASES} records"
@@ -181,7 +181,7 @@ class RecordFields(Fields):
 
 
 def _held(group: RecordCases, given: object) -> dict[str, Any]:
-    """Give an excitation of records as a specification keeps it."""
+    """Give an excitation by records in the form of a specification."""
     assert isinstance(given, Mapping)  # or it would not be one of records
     name = {key: given[key] for key in ("name",) if key in given}
     # a sweep says all that its samples are made of; of other records the digest of their samples is a part of what is asked

@@ -1,4 +1,4 @@
-"""What shakes a structure for once: records, found or generated, each at every one of some scales."""
+"""Transient excitations: records, stored or generated, each at several scales."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from damperlab.studies.ground.source import RecordSource
 from damperlab.studies.specification.excitation import Amplitude
 
 ONCE = (1.0,)
-"""The frequencies of a case: a record has a whole response and no frequency, so that it is known at one place."""
+"""The frequencies of a case: a record has one response and no frequency, so it is known at one place."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Case:
     source : RecordSource
         The record.
     scale : float
-        What it is multiplied with.
+        Factor on the record.
     """
 
     source: RecordSource
@@ -29,13 +29,13 @@ class Case:
 
     @property
     def name(self) -> str:
-        """What it is called in a sentence."""
+        """Name in a sentence."""
         return f"{self.source.called} × {self.scale:g}"
 
 
 @dataclass(frozen=True)
 class RecordCases:
-    """Records with their scales, one excitation of a specification; the worst of all pairs is judged.
+    """Records with their scales, one excitation of a specification; the worst pair is judged.
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ class RecordCases:
     tail_s : float
         Free vibration after every record [s].
     motions : mapping of GroundMotion
-        Samples by id, where they are at hand.
+        Samples by id, if available.
     name : str
-        What they are called beside other excitations.
+        Name among other excitations.
     """
 
     sources: tuple[RecordSource, ...]
@@ -64,15 +64,15 @@ class RecordCases:
 
     @property
     def alone(self) -> Recipe | None:
-        """What the one record is generated from, where there is one and that says what the base does."""
+        """The definition of the only record, if it describes the base motion."""
         return self.sources[0].generated if len(self.sources) == 1 else None
 
     @property
     def nouns(self) -> tuple[str, ...]:
-        """What each of the records is."""
+        """Kind of each record."""
         every = [source.generated for source in self.sources]
         return tuple("ground-motion record" if each is None else each.noun for each in every)
 
 
 Under = Amplitude | Case
-"""What a damper is judged under: an amplitude over its band, or a record."""
+"""A condition for judging a damper: an amplitude over its band, or a record."""

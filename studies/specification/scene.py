@@ -28,7 +28,7 @@ STRUCTURE_KEYS = (
 EXCITATION_KEYS = (*MOTIONS, "frequency_hz", "frequency_ratio")
 MOST_EXCITATIONS = 8
 MOST_LETTERS = 60
-"""Of the name of an excitation."""
+"""Most characters of an excitation's name."""
 STIFFNESS = Quantity("stiffness_n_per_m", "stiffness k [N/m]", 1e-12, 1e12, "give it in N/m")
 BASE = AMPLITUDES | {
     "force_n": Quantity(
@@ -38,7 +38,7 @@ BASE = AMPLITUDES | {
 
 
 class SceneFields(RecordFields):
-    """Reads what is to be kept quiet, and what shakes it."""
+    """Reads the structure and its excitation."""
 
     @property
     def _in_units(self) -> bool:
@@ -113,7 +113,7 @@ class SceneFields(RecordFields):
         return Structure(mass, frequency, damping, "stiffness_n_per_m" in raw, "damping_n_s_per_m" in raw)
 
     def _excitations(self, structure: Structure | None) -> tuple[Excitation, ...] | None:
-        """Read one excitation over a band, or those of a list; None where one of them cannot be read."""
+        """Read one excitation over a band, or those of a list; None if one of them cannot be read."""
         raw = self.document.get("excitation")
         if not isinstance(raw, list):
             one = self._excitation("excitation", raw, EXCITATION_KEYS, structure)
@@ -151,11 +151,11 @@ class SceneFields(RecordFields):
 
     @property
     def _names(self) -> list[str]:
-        """What the excitations of a list are called."""
+        """Names of the excitations of a list."""
         return [self._name_of(place, each) for place, (_, each) in enumerate(self._shakers)]
 
     def _name_of(self, place: int, raw: object) -> str:
-        """Read the name of one of several excitations; its number where it has none."""
+        """Read the name of one of several excitations; its number if it has none."""
         otherwise = f"excitation {place + 1}"
         name = raw.get("name", otherwise) if isinstance(raw, Mapping) else otherwise
         if isinstance(name, str) and name.strip() and name.isprintable() and len(name) <= MOST_LETTERS:
@@ -178,9 +178,9 @@ class SceneFields(RecordFields):
         raw : object
             What stands there.
         known : tuple of str
-            What it may hold.
+            Keys that it may have.
         structure : Structure or None
-            What it shakes, where that could be read.
+            The structure, if it could be read.
         """
         if isinstance(raw, Mapping) and "frequency_hz" not in raw:
             raw = {ALIASES.get(key, key): value for key, value in raw.items()}

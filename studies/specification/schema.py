@@ -1,4 +1,6 @@
-"""The JSON schema of a specification, for OpenAPI documents, editors and forms: made from what its reader knows."""
+"""The JSON schema of a specification, for OpenAPI documents, editors and forms, derived from the tables of its
+reader.
+"""
 
 from typing import Any
 
@@ -45,7 +47,7 @@ OF_SCENE: dict[str, Quantity] = {
         MASS, NATURAL_FREQUENCY, STIFFNESS, DAMPING_RATIO, DAMPING, *BASE.values(), FREQUENCY_RATIO,
     )
 } | {"frequency_hz": EXCITATION_FREQUENCY}  # fmt: skip
-"""What structure and excitation are made of."""
+"""Keys of structure and excitation."""
 LIMIT_WORDS = {
     each.name: each.words + ("" if each.under_record else ", over bands") for each in LIMITS.values()
 } | {
@@ -54,21 +56,21 @@ LIMIT_WORDS = {
 }
 
 
-WORDS = "How the base moves, or what force acts: at every frequency of the band with every amplitude of the range."
+WORDS = "Motion of the base, or a force: at every frequency of the band with every amplitude of the range."
 MEASURE_WORDS = (
-    f"What shall be small. Over a band one of {', '.join(MEASURES)}; under records and sweeps one of "
+    f"The measure to minimise. Over a band one of {', '.join(MEASURES)}; under records and sweeps one of "
     f"{', '.join(RECORD_MEASURES)}; under both one of {', '.join(MIXED_MEASURES)}. The first of each is the default."
 )
 NAME: Schema = {"type": "string", "minLength": 1, "maxLength": MOST_LETTERS}
 
 
 def specification_schema() -> Schema:
-    """Return the JSON schema of a specification, whole in itself."""
+    """Return the self-contained JSON schema of a specification."""
     excitation = {name: _span(OF_SCENE[name]) for name in EXCITATION_KEYS}
     measures = list(dict.fromkeys((*MEASURES, *RECORD_MEASURES)))
     return {
         "type": "object",
-        "description": "What must be quiet, what may be chosen, and how far what is built may be off; in units, or in ratios.",
+        "description": "Requirements, ranges of the damper and tolerances; in units, or in ratios.",
         "required": ["structure", "excitation"],
         "additionalProperties": False,
         "properties": {
@@ -89,16 +91,16 @@ def specification_schema() -> Schema:
             },
             "choose": _object(
                 {name: _choice(quantity) for name, quantity in QUANTITIES.items()},
-                "What may be chosen: a range, or a list.",
+                "Allowed values of the damper: a range, or a list.",
             ),
             **{name: quantity.schema() for name, quantity in QUANTITIES.items()},
             CONTACT_TIME.name: CONTACT_TIME.schema(),
             "tolerances": _object(
                 {name: _tolerance() for name in (*QUANTITIES, *OF_STRUCTURE)},
-                "How far what is built may be off, to either side: a number in the unit, or a share as 10%.",
+                "Tolerances to either side: a number in the unit, or a share as 10%.",
             ),
             "limits": _object(
-                {name: _limit(name) for name in LIMIT_QUANTITIES | RATIO_QUANTITIES}, "What must not be exceeded."
+                {name: _limit(name) for name in LIMIT_QUANTITIES | RATIO_QUANTITIES}, "Largest allowed values."
             ),
             "measure": {"type": "string", "enum": measures, "description": MEASURE_WORDS},
             "judge": {

@@ -1,4 +1,4 @@
-"""A specification as validated data: structure, excitation, what is chosen, limits, tolerances, measure, budget."""
+"""A specification as validated data: structure, excitation, ranges, limits, tolerances, measure, budget."""
 
 import hashlib
 import json
@@ -22,40 +22,40 @@ from damperlab.studies.specification.records import Case, RecordCases, Under
 from damperlab.studies.variables import MADE_BY
 
 CHOSEN = ("clearance_m", "friction_force_n", "particle_mass_kg", "restitution")
-"""What makes a damper, in this order everywhere."""
+"""Quantities of a damper, in this order everywhere."""
 RATIO_OF = {
     "clearance_m": "clearance_ratio",
     "friction_force_n": "friction_ratio",
     "particle_mass_kg": "mass_ratio",
     "restitution": "restitution",
 }
-"""The dimension of a study that each of them makes."""
+"""The dimension of a study for each of them."""
 STARTS = 12
-"""Starts of one damper, one of them rest."""
+"""Number of starts of one damper; one of them is rest."""
 JUDGES = {
     "rest": "the response from rest",
     "worst": f"the largest response to {STARTS} starts",
     "likely": f"the response that most of {STARTS} starts lead to",
 }
-"""Which response over a band counts where there are several."""
+"""Choices of the response over a band if there are several."""
 OF_STRUCTURE = ("mass_kg", "natural_frequency_hz", "damping_ratio")
-"""What else may be off by a tolerance, always a share."""
+"""Other quantities with tolerances, always relative."""
 OF_DAMPER = (*CHOSEN, *MADE_BY.values())
-"""What makes a damper, with what acts on its particle between impacts, which may be left out."""
+"""Quantities of a damper, including the optional ones for the forces on its particle between impacts."""
 
 
 @dataclass(frozen=True)
 class Structure:
-    """What is to be kept quiet.
+    """The structure.
 
     Parameters
     ----------
     mass_kg, natural_frequency_hz : float
-        M and ω_n/2π; 1 kg and 1/2π Hz where the specification is in ratios, so that k = 1 N/m.
+        M and ω_n/2π; 1 kg and 1/2π Hz for a specification in ratios, so that k = 1 N/m.
     damping_ratio : float
         ζ.
     stiffness_given, dashpot_given : bool
-        Whether k and c were given in place of ω_n and ζ: a tolerance of the mass then leaves them as they are.
+        Whether k and c were given instead of ω_n and ζ: a tolerance of the mass then leaves them unchanged.
     """
 
     mass_kg: float
@@ -75,13 +75,13 @@ class Structure:
         return self.mass_kg * self.angular_frequency**2
 
     def built_off(self, mass: Any, frequency: Any, damping: Any) -> tuple[Any, Any]:
-        """Give by which shares ω_n and ζ of the structure are off as built.
+        """Give the relative deviations of ω_n and ζ of the structure as built.
 
         Parameters
         ----------
         mass, frequency, damping : float or ndarray
-            Shares within the tolerances. Of a given stiffness the tolerance of the frequency is that of √k, of a given dashpot
-            that of the damping is that of c.
+            Shares within the tolerances. If the stiffness is given, the tolerance of the frequency is that of √k; if
+            the dashpot is given, that of the damping is that of c.
         """
         shift = (1.0 + frequency) / np.sqrt(1.0 + mass) - 1.0 if self.stiffness_given else frequency
         if self.dashpot_given:
@@ -89,12 +89,14 @@ class Structure:
         return shift, damping
 
     def per_metre(self, motion: Motion) -> float:
-        """Give what a base amplitude of 1 m at the natural frequency makes of what is constant, or a static displacement."""
+        """Give the constant quantity, or the static displacement, for a base amplitude of 1 m at the natural
+        frequency.
+        """
         return self.stiffness_n_per_m if motion.force else float(self.angular_frequency**motion.order)
 
 
 def ratio_unit(limit: str, amplitude_m: float, structure: Structure) -> float:
-    """Give what a limit is over where only ratios mean anything, in the limit's unit.
+    """Give the reference of a limit for a specification in ratios, in the limit's unit.
 
     Parameters
     ----------
@@ -103,7 +105,7 @@ def ratio_unit(limit: str, amplitude_m: float, structure: Structure) -> float:
     amplitude_m : float
         The largest base amplitude Z.
     structure : Structure
-        What is kept quiet.
+        The structure.
     """
     unit = (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).unit
     omega = structure.angular_frequency
@@ -119,19 +121,19 @@ def ratio_unit(limit: str, amplitude_m: float, structure: Structure) -> float:
 
 @dataclass(frozen=True)
 class Choice:
-    """What one quantity of the damper may be.
+    """The allowed values of one quantity of the damper.
 
     Parameters
     ----------
     start, stop : float
-        A range, in the unit of its name; equal where the quantity is given.
+        A range, in the unit of its name; equal for a given quantity.
     values : tuple of float
         The only values allowed, ascending; empty for a range.
     names : tuple of str
-        What the values are called, such as materials; empty without names.
+        Names of the values, for example materials; empty without names.
     contact_times_s : tuple of float
-        Of a restitution, how long the particle and the wall touch [s]: of each value of a list, or one for all; empty where
-        impacts take no time. Two values of a list may be equal where their contact times are not.
+        For a restitution, the contact time [s]: of each value of a list, or one for all; empty if impacts take no
+        time. Two values of a list may be equal if their contact times differ.
     """
 
     start: float
@@ -142,16 +144,16 @@ class Choice:
 
     @property
     def free(self) -> bool:
-        """Whether there is anything to choose."""
+        """Whether anything is to be chosen."""
         return self.stop > self.start or len(self.values) > 1
 
     @property
     def logarithmic(self) -> bool:
-        """Whether steps are shares of the value: over two octaves or more, away from 0."""
+        """Whether steps are relative to the value: over two octaves or more, away from 0."""
         return not self.values and self.start > 0 and self.stop >= 4 * self.start
 
     def at(self, share: float) -> float:
-        """Give the value at a share of the range, from 0 to 1; of a list the nearest."""
+        """Give the value at a fraction of the range, from 0 to 1; of a list the nearest."""
         if self.values:
             return self.values[self._place(share)]
         if share in (0.0, 1.0):
@@ -161,13 +163,13 @@ class Choice:
         return self.start + share * (self.stop - self.start)
 
     def contact_time_s(self, share: float) -> float:
-        """Give how long particle and wall touch at a share of the range [s]; 0 where impacts take no time."""
+        """Give the contact time at a fraction of the range [s]; 0 if impacts take no time."""
         if len(self.contact_times_s) > 1:
             return self.contact_times_s[self._place(share)]
         return next(iter(self.contact_times_s), 0.0)
 
     def called(self, value: float, contact_time_s: float) -> str:
-        """Name a value of a list by itself and how long particle and wall touch; empty where it has no name."""
+        """Name a value of a list, given by the value and its contact time; empty if it has no name."""
         times = (
             self.contact_times_s if len(self.contact_times_s) > 1 else (contact_time_s,) * len(self.values)
         )
@@ -175,12 +177,12 @@ class Choice:
         return next((name for name, *known in each if known == [value, contact_time_s]), "")
 
     def _place(self, share: float) -> int:
-        """Give the place in the list that is nearest to a share of it."""
+        """Give the index in the list that is nearest to a fraction of it."""
         return round(share * (len(self.values) - 1))
 
 
 def beside_rubbing(in_units: bool, choices: Mapping[str, Choice]) -> dict[str, bool]:
-    """Say which of `consistency.NOT_WITH_RUBBING` a specification has: what friction or gravity is not computed with."""
+    """Say which of `consistency.NOT_WITH_RUBBING` a specification has: features that exclude friction and gravity."""
     return {
         "ratios": not in_units,
         "contact": any(choices["restitution"].contact_times_s),
@@ -189,14 +191,14 @@ def beside_rubbing(in_units: bool, choices: Mapping[str, Choice]) -> dict[str, b
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far what is built may be off, to either side.
+    """A tolerance, to either side.
 
     Parameters
     ----------
     size : float
-        In the unit of the quantity, or a share of its value.
+        In the unit of the quantity, or relative to its value.
     relative : bool
-        Whether it is a share.
+        Whether it is relative.
     """
 
     size: float
@@ -207,50 +209,50 @@ class Tolerance:
         return self.size * value if self.relative else self.size
 
     def most(self, limit: float) -> float:
-        """Give the largest value that does not exceed a limit by its tolerance; not above 0 where there is none."""
+        """Give the largest value that keeps a limit with its tolerance; not above 0 if there is none."""
         return limit / (1.0 + self.size) if self.relative else limit - self.size
 
 
 @dataclass(frozen=True)
 class Specification:
-    """What a damper shall do, and what it may be made of.
+    """The requirements of a damper, and the allowed values of its parameters.
 
     Parameters
     ----------
     name : str
         Free text.
     structure : Structure
-        What is to be kept quiet.
+        The structure.
     excitations : tuple of Excitation
-        What shakes it over bands, one at a time; the worst of them is judged. Empty where records alone do.
+        Excitations over bands, applied one by one; the worst is judged. Empty if there are only records.
     choices : dict of Choice
-        By the names of `OF_DAMPER`, all six; of the values only those whose tolerance keeps the limits on the damper itself.
+        By the names of `OF_DAMPER`, all six; only values whose tolerance keeps the limits on the damper itself.
     limits : dict of float
         Limits on results, by the names of `LIMITS`, in their units.
     damper_limits : dict of float
         Limits on the damper itself as it is built, by the names of `DAMPER_LIMITS`, in their units.
     bounds : dict of str
-        Limits that cut a range short at its end: the limit by the quantity.
+        Limits that shorten a range at its end: the limit by the quantity.
     tolerances : dict of Tolerance
-        By the names of `OF_DAMPER` and `OF_STRUCTURE`; absent where a quantity is exact.
+        By the names of `OF_DAMPER` and `OF_STRUCTURE`; absent if a quantity is exact.
     measure : Measure
         What shall be small.
     judge : str
-        Which response over a band counts where there are several: one of `JUDGES`.
+        The response over a band that counts if there are several: one of `JUDGES`.
     confidence : float
-        Of errors and intervals.
+        Confidence of errors and intervals.
     budget_points : int or None
-        Most points; None for what `budget_minutes` are expected to hold.
+        Most points; None for the number expected within `budget_minutes`.
     budget_minutes : float
         Minutes of one core.
     builds : int
-        Builds drawn within the tolerances.
+        Number of builds drawn within the tolerances.
     in_units : bool
-        Whether lengths, forces and masses mean anything; else only ratios do.
+        Whether lengths, forces and masses are in units; else all are ratios.
     document : dict
-        As it was given; records with the digest of their samples.
+        The document as given; records with the digest of their samples.
     records : tuple of RecordCases
-        The ground-motion records and sweeps that shake it, in place of excitations over a band or beside them.
+        The ground-motion records and sweeps, instead of excitations over a band or together with them.
     """
 
     name: str
@@ -273,7 +275,7 @@ class Specification:
 
     @property
     def budget_key(self) -> str:
-        """Name of the field that bounds the search."""
+        """Name of the field with the budget."""
         return "budget_minutes" if self.budget_points is None else "budget_points"
 
     @property
@@ -283,37 +285,39 @@ class Specification:
 
     @property
     def rubs(self) -> bool:
-        """Whether friction or gravity acts on the particle, with any damper that may be chosen."""
+        """Whether friction or gravity acts on the particle, for any allowed damper."""
         return any(self.choices[name].stop > 0.0 or name in self.tolerances for name in MADE_BY.values())
 
     @property
     def toleranced(self) -> list[str]:
-        """What has a tolerance, in a fixed order."""
+        """Quantities with a tolerance, in a fixed order."""
         return [name for name in (*CHOSEN, *OF_STRUCTURE, *MADE_BY.values()) if name in self.tolerances]
 
     @property
     def cases(self) -> tuple[Case, ...]:
-        """Every record at every scale; none where no record shakes it."""
+        """Every record at every scale; empty without records."""
         return tuple(case for records in self.records for case in records.cases)
 
     def records_of(self, case: Case) -> RecordCases:
-        """Give the excitation that a case is of: no record is in two of them."""
+        """Give the excitation of a case: no record is in two of them."""
         return next(each for each in self.records if case.source in each.sources)
 
     def measured(self, under: Under) -> Measure:
-        """Give the measure as it is made of the results under an amplitude, or under a record."""
+        """Give the measure for the results under an amplitude, or under a record."""
         return (RECORD_MEASURES if isinstance(under, Case) else MEASURES)[self.measure.name]
 
     def limit_key(self, limit: str) -> str:
-        """Give what a limit is called in the document: by its ratio where only ratios mean anything."""
+        """Give the name of a limit in the document: that of its ratio for a specification in ratios."""
         return limit if self.in_units else (LIMITS[limit] if limit in LIMITS else DAMPER_LIMITS[limit]).ratio
 
     def as_limited(self, limit: str, value: float) -> float:
-        """Give a value of what a limit is about as the document has it: in its unit, or as a ratio."""
+        """Give a value of a limited quantity as in the document: in its unit, or as a ratio."""
         return value if self.in_units else value / ratio_unit(limit, self.largest_m, self.structure)
 
     def limited(self, limit: str, under: Under) -> tuple[str, ...]:
-        """Give the variables whose product a limit on results is about; none where the results under this do not tell it."""
+        """Give the variables whose product a limit on results restricts; empty if the results under this condition
+        do not determine it.
+        """
         about = LIMITS[limit]
         if isinstance(under, Case):
             return (about.under_record,) if about.under_record else ()
@@ -326,26 +330,27 @@ class Specification:
 
     @property
     def limits_measure(self) -> bool:
-        """Whether a limit is on what is measured."""
+        """Whether a limit is on the measure itself."""
         return self.measure.limit in self.limits
 
     @property
     def unit(self) -> str:
-        """The unit of the measure; 1 where only ratios mean anything."""
+        """The unit of the measure; 1 for a specification in ratios."""
         return self.measure.unit if self.in_units else "1"
 
     @property
     def largest_m(self) -> float:
-        """The largest base amplitude Z at the nominal natural frequency, or static displacement, of any excitation; what
-        ratios are over."""
+        """The largest base amplitude Z at the nominal natural frequency, or static displacement, of any excitation;
+        the reference of ratios.
+        """
         return max(each.highest_m for each in self.excitations)
 
     def level(self, amplitude: Amplitude) -> float:
-        """Give the amplitude of what is constant over the band, in its unit."""
+        """Give the amplitude of the constant quantity, in its unit."""
         return amplitude.reference_m * self.structure.per_metre(amplitude.excitation.motion)
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 of the document as it was given, without its name, in hexadecimal."""
+        """SHA-256 of the document as given, without its name, in hexadecimal."""
         asked = {key: value for key, value in self.document.items() if key != "name"}
         return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()

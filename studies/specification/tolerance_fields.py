@@ -1,4 +1,4 @@
-"""How far what is built may be off, read from a document."""
+"""Tolerances, read from a document."""
 
 import math
 from collections.abc import Mapping
@@ -21,16 +21,18 @@ from damperlab.studies.variables import MADE_BY
 SHARE = Quantity("share", "share of the value", 0.0, 0.5, "write 10% for a tenth, or a number in the unit")
 ANYTHING = Quantity("size", "tolerance", 0.0, 1e12, "write 10% for a tenth, or a number in the unit")
 MOST = 7
-"""Tolerances of one specification: so many factors has the two-level design of their corners."""
+"""Most tolerances of one specification: the number of factors of the two-level design of their corners."""
 BESIDE_LARGEST = ("friction_force_n", "restitution")
-"""Quantities that may be 0: their tolerance is held against the largest value asked for, others against the smallest."""
+"""Quantities that may be 0: their tolerance is checked against the largest allowed value, others against the
+smallest.
+"""
 
 
 class ToleranceFields(DamperFields):
     """Reads tolerances."""
 
     def _tolerance_values(self) -> dict[str, Tolerance]:
-        """Read what `tolerances` says, as far as it can be read alone; each quantity once, as it is spelled."""
+        """Read `tolerances` as far as it is independent of other fields; each quantity once, as spelled."""
         ratios = [ratio for ratio in RATIO_OF.values() if ratio not in CHOSEN]
         known = (*OF_DAMPER, *ratios, *OF_STRUCTURE)
         raw = self._mapping("tolerances", known, self.document.get("tolerances", {})) or {}
@@ -53,16 +55,16 @@ class ToleranceFields(DamperFields):
     def _tolerances(
         self, choices: dict[str, Choice], amplitude_m: float | None, structure: Structure | None
     ) -> dict[str, Tolerance]:
-        """Read tolerances and hold them against what they are of.
+        """Read tolerances and check them against their quantities.
 
         Parameters
         ----------
         choices : dict of Choice
-            What may be chosen, as it was asked for.
+            The allowed values, as given.
         amplitude_m : float or None
-            The largest base amplitude; None where it is not known, as no size of a ratio is then.
+            The largest base amplitude; None if unknown, since ratios then have no size.
         structure : Structure or None
-            None where it is not known.
+            None if unknown.
         """
         found: dict[str, Tolerance] = {}
         for key, tolerance in self._tolerance_values().items():
@@ -92,7 +94,9 @@ class ToleranceFields(DamperFields):
     def _of_cavity(
         self, field: str, key: str, tolerance: Tolerance, choices: Mapping[str, Choice]
     ) -> Tolerance | None:
-        """Hold the tolerance of a cavity's number against the largest; None where there is none, or a share of nothing."""
+        """Check the tolerance of a cavity's number against the largest value; None if there is none, or it is
+        relative to 0.
+        """
         about = next(each for each in OF_CAVITY if each.name == key)
         if not (key in self.document or self._has("choose", key)):
             told = f"{{field}} needs `{key}`, which it is the tolerance of."
@@ -112,7 +116,7 @@ class ToleranceFields(DamperFields):
     def _of_structure(
         self, field: str, key: str, tolerance: Tolerance, structure: Structure
     ) -> Tolerance | None:
-        """Make a share of a tolerance of the structure; None where it is beyond sense, or of nothing."""
+        """Convert a tolerance of the structure into a relative one; None if it is unreasonable, or relative to 0."""
         value = float(getattr(structure, key))
         if tolerance.relative or not tolerance.size:
             return tolerance if value else None  # a share of 0 is 0
@@ -128,7 +132,7 @@ class ToleranceFields(DamperFields):
         return Tolerance(tolerance.size / value, True)
 
     def _check_size(self, field: str, name: str, tolerance: Tolerance, choice: Choice, scale: float) -> None:
-        """Refuse a size that is more than half of a value, as a share of more than half is."""
+        """Refuse a size above half of a value, as for relative tolerances."""
         largest = name in BESIDE_LARGEST or not choice.start
         most = SHARE.highest * (choice.stop if largest else choice.start) / scale
         if tolerance.relative or tolerance.size <= most * (1.0 + ROUNDING):

@@ -1,1 +1,1 @@
-"""Where studies are kept: the catalogue in SQL, the cubes in Zarr, under one data directory."""
+"""Storage of studies: the catalogue in SQL, the cubes in Zarr, under one data directory."""

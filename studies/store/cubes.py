@@ -1,4 +1,4 @@
-"""The cubes of a store, each shown with the blocks that are done, and the room that is left for them."""
+"""The cubes of a store, each with the blocks that are done, and the remaining room for them."""
 
 import os
 from typing import TYPE_CHECKING, Any
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 RESERVE_BYTES = 16 * 2**20
-"""Room on the disk that no block is begun without."""
+"""Free space on the disk that is required to start a block."""
 
 RESERVE_FILES = 64
-"""Files that must still fit on the disk for a block to be begun."""
+"""Free file entries on the disk that are required to start a block."""
 
 _MARKS_KEPT = 16  # studies whose marks are remembered
 
@@ -31,19 +31,19 @@ class Cubes(StoreBase):
     """The cubes of a store."""
 
     def cube_path(self, study_id: str) -> str:
-        """Give the address of a study's cube, by which a worker finds it."""
+        """Give the address of a study's cube for a worker."""
         with self.catalogue.reading() as connection:
             return self.cube_shelf(study_id, study_row(connection, study_id).number).address
 
     def cube(self, study_id: str) -> "xr.Dataset":
-        """Open a study's cube as it is now: lazy, and every block wholly there or wholly not computed.
+        """Open a study's cube as it is now: lazy, with every block either complete or not computed.
 
         Raises
         ------
         StudyNotFound
             If there is no such study.
         StoreFault
-            If its files are gone.
+            If its files are missing.
         """
         # xarray is half of what a command would load, and few ask
         from damperlab.studies.store.cube.opened import open_cube
@@ -60,16 +60,16 @@ class Cubes(StoreBase):
         study_id : str
             The whole id.
         revision : int, optional
-            Only blocks that were done by then; now by default.
+            Only blocks that were done at this revision; by default now.
 
         Raises
         ------
         StudyNotFound
             If there is no such study.
         RevisionGone
-            If there was no such revision, or blocks were taken back since.
+            If there was no such revision, or blocks were invalidated since.
         CatalogueDamaged
-            If done-marks are missing, whose blocks would read as not computed.
+            If done-marks are missing, so that their blocks would read as not computed.
         """
         _, shelf, marks = self._snapshot(study_id, revision)
         return shelf, marks
@@ -109,7 +109,7 @@ class Cubes(StoreBase):
         return row, shelf, kept[1]
 
     def lost_blocks(self, study_id: str) -> list[int]:
-        """Give the blocks that have a done-mark and no file, ascending; the files are listed, and none is read.
+        """Give the blocks that have a done-mark and no file, ascending; the files are only listed.
 
         Raises
         ------
@@ -128,9 +128,9 @@ class Cubes(StoreBase):
         )
 
     def trouble(self) -> str | None:
-        """Say why no more can be written, in words; None while all is well.
+        """Give the reason why no more can be written; None if all is well.
 
-        Some room is kept free, so that the catalogue can still say what happened when the cubes have filled the disk.
+        Some space is kept free, so that the catalogue can still record events when the cubes have filled the disk.
         """
         gone = disk_gone(self.shelf)
         if gone is not None:
@@ -153,6 +153,6 @@ class Cubes(StoreBase):
         return None
 
     def taken(self) -> Taken:
-        """Say how much the studies take, as a quota counts it."""
+        """Give the usage of the studies, as counted by the quota."""
         with self.catalogue.reading() as connection:
             return taken(connection)

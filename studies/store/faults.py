@@ -1,4 +1,4 @@
-"""What the store tells its users when it cannot do what was asked."""
+"""Messages of the store for requests that it cannot fulfil."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,12 +9,12 @@ from damperlab.studies.user_error import UserError
 
 
 class StoreFault(UserError):
-    """Something that the user can put right; the text says how.
+    """An error that the user can correct; the text says how.
 
     Parameters
     ----------
     fault : Fault
-        Which field, what was found, what is allowed, what to do.
+        The field, the value found, the allowed values, the advice.
     """
 
     def __init__(self, fault: Fault) -> None:
@@ -22,16 +22,16 @@ class StoreFault(UserError):
         self.fault = fault
 
     def __reduce__(self) -> tuple[type["StoreFault"], tuple[Fault]]:
-        """Pickle by the fault, so that it travels from a worker process whole."""
+        """Pickle by the fault, so that it survives transport from a worker process."""
         return type(self), (self.fault,)
 
 
 class StudyNotFound(StoreFault):
-    """No study, or more than one, goes by the name or id that was given."""
+    """No study, or more than one, has the given name or id."""
 
 
 class StudyBusy(StoreFault):
-    """Something works on the study; the request has to wait until it ends."""
+    """A process works on the study; the request must wait until it ends."""
 
 
 class KeyTaken(StoreFault):
@@ -39,36 +39,36 @@ class KeyTaken(StoreFault):
 
 
 class NothingToDo(StoreFault):
-    """What was asked of a study would change nothing, or cannot help."""
+    """The request would change nothing in the study, or cannot help."""
 
 
 class RevisionGone(StoreFault):
-    """The study's cube cannot be shown as it was at that revision."""
+    """The study's cube is no longer available at that revision."""
 
 
 class StoreAway(StoreFault):
-    """What is stored cannot be reached, or may not be: nothing is known of its state."""
+    """The store cannot be reached, or denies access: the state of the data is unknown."""
 
 
 class CatalogueDamaged(StoreFault):
-    """What the catalogue says of a study is not what was written."""
+    """The catalogue's entry of a study is damaged."""
 
 
 class QuotaReached(StoreFault):
-    """A study would take more than studies may."""
+    """A study would exceed the quota."""
 
 
 class TooManyUnfinished(QuotaReached):
-    """As many studies wait or run as may."""
+    """The limit of waiting and running studies is reached."""
 
 
 def may_pass(error: StoreFault) -> bool:
-    """Whether a store or its catalogue may answer again by itself: a server that restarts, a lock, a disk."""
+    """Whether a store or its catalogue may recover without intervention: a restarting server, a lock, a disk."""
     return type(error) in (StoreFault, StoreAway)
 
 
 def cannot_use(place: str, error: OSError) -> StoreFault:
-    """Put what keeps cubes from being read or written into the user's words."""
+    """Translate for users an error of reading or writing cubes."""
     away = isinstance(error, (ShelfAway, PermissionError))
     return (StoreAway if away else StoreFault)(
         Fault(
@@ -86,7 +86,7 @@ def cannot_use(place: str, error: OSError) -> StoreFault:
 
 @contextmanager
 def using(place: str) -> Iterator[None]:
-    """Put what a disk or an object store refuses into the user's words; raise `StoreFault`."""
+    """Translate for users an error of a disk or an object store; raise `StoreFault`."""
     try:
         yield
     except OSError as error:
@@ -94,7 +94,7 @@ def using(place: str) -> Iterator[None]:
 
 
 def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueDamaged:
-    """Make the fault for a study whose rows in the catalogue are not what was written."""
+    """Make the fault for a study whose rows in the catalogue are damaged."""
     return CatalogueDamaged(
         Fault(
             f"study {study_id}",
@@ -109,7 +109,7 @@ def catalogue_damaged(study_id: str, found: str, advice: str = "") -> CatalogueD
 
 
 def lost_files(noun: str, name: str, why: str, advice: str) -> Fault:
-    """Make the fault for a design or a record whose files are not what was written."""
+    """Make the fault for a design or a record whose files are damaged."""
     found = f"{name}, whose files are lost or damaged ({why})"
     told = f"The files of {noun} {name} are lost or damaged: {why.rstrip('.')}."
     return Fault(noun, found, f"a {noun} whose files are complete", advice, told)

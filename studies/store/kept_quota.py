@@ -1,4 +1,4 @@
-"""How much of one kind is kept beside the studies: ground-motion records, designs."""
+"""Quota of items stored with the studies: ground-motion records, designs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,28 +9,28 @@ from damperlab.studies.store.provenance import submitter
 
 @dataclass(frozen=True)
 class KeptQuota:
-    """The most that is kept of one kind; None for any number.
+    """Most items of one kind; None for no limit.
 
     Parameters
     ----------
     together : int, optional
         Of everybody.
     of_owner : int, optional
-        Of each owner of keys.
+        For each owner of keys.
     """
 
     together: int | None = 1000
     of_owner: int | None = None
 
     def reached(self, what: str, owners: Sequence[str | None]) -> Fault | None:
-        """Say why the submitter may keep no further one; None where he may.
+        """Give the reason why the submitter may store no more; None if more are allowed.
 
         Parameters
         ----------
         what : str
-            The kind, in the singular, as addresses and settings have it.
+            The kind, in the singular, as in addresses and settings.
         owners : sequence of str or None
-            Whose those are that are kept.
+            Owners of the stored items.
         """
         owner = submitter.get()
         his = None if owner is None else self.of_owner

@@ -1,4 +1,4 @@
-"""Opening the studies of this machine as the command line does: the folder given, the environment, or the default."""
+"""Opening the store of this machine as the command line does: the given folder, the environment, or the default."""
 
 import os
 from pathlib import Path
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def default_data_dir() -> Path:
-    """Where studies are kept by default: ``$XDG_DATA_HOME/damperlab``, else ``~/.local/share/damperlab``.
+    """The default data folder: ``$XDG_DATA_HOME/damperlab``, else ``~/.local/share/damperlab``.
 
     Returns
     -------
@@ -23,16 +23,16 @@ def default_data_dir() -> Path:
 
 
 def open_store(data_dir: str | Path | None = None, catalogue: str | None = None) -> "Store":
-    """Open the studies kept in a folder of this machine; no service is needed.
+    """Open the studies in a folder of this machine; no service is needed.
 
     Parameters
     ----------
     data_dir : path, optional
-        The data folder; ``DAMPERLAB_DATA_DIR``, else ``~/.local/share/damperlab``, if not given. It is created where
-        it is missing.
+        The data folder; by default ``DAMPERLAB_DATA_DIR``, else ``~/.local/share/damperlab``. It is created if it is
+        missing.
     catalogue : str, optional
-        Address of a PostgreSQL catalogue, ``postgresql://…``; ``DAMPERLAB_CATALOGUE``, else a SQLite file in the
-        folder, if not given.
+        Address of a PostgreSQL catalogue, ``postgresql://…``; by default ``DAMPERLAB_CATALOGUE``, else a SQLite file
+        in the folder.
 
     Returns
     -------

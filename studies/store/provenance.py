@@ -1,4 +1,4 @@
-"""By what, on what, by whom and when a study is computed."""
+"""Provenance of a study: solver, machine, user and time."""
 
 import getpass
 import os
@@ -12,19 +12,19 @@ from pathlib import Path
 from typing import TypeVar
 
 SUBMITTED_BY = "submitted_by"
-"""Where a study's provenance says whose it is."""
+"""Key of the owner in a study's provenance."""
 REFINES = "refines"
-"""In the provenance of a follow-up study: the id of the study whose best design is searched for."""
+"""Key in the provenance of a follow-up study: the id of the study whose best design it refines."""
 DESIGNS = "designs"
-"""In that of a study that a design asks for: the digest of the specification."""
+"""Key in that of a study requested by a design: the digest of the specification."""
 ASKED_BY_PROGRAMS = (REFINES, DESIGNS)
-"""What says so where a program asked for the study."""
+"""The keys of studies that a program submitted."""
 
 PRIVATE = ("host", "user", SUBMITTED_BY)
-"""What a file that may be handed on leaves out of a study's provenance."""
+"""Keys of a provenance that a published file leaves out."""
 
 submitter: ContextVar[str | None] = ContextVar("submitter", default=None)
-"""Owner of the studies that are submitted from here on; None without keys."""
+"""Owner of studies submitted from now on; None without keys."""
 
 Value = TypeVar("Value")
 
@@ -42,13 +42,13 @@ _PACKAGES = (
 
 
 def signed(provenance: Mapping[str, Value]) -> dict[str, Value | str]:
-    """Add to a provenance whose study it is, where that is known."""
+    """Add the owner to a study's provenance, if known."""
     owner = submitter.get()
     return dict(provenance) if owner is None else {**provenance, SUBMITTED_BY: owner}
 
 
 def asked_by(provenance: Mapping[str, str]) -> dict[str, str | None]:
-    """Give the columns of the catalogue for owner and purpose of a study; None where unknown."""
+    """Give the columns of the catalogue for owner and purpose of a study; None if unknown."""
     purpose = next((each for each in ASKED_BY_PROGRAMS if each in provenance), None)
     return {
         "submitted_by": provenance.get(SUBMITTED_BY),
@@ -58,13 +58,13 @@ def asked_by(provenance: Mapping[str, str]) -> dict[str, str | None]:
 
 
 def provenance() -> dict[str, str]:
-    """Collect what someone needs to repeat a study: versions, machine, cores, user and time.
+    """Collect everything needed to repeat a study: versions, machine, cores, user and time.
 
     Returns
     -------
     dict of str
-        `solver_version` is this project's own version; the package versions go by the packages' names.
-        `processor` and `libc` are there because the last bits of a sine may be theirs. Seeds are not: they are
+        `solver_version` is this project's own version; the package versions have the packages' names. `processor`
+        and `libc` are included because the last bits of a sine may depend on them. Seeds are not included: they are
         part of the study's definition.
     """
     found = {"solver_version": _version("damperlab"), "python": platform.python_version()}

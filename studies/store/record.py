@@ -13,10 +13,12 @@ from damperlab.studies.vocabulary import ENDED, State
 Preparation = Literal["starting", "compiling", "waiting"]
 Phase = Literal[Preparation, State]
 PREPARATIONS: tuple[Preparation, ...] = get_args(Preparation)
-"""Phases of a running study that computes no block: its workers start, kernels that they lack are compiled, none is left."""
+"""Phases of a running study that computes no block: workers start, missing kernels are compiled, or no worker is
+left.
+"""
 
 TRASH_DAYS = 7
-"""How long a study that was put into the trash can be restored."""
+"""Time for which a study in the trash can be restored."""
 
 
 @dataclass(frozen=True)
@@ -26,9 +28,9 @@ class Totals:
     Parameters
     ----------
     studies, points, points_done, points_failed, bytes : int
-        How many; their design points, those stored, those that failed; the cubes at full size.
+        Number of studies; their design points, those stored, those that failed; the cubes at full size.
     blocks_left : int
-        Blocks that are not computed.
+        Blocks yet to be computed.
     """
 
     studies: int
@@ -41,24 +43,24 @@ class Totals:
 
 @dataclass(frozen=True)
 class BlockOutcome:
-    """What a worker reports about one block once its region is on the disk.
+    """Report of a worker on one block once its region is on the disk.
 
     Parameters
     ----------
     index : int
         Index of the block in its plan.
     points, failed : int
-        Points of the block, and how many of them ended with a status of 2 or above.
+        Points of the block, and the number with a status of 2 or above.
     seconds, kernel_seconds : float
         Wall time of the whole block, and the part of it spent in kernels [s].
     message : str, optional
-        Why the block failed, where it did.
+        Reason of a failed block.
     generation, checksum : str
-        Which files are the block's, and what they hold; see `damperlab.studies.store.cube.cube.write_region`.
+        The block's files, and their content; see `damperlab.studies.store.cube.cube.write_region`.
     reused : int
-        Points that were taken from earlier studies.
+        Points reused from earlier studies.
     identity : str
-        What computed it, see `damperlab.studies.store.solver.identity_of`; empty for a block that was given up.
+        Solver, see `damperlab.studies.store.solver.identity_of`; empty for a failed block.
     """
 
     index: int
@@ -80,54 +82,53 @@ class Record:
     Parameters
     ----------
     id, name, state : str
-        The first 12 hex digits of the digest; the study's free text; one of `STATES`.
+        The first 12 hex digits of the digest; the study's name; one of `STATES`.
     phase : str
         One of `PREPARATIONS` while a running study computes no block, else its state.
     phase_done, phase_total : int, optional
-        Kernels compiled, of how many, while the phase is compiling; None in every other.
+        Number of compiled kernels, and their total, while the phase is compiling; else None.
     points_total, points_done, points_failed, blocks_total, blocks_done : int
         Progress; failed points count as done.
     created, started, finished : datetime
-        In UTC; None for what has not happened.
+        In UTC; None if it has not happened.
     seconds_left : float, optional
-        Expected wall time to the end at the pace since the study last began to run [s]; None where there
-        is no pace to go by.
+        Expected wall time to the end at the pace since the study was last started [s]; None without a pace.
     definition : dict
         The study as JSON.
     digest : str
-        Of the definition, 64 hex digits.
+        Digest of the definition, 64 hex digits.
     chunk : tuple of int
         Largest extent of a block along each dimension.
     provenance : dict
-        Versions, machine, who and when.
+        Versions, machine, user and time.
     message : str, optional
-        Why the study or its first failed block failed; which workers are left out and why; what the study waits for.
+        Reason why the study or its first failed block failed; excluded workers and reasons; reason for waiting.
     seconds, kernel_seconds : float
         Summed over the done blocks [s].
     owner : str, optional
-        Who works on the study now.
+        The present owner.
     points_reused : int
-        Points that were taken from earlier studies instead of being computed.
+        Points reused from earlier studies instead of being computed.
     revision : int
-        Grows with every block that is done, or lost and given up: equal revisions, equal cubes.
+        Increases with every block that is done or invalidated: equal revisions, equal cubes.
     reuse : bool
         Whether points may be taken from earlier studies.
     shape : tuple of int
         Points along each dimension.
     version : int
-        1 for a study as it was submitted; computed anew by a later solver, it gets the next, beside the older ones.
+        1 for a study as submitted; each computation by a later solver gets the next number, and older ones stay.
     outdated : bool
-        Whether results are there and another solver than today's computed them; they stay as they are.
+        Whether it has results of another solver than today's; they are unchanged.
     priority : int
-        Of the studies that wait the one with the highest begins first; 0 unless somebody asked for another.
+        The waiting study with the highest priority starts first; by default 0.
     tags : tuple of str
-        What somebody wants to find it by, sorted.
+        Tags for finding it, sorted.
     note : str
-        What somebody says of it.
+        The user's note.
     dimensions : tuple of str
         The dimensions of the cube, in its order.
     submitted_by : str, optional
-        Owner of the key that it was submitted with.
+        Owner of the key of its submission.
     """
 
     id: Annotated[str, Says(description="First 12 hex digits of the digest; -2 behind them for version 2.")]
@@ -175,7 +176,7 @@ class Record:
     ]
 
     def _repr_html_(self) -> str:
-        """Show a notebook the state and the progress."""
+        """Show the state and the progress in a notebook."""
         rows = [
             ("id", self.id),
             ("state", self.state if self.phase == self.state else f"{self.state} ({self.phase})"),
@@ -200,7 +201,7 @@ class Record:
         return document
 
     def summary(self) -> dict[str, Any]:
-        """Give it without its definition, which may be long, and its provenance."""
+        """Give it without its definition, which may be long, and without its provenance."""
         return {
             name: value for name, value in self.document().items() if name not in ("definition", "provenance")
         }
@@ -233,7 +234,7 @@ class Page:
     records : tuple of Record
         The records of the page.
     cursor : str, optional
-        Ask with it for the next page; None at the end.
+        Cursor of the next page; None at the end.
     """
 
     records: tuple[Record, ...]
@@ -241,5 +242,5 @@ class Page:
 
 
 def utc(seconds: float | None) -> datetime | None:
-    """Give seconds since 1970 as a time in UTC, and None as None."""
+    """Convert seconds since 1970 to a time in UTC, and None to None."""
     return None if seconds is None else datetime.fromtimestamp(seconds, UTC)

@@ -1,4 +1,4 @@
-"""Which solver computes: its sources and what compiles them, so that results of another one are known as such."""
+"""Identity of the solver: its sources and compiler, so that results of another solver are recognised."""
 
 import hashlib
 import platform
@@ -43,7 +43,7 @@ SOURCES: tuple[str, ...] = (
     "worker/steady",
     "worker/worker_process/tasks.py",
 )
-"""Everything from a study's definition to the values of a block that can change a bit of them."""
+"""Everything between a study's definition and the values of a block that can change a bit of them."""
 
 COMPILERS: tuple[str, ...] = ("numba", "llvmlite", "numpy")
 
@@ -58,7 +58,7 @@ def solver() -> str:
     Returns
     -------
     str
-        The same on every machine that holds the same sources and packages, whatever its line endings.
+        The same on every machine with the same sources and packages, whatever its line endings.
     """
     python = "python " + ".".join(platform.python_version_tuple()[:2])
     parts = (hash_of(Path(__file__).parents[2], SOURCES), python, *_compilers())
@@ -66,17 +66,17 @@ def solver() -> str:
 
 
 def is_outdated(recorded: Mapping[str, str]) -> bool:
-    """Whether results of this provenance are of another solver than today's; those of a time without identities are."""
+    """Whether results with this provenance belong to another solver than today's; those without an identity do."""
     return recorded.get("solver") != solver()
 
 
 def identity_of(provenance: Mapping[str, str]) -> str:
-    """Give what must be equal for two points to be the same bits: the solver and the processor that it is compiled for.
+    """Give everything that determines the bits of a point: the solver and the processor for which it is compiled.
 
     Returns
     -------
     str
-        Empty where the provenance does not say.
+        Empty if the provenance does not say.
     """
     parts = [provenance.get(name, "") for name in ("solver", "target", "libc")]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if all(parts[:2]) else ""

@@ -1,4 +1,4 @@
-"""Python sources as far as they compute: without comments, docstrings and blank lines, so that prose outdates no result."""
+"""Python sources without comments, docstrings and blank lines, so that prose outdates no result."""
 
 import hashlib
 from collections.abc import Iterable, Iterator
@@ -8,7 +8,7 @@ _QUOTES = '"' * 3
 
 
 def hash_of(root: Path, names: Iterable[str]) -> str:
-    """Hash what sources compute.
+    """Hash the code of sources.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def hash_of(root: Path, names: Iterable[str]) -> str:
     Returns
     -------
     str
-        64 hex digits; the same wherever the same sources lie, whatever their line endings.
+        64 hex digits; the same for the same sources, whatever their line endings.
     """
     digest = hashlib.sha256()
     for name in names:
@@ -32,10 +32,10 @@ def hash_of(root: Path, names: Iterable[str]) -> str:
 
 
 def computing_lines(text: str) -> Iterator[str]:
-    """Give the lines of a source without its comments, its blank lines and its docstrings, also those of values.
+    """Give the lines of a source without comments, blank lines and docstrings, including docstrings of values.
 
-    A docstring is what begins a line with three quotes, as the formatter writes it. A comment behind code goes where the line
-    holds no quote, in which a # could be text.
+    A docstring begins a line with three quotes, as the formatter writes it. A comment after code is removed if the
+    line has no quote, in which a # could be text.
     """
     prose = string = False
     for line in text.splitlines():

@@ -1,4 +1,4 @@
-"""The store: the catalogue and the cubes of one data directory, behind one door."""
+"""The store: the catalogue and the cubes of one data directory, as one object."""
 
 import os
 import shutil
@@ -17,15 +17,14 @@ from damperlab.studies.store.life_cycle.small_studies import SmallBatches
 from damperlab.studies.store.life_cycle.submissions import Submissions
 
 _COPIES = 10
-"""How often the catalogue of a folder that cannot be written is copied while somebody else writes it."""
+"""Attempts to copy the catalogue of a read-only folder while another process writes it."""
 _LOG_HEADER_BYTES = 32
 
 
 class Store(Submissions, Remarking, SmallBatches, Cubes):
     """Studies and their cubes under one data directory.
 
-    Safe to use from several threads and, through one `Store` each, from several processes. Do not carry one
-    across a fork.
+    Usable from several threads and, with one `Store` each, from several processes. Do not carry one across a fork.
     """
 
     _copy: TemporaryDirectory[str] | None = None
@@ -40,7 +39,7 @@ class Store(Submissions, Remarking, SmallBatches, Cubes):
         *,
         wait_seconds: float = BUSY_SECONDS,
     ) -> "Store":
-        """Open a data directory, making it where it is missing.
+        """Open a data directory, creating it if it is missing.
 
         Parameters
         ----------
@@ -49,18 +48,18 @@ class Store(Submissions, Remarking, SmallBatches, Cubes):
         catalogue : str, optional
             Address of a PostgreSQL database for the catalogue; by default it is a SQLite file in the folder.
         cubes : str, optional
-            Place for the cubes in an object store, `s3://bucket/prefix`; by default where they were before, at
-            first in the folder.
+            Location of the cubes in an object store, `s3://bucket/prefix`; by default the previous one, at first the
+            folder.
         quota : Quota
             How much studies may take.
         wait_seconds : float
-            How long a change waits for its turn in the catalogue before it gives up.
+            Longest wait of a change for the write lock of the catalogue.
 
         Raises
         ------
         StoreFault
-            If the folder or the place cannot be used, a newer version made it, or the cubes there are not this
-            catalogue's.
+            If the folder or the location cannot be used, a newer version made it, or the cubes there belong to
+            another catalogue.
         """
         data_dir = Path(data_dir).expanduser().absolute()
         if catalogue is None and cubes is None and is_read_only(data_dir):
@@ -77,7 +76,7 @@ class Store(Submissions, Remarking, SmallBatches, Cubes):
 
     @classmethod
     def _open_read_only(cls, data_dir: Path, quota: Quota) -> "Store":
-        """Open a folder that cannot be written, by a copy of its catalogue: a database on such a disk cannot be locked."""
+        """Open a read-only folder through a copy of its catalogue: a database on such a disk cannot be locked."""
         copy = TemporaryDirectory(prefix="damperlab-")
         try:
             for _ in range(_COPIES):
@@ -114,12 +113,14 @@ class Store(Submissions, Remarking, SmallBatches, Cubes):
 
 
 def is_read_only(data_dir: Path) -> bool:
-    """Whether a folder holds a catalogue and cannot be written."""
+    """Whether a folder holds a catalogue and is read-only."""
     return (data_dir / SQLITE_FILE).is_file() and not os.access(data_dir, os.W_OK | os.X_OK)
 
 
 def _written(data_dir: Path) -> tuple[int, bytes]:
-    """Say when a SQLite catalogue was written last, and how its log begins: anew after its pages went into the file."""
+    """Give the time when a SQLite catalogue was last written, and the start of its log, which changes when its pages
+    go into the file.
+    """
     log = data_dir / f"{SQLITE_FILE}-wal"
     with log.open("rb") if log.exists() else BytesIO() as file:
         return (data_dir / SQLITE_FILE).stat().st_mtime_ns, file.read(_LOG_HEADER_BYTES)

@@ -1,1 +1,1 @@
-"""The tuned mass damper as the yardstick of the hybrid: transfer function, tunings, peaks."""
+"""The tuned mass damper as the reference for the hybrid: transfer function, tunings, peaks."""

@@ -27,7 +27,7 @@ class Absorber:
         return self.damping_ratio * self.tuning
 
     def detuned(self, frequency: float = 0.0, damping: float = 0.0) -> "Absorber":
-        """Give the absorber with its frequency and its ζ off by these shares; 0.05 is five per cent too high."""
+        """Give the absorber with relative deviations of its frequency and its ζ; 0.05 is five per cent too high."""
         return replace(
             self, tuning=self.tuning * (1 + frequency), damping_ratio=self.damping_ratio * (1 + damping)
         )

@@ -1,4 +1,4 @@
-"""Exact frequency responses, at frequencies so close that lines between their points look like the curves."""
+"""Exact frequency responses, sampled so closely that lines between their points look like the curves."""
 
 import math
 
@@ -10,9 +10,11 @@ from damperlab.studies.tmd.transfer import amplitude_ratio, peaks, without_absor
 from damperlab.studies.vocabulary import Excitation
 
 BEND = 0.01
-"""Relative height of a curve over the line between two of its points that nobody sees."""
+"""Relative deviation of a curve from the line between two of its points that is invisible."""
 LEAST_SHARE = 1e-5
-"""Share of the band that is not split further; beside an undamped resonance, an infinite value, splitting has no end."""
+"""Share of the band that is not divided further; near an undamped resonance, an infinite value, division would not
+end.
+"""
 
 
 def exact_curves(
@@ -23,12 +25,12 @@ def exact_curves(
 ) -> dict[str, list[float]]:
     """Give the amplitude ratio with a tuned mass damper and without a damper over a band.
 
-    Intervals are split until lines on a logarithmic scale of amplitudes follow both curves to `BEND`.
+    Intervals are divided until lines on a logarithmic scale of amplitudes follow both curves to `BEND`.
 
     Parameters
     ----------
     frequency_ratio : array_like, (n,)
-        Ascending frequencies; all of them are kept, and the band ends where they do. At a single one nothing is added.
+        Ascending frequencies; all of them are kept, and they limit the band. A single one is returned unchanged.
     absorber, structural_damping, excitation
         As in `amplitude_ratio`.
 

@@ -1,8 +1,8 @@
-"""The absorber with the least peak on a damped structure, where no closed form exists.
+"""The absorber with the least peak on a damped structure, for which no closed form exists.
 
-Two stages: a simplex from the least point of a grid, and Powell's hybrid method, which sharpens what that finds where two
-peaks are level. Both work in units of the width of the resonance, √μ + ζ_s, so that a light absorber is tuned as well as
-a heavy one.
+Two stages: a simplex from the least point of a grid, then Powell's hybrid method, which refines the result if two
+peaks are level. Both use units of the width of the resonance, √μ + ζ_s, so that a light absorber is tuned as
+accurately as a heavy one.
 """
 
 import math
@@ -18,14 +18,14 @@ from damperlab.studies.vocabulary import Excitation
 
 Floats = NDArray[np.float64]
 _TUNINGS = np.linspace(-4.0, 2.0, 37)
-"""Of the tuning, see `_Problem`; a heavily damped structure wants a slower absorber."""
+"""Ranges of the tuning, see `_Problem`; a heavily damped structure needs a slower absorber."""
 _DAMPINGS = np.linspace(math.log(0.05), math.log(30.0), 25)
 _PLACE = 1e-8
-"""Size of the simplex at which it has found the place."""
+"""Size of the simplex at which it has converged."""
 
 
 class _Problem(NamedTuple):
-    """What is tuned: x = (p, q) stands for γ² = γ_D²·exp(w·p) and ζ = ζ_D·exp(q).
+    """The unknowns: x = (p, q) means γ² = γ_D²·exp(w·p) and ζ = ζ_D·exp(q).
 
     γ_D = 1/(1 + μ) is Den Hartog's tuning, ζ_D his damping plus ζ_s, w the width of the resonance.
     """
@@ -72,14 +72,14 @@ def minimax(mass_ratio: float, structural_damping: float, excitation: Excitation
     structural_damping : float
         ζ_s of the structure, 0 or more.
     excitation : {"base", "force"}
-        What the peak is a peak of.
+        The response whose peak is minimised.
 
     Returns
     -------
     Absorber
-        With level peaks where the structure is lightly damped; then tuning and damping are known to about
-        1e-10 of the width of the resonance, √μ + ζ_s. Where a single maximum remains they are known to about 1e-7, and
-        its height to rounding.
+        With level peaks if the structure is lightly damped; then tuning and damping are accurate to about 1e-10 of
+        the width of the resonance, √μ + ζ_s. If a single maximum remains they are accurate to about 1e-7, and its
+        height to rounding.
     """
     from scipy.optimize import minimize, root  # the light client imports this module, and has no scipy
 
@@ -98,12 +98,12 @@ def minimax(mass_ratio: float, structural_damping: float, excitation: Excitation
 
 
 def _unlevel(x: Floats, problem: _Problem) -> Floats:
-    """Say how far two peaks are from level, and their gradients from parallel.
+    """Give the deviation of two peaks from level, and of their gradients from parallel.
 
     Raises
     ------
     ArithmeticError
-        Where there are not two peaks.
+        If there are not two peaks.
     """
     heights = problem.heights(x[None])
     places, values = all_stationary(heights)
@@ -117,7 +117,8 @@ def _unlevel(x: Floats, problem: _Problem) -> Floats:
 
 
 def _slopes(problem: _Problem, heights: Heights, from_one: float) -> tuple[float, float]:
-    """Derivatives of log |H| by p and by q at a peak, λ² − 1; the peak's place is stationary, so it may stay.
+    """Derivatives of log |H| by p and by q at a peak, λ² − 1; the peak is stationary, so its position may be held
+    fixed.
 
     The dynamic stiffness is K = 1 + 2iζ_sλ − λ² − μλ² L/(L − λ²), L = γ² + 2iζγλ, and |H| = |a/K|, so
     d log|H| = −Re(dK/K) with dK/dL = μλ⁴/(L − λ²)².

@@ -1,4 +1,4 @@
-"""Where the amplitude ratio of a structure with an absorber is stationary, for many at once."""
+"""Stationary points of the amplitude ratio of a structure with an absorber, for many at once."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,12 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 NARROWEST = 1e-150
-"""Width below which squares of it would underflow."""
+"""Width below which its squares would underflow."""
 ROUNDING = 1e-15
 PAIR = 1e-4
-"""Imaginary over real size of a pair of roots that stands for a double one: the root of rounding, and a margin."""
+"""Ratio of imaginary to real part up to which a pair of roots counts as a double one: the root of rounding, and a
+margin.
+"""
 
 
 @dataclass(frozen=True)
@@ -19,17 +21,18 @@ class Heights:
 
     With s = λ², |H|² is a ratio N/D of polynomials in s (degrees 3 and 4), so its stationary points are roots of
     N′D − ND′. A light absorber on a lightly damped structure has all of them within about √μ of s = 1, where the
-    coefficients in powers of s cancel. So the polynomials are formed around a centre c in t = (s − c)/δ as well, with δ
-    the width of what happens there: around s = 1, and around s = 0 for an absorber that is tuned far below. The union
-    of all roots is taken: a point too many does no harm where the largest value is looked for. A height depends on its
-    place in second order only.
+    coefficients in powers of s cancel. So the polynomials are also formed around a centre c in t = (s − c)/δ, with δ
+    the width of the features there: around s = 1, and around s = 0 for an absorber that is tuned far below. The
+    union of all roots is taken: an additional point does no harm when the largest value is sought. A height depends
+    on its position only to second order.
 
     Parameters
     ----------
     mass_ratio : float or ndarray, (n,)
         μ, 0 or more.
     square, offset : ndarray, (n,)
-        γ², and γ² − 1 by itself: a light absorber is tuned closer to 1 than γ² can tell, a slow one has γ² near 0.
+        γ², and γ² − 1 separately: a light absorber is tuned closer to 1 than γ² can resolve, a slow one has γ² near
+        0.
     damping_ratio : ndarray, (n,)
         ζ = c/(2√(m k₁)).
     structural_damping : float or ndarray, (n,)
@@ -46,7 +49,7 @@ class Heights:
     base: bool
 
     def candidates(self) -> tuple[Floats, Floats]:
-        """Give λ and |H| at every root's real part, each (n, roots); λ = 0, |H| = 1 in place of one that is not positive."""
+        """Give λ and |H| at every root's real part, each (n, roots); λ = 0, |H| = 1 for one that is not positive."""
         widths = [
             (1.0, self.width()),
             (0.0, np.ones_like(self.square)),
@@ -56,12 +59,12 @@ class Heights:
         return tuple(np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))  # type: ignore[return-value]
 
     def width(self) -> Floats:
-        """Give the width in s of what happens around s = 1, at most 1, (n,)."""
+        """Give the width in s of the features around s = 1, at most 1, (n,)."""
         near = np.sqrt(self.mass_ratio) + self.structural_damping + self.damping_ratio + np.abs(self.offset)
         return np.asarray(np.clip(near, NARROWEST, 1.0))
 
     def highest(self) -> Floats:
-        """Give the largest |H| of each absorber, (n,); 1 at λ = 0 where nothing exceeds it."""
+        """Give the largest |H| of each absorber, (n,); 1 at λ = 0 if nothing exceeds it."""
         return np.asarray(self.candidates()[1].max(axis=1, initial=1.0))
 
     def _around(self, centre: float, width: Floats) -> tuple[Floats, Floats]:
@@ -74,7 +77,7 @@ class Heights:
         return np.where(positive, np.sqrt(centre + step), 0.0), np.where(positive, values, 1.0)
 
     def at(self, s: Floats, from_one: Floats) -> Floats:
-        """Give |H| at s = λ², (n, m), whose distance from 1 is known by itself."""
+        """Give |H| at s = λ², (n, m), with its distance from 1 given separately."""
         mu, structural = _column(self.mass_ratio), _column(self.structural_damping)
         tuning, zeta = np.sqrt(self.square)[:, None], self.damping_ratio[:, None]
         # far below 1 the small terms of γ² − s are those of s, else those of the distances from 1
@@ -149,10 +152,10 @@ def _derived(a: Floats) -> Floats:
 
 
 def _polynomial_roots(rows: Floats) -> NDArray[np.complex128]:
-    """Roots of polynomials, row by row, as eigenvalues of companion matrices; NaN where the degree is lower.
+    """Roots of polynomials, row by row, as eigenvalues of companion matrices; NaN if the degree is lower.
 
-    A leading coefficient lost in the rounding of the largest sends a root to where nothing is and would spoil the
-    others, so it is left out.
+    A leading coefficient below the rounding of the largest gives a spurious root that would spoil the others, so it
+    is left out.
     """
     size = np.abs(rows)
     counts = size > ROUNDING * size.max(axis=1, keepdims=True)

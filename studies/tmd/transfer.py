@@ -10,7 +10,7 @@ from damperlab.studies.tmd.stationary import Heights, all_stationary
 from damperlab.studies.vocabulary import Excitation
 
 ALIKE = 1e-9
-"""Relative difference of two heights that is rounding."""
+"""Relative difference of two heights that counts as rounding."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def peaks(
 ) -> tuple[Peak, ...]:
     """Every stationary point of the amplitude ratio over λ > 0, by ascending frequency.
 
-    See `stationary.Heights` for how they are found.
+    See `stationary.Heights` for the method.
 
     Returns
     -------
@@ -104,7 +104,7 @@ def highest(
     Returns
     -------
     Peak
-        Infinite where neither the structure nor the absorber has damping and a resonance is in the band.
+        Infinite if neither the structure nor the absorber has damping and a resonance is in the band.
     """
     low, high = band
     if structural_damping == 0 and absorber.damping_ratio * absorber.mass_ratio == 0:

@@ -1,4 +1,6 @@
-"""The structure with a tuned mass damper under a ground motion: linear, and so stepped exactly from sample to sample."""
+"""The structure with a tuned mass damper under a ground motion: linear, and so integrated exactly from sample to
+sample.
+"""
 
 import math
 
@@ -9,9 +11,13 @@ from damperlab.studies.ground.motion import GroundMotion
 from damperlab.studies.tmd.absorber import Absorber
 
 STEPS = 40
-"""Least steps a period of the structure: an extremum at its frequency is at most (π/40)²/2 = 0.3 % above its samples."""
+"""Fewest steps in a period of the structure: an extremum at its frequency is at most (π/40)²/2 = 0.3 % above its
+samples.
+"""
 STROKE = "peak_stroke_m"
-"""What the absorber moves against the structure at most; no variable of a suite, whose dampers have a clearance instead."""
+"""Largest displacement of the absorber against the structure; no variable of a suite, whose dampers have a clearance
+instead.
+"""
 
 
 def measures_under(
@@ -27,7 +33,7 @@ def measures_under(
     Parameters
     ----------
     absorber : Absorber
-        The tuned mass damper; without mass it changes nothing.
+        The tuned mass damper; without mass it has no effect.
     damping_ratio, angular_frequency : float
         ζ and ω_n [rad/s] of the structure.
     motion : GroundMotion
@@ -77,7 +83,8 @@ def measures_under(
 def linear_system(
     absorber: Absorber, damping_ratio: float, omega: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give the matrix of the motion, (8, 8), and the row that makes the absolute acceleration x'' of the unknowns, (8,).
+    """Give the matrix of the motion, (8, 8), and the row that gives the absolute acceleration x'' from the unknowns,
+    (8,).
 
     Unknowns are v and v' of the structure against its base, q and q' of the absorber against the structure, displacement,
     velocity, acceleration and jerk of the base: v'' = x'' − a with x'' = −2ζωv' − ω²v + μ(2ζ_aγωq' + γ²ω²q), and

@@ -1,1 +1,1 @@
-"""How accurate the solver is and how stable: error against run time, extreme cases. Imported only on demand."""
+"""Accuracy and stability of the solver: error against run time, extreme cases. Imported only on demand."""

@@ -1,4 +1,4 @@
-"""The scenes that methods are compared on, and their end states in extended precision."""
+"""The scenes for comparing methods, and their end states in extended precision."""
 
 import json
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ State = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Scene:
-    """A design point marched from rest for a number of excitation cycles.
+    """A design point integrated from rest for a number of excitation cycles.
 
     Parameters
     ----------
     name, title : str
-        Short and for people.
+        Short name.
     design : Design
         The point.
     cycles : int
-        Where its end state is compared.
+        Cycles until its end state is compared.
     """
 
     name: str
@@ -70,7 +70,8 @@ class Reference:
     state : tuple of float
         u, u', p, p'.
     amplification : float
-        Change of the end state per change of the start: below this times 1e-16 an error is the rounding of the inputs.
+        Change of the end state per change of the start: an error below this times 1e-16 is the rounding of the
+        inputs.
     """
 
     state: State
@@ -79,7 +80,7 @@ class Reference:
 
 @cache
 def references() -> dict[str, Reference]:
-    """References by the name of their scene, from `references.json` (whose `how` says how it was made)."""
+    """References by the name of their scene, from `references.json` (whose `how` documents their origin)."""
     document = json.loads(
         (files("damperlab.worker.accuracy") / "references.json").read_text(encoding="utf-8")
     )

@@ -1,4 +1,4 @@
-"""Extreme cases: designs at the ends of the legal ranges, and ties constructed to the last bit."""
+"""Extreme cases: designs at the ends of the allowed ranges, and ties constructed to the last bit."""
 
 from dataclasses import dataclass
 from math import pi
@@ -20,18 +20,18 @@ _BISECTIONS = 80
 
 @dataclass(frozen=True)
 class Extreme:
-    """An extreme case: a design and how long it is marched from rest.
+    """An extreme case: a design and the number of cycles from rest.
 
     Parameters
     ----------
     name : str
-        What is extreme about it.
+        Its extreme property.
     design : Design
         The point.
     cycles : int
         Excitation cycles.
     residual_limit : float
-        Largest energy residual that the case may have.
+        Largest allowed energy residual.
     """
 
     name: str
@@ -46,7 +46,7 @@ def extreme_cases(long_run_cycles: int = LONG_RUN_CYCLES) -> list[Extreme]:
     Parameters
     ----------
     long_run_cycles : int
-        Length of the long runs; fewer for a quick look.
+        Length of the long runs; shorter for a quick test.
     """
     hybrid = Particle(2.0, 0.47, 0.1)
     quarter = pi / 4.0
@@ -138,7 +138,7 @@ def _stiffnesses() -> list[Extreme]:
 
 
 def _grazing() -> list[Extreme]:
-    """The clearance is the largest displacement that the mass reaches within ten cycles, or next to it."""
+    """The clearance is the largest displacement of the mass within ten cycles, or next to it."""
     cycles = 10
     peak = simulate(Design(ZETA, 1.0, 0.6), cycles).metrics["amplitude_ratio_max"]
     return [
@@ -157,10 +157,11 @@ def _grazing() -> list[Extreme]:
 
 
 def _chatter_until_release() -> list[Extreme]:
-    """A locked mass is a shaken box; bisect e for a chatter that ends when the wall lets go, and take both neighbours.
+    """A locked mass is a shaken box. Bisection finds an e whose chatter ends when the wall detaches; both neighbours
+    are cases.
 
-    The particle meets the wall at the same instant whatever e; with larger e the chatter lasts longer, until it does not
-    end before the release any more and the count of attachments in the first half cycle changes.
+    The particle meets the wall at the same instant for every e. With larger e the chatter lasts longer, until it no
+    longer ends before the detachment, and the number of attachments in the first half cycle changes.
     """
 
     def attachments(restitution: float) -> int:
@@ -191,7 +192,7 @@ def _chatter_until_release() -> list[Extreme]:
 
 
 def _turn_with_impact() -> list[Extreme]:
-    """The clearance is where the mass turns for the first time: turn and impact fall together, up to rounding."""
+    """The clearance is the position of the first velocity reversal: reversal and impact coincide, up to rounding."""
     history = simulate(Design(ZETA, 1.0, 0.6), 2, history=2).history
     turns = np.flatnonzero((history["v_rate"] == 0.0) & (history["time"] > 0.0))
     if turns.size == 0:

@@ -1,4 +1,4 @@
-"""Whole cycles from rest in one kernel call, so that a measured time holds no interpreter."""
+"""Complete cycles from rest in one kernel call, so that measured times exclude the interpreter."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ _MOST_EVENTS = 5_000_000
 
 @kernel
 def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, meter):
-    """March a number of excitation cycles from rest.
+    """Integrate a number of excitation cycles from rest.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     cycles : int
         Excitation cycles.
     meter : Meter or None
-        Zeros, added to; None leaves energies and peaks out of the kernel.
+        Zeros, added to; None removes energies and peaks from the kernel.
 
     Returns
     -------
@@ -36,9 +36,9 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
     outcome : int
         As of `damperlab.worker.solver.integrate.half_cycle`.
     counts : int64 array, shape (COUNTS,)
-        Events on the way.
+        Number of events.
     measures : tuple of float
-        Energy residual over all cycles, largest |u| and mean peak |u| of a cycle; zeros where not metered.
+        Energy residual over all cycles, largest |u| and mean peak |u| of a cycle; zeros if not measured.
     """
     energies = None
     if meter is not None:
@@ -82,14 +82,14 @@ def march_from_rest(damping_ratio, frequency_ratio, friction, particle, cycles, 
 
 @kernel
 def march_halves(damping_ratio, frequency_ratio, friction, particle, state, silent, halves):
-    """March from a state at phase 0: `silent` half cycles, then one for each row of `halves`.
+    """Integrate from a state at phase 0: `silent` half cycles, then one for each row of `halves`.
 
     Parameters
     ----------
     damping_ratio, frequency_ratio, friction, particle, state
         As in `damperlab.worker.steady.settle.settle`.
     silent : int
-        Half cycles before anything is noted.
+        Half cycles before recording starts.
     halves : array, shape (half cycles, 3)
         Filled with the largest |u| and |v| of each half cycle, and its impacts.
 
@@ -98,7 +98,7 @@ def march_halves(damping_ratio, frequency_ratio, friction, particle, state, sile
     state : State
         At the end.
     outcome : int
-        ARRIVED, or how the march ended early: also where more events have passed than there is room for.
+        ARRIVED, or the reason of an early end, including too many events.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, None)
     counts = scene.counts

@@ -1,4 +1,4 @@
-"""Methods that march a scene, behind one interface: the event-driven solver, and the paper's Runge–Kutta."""
+"""Methods that integrate a scene, with a common interface: the event-driven solver, and the paper's Runge–Kutta."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,19 +13,19 @@ from damperlab.worker.solver.events import ARRIVED, COUNTS
 from damperlab.worker.solver.observe.meter import METERS, Meter
 
 March = Callable[[Design, int, float], State | None]
-"""From a design, excitation cycles and the value of a setting to the end state; None where the method gives up."""
+"""From a design, excitation cycles and the value of a setting to the end state; None if the method fails."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """One way to march a scene from rest.
+    """One way to integrate a scene from rest.
 
     Parameters
     ----------
     name : str
-        As a legend carries it.
+        Its name in a legend.
     setting : str
-        What is varied, such as steps per cycle; empty for a method that has nothing to vary.
+        The varied setting, for example steps per cycle; empty if there is none.
     values : sequence of float
         Values of the setting, coarse to fine.
     march : callable
@@ -62,7 +62,7 @@ def _event_all(design: Design, cycles: int, _: float) -> State | None:
 
 
 def paper_march(design: Design, cycles: int, steps: float) -> State | None:
-    """March by the paper's fixed-step method (`damperlab.worker.rk4`); None where its state is not finite any more."""
+    """Integrate by the paper's fixed-step method (`damperlab.worker.rk4`); None if its state is no longer finite."""
     start = (
         design.damping_ratio,
         design.frequency_ratio,
@@ -91,4 +91,6 @@ METHODS: tuple[Method, ...] = (
         paper_march,
     ),
 )
-"""What the command compares. An event-driven march has no step: it is exact up to rounding, one point and no curve."""
+"""The methods that the command compares. The event-driven solver has no step: it is exact up to rounding, and so has
+one point and no curve.
+"""

@@ -18,18 +18,20 @@ from damperlab.worker.provenance import code_version
 
 FIGURE = "work-precision.png"
 STEADY_POINTS, STEADY_CYCLES, STEADY_SEED, EXTREME_CYCLES = 160, 4000, 7, 1000
-"""Of the table of steady answers: points, cycles marched before and while the march is measured, the seed; of extreme cases."""
+"""For the table of steady answers: number of points, cycles before and during the measured part, the seed; number of
+extreme cases.
+"""
 
 
 def make_report(
     on_step: Callable[[str], None] = lambda what: None, long_run_cycles: int = LONG_RUN_CYCLES
 ) -> dict[str, Any]:
-    """Measure every diagram and every extreme case, now and here.
+    """Measure every diagram and every extreme case on this machine.
 
     Parameters
     ----------
     on_step : callable
-        Told what is being worked on.
+        Called with the present step.
     long_run_cycles : int
         Excitation cycles of the long runs.
 
@@ -59,13 +61,13 @@ def make_report(
 
 
 def advantages(diagram: Diagram) -> dict[str, dict[str, float | None]]:
-    """How much faster the event-driven march is than each other method, at that method's own smallest error.
+    """How many times faster the event-driven solver is than each other method, at that method's own smallest error.
 
     Returns
     -------
     dict
-        By method: `error` and `microseconds` of its most accurate run, and `times_slower` than the slowest of the
-        event-driven marches, whose error must not be larger; None where a method gave nothing or was as accurate.
+        By method: `error` and `microseconds` of its most accurate run, and `times_slower` than the slowest
+        event-driven variant with no larger error; None if a method gave no result or was as accurate.
     """
     ours = [curve for curve in diagram.curves if not curve.setting]
     slowest = max(point.microseconds for curve in ours for point in curve.points)
@@ -86,7 +88,7 @@ def advantages(diagram: Diagram) -> dict[str, dict[str, float | None]]:
 
 
 def in_markdown(report: dict[str, Any], figure: str = FIGURE) -> str:
-    """Put a report into words.
+    """Write a report as text.
 
     Parameters
     ----------

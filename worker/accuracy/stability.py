@@ -1,4 +1,4 @@
-"""What the solver, and the paper's method, make of each extreme case."""
+"""The results of the solver, and of the paper's method, for each extreme case."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
@@ -18,11 +18,11 @@ from damperlab.worker.solver.events import ARRIVED, ATTACHMENTS, IMPACTS, TURNS
 from damperlab.worker.solver.observe.meter import METERS, Meter
 
 STEPS = 400
-"""Of the paper's method per cycle."""
+"""Steps per cycle of the paper's method."""
 SAMPLED_CYCLES = 10
-"""Cycles from rest whose time history is searched for penetration and for momentum lost at impacts."""
+"""Cycles from rest whose time history is checked for penetration and for momentum lost at impacts."""
 _SLOWEST_SAMPLED = 0.01
-"""Below this frequency ratio a cycle holds too many natural periods to keep samples of; one cycle is taken."""
+"""Frequency ratio below which a cycle has too many natural periods for samples; then one cycle is taken."""
 
 
 @dataclass(frozen=True)
@@ -40,16 +40,16 @@ class Row:
     impacts, turns, attachments : int
         Events on the way.
     energy_residual, residual_limit : float
-        |work in − losses − stored| over the largest of them, and what it may be.
+        |work in − losses − stored| over the largest of them, and its limit.
     penetration : float or None
-        Largest |u − p| beyond d/Z in the sampled cycles, over the sum of d/Z, the largest |u| and the base's 1, whose
-        rounding it holds; None without a particle.
+        Largest |u − p| beyond d/Z in the sampled cycles, over the sum of d/Z, the largest |u| and the base's 1,
+        whose rounding it contains; None without a particle.
     momentum_error : float or None
         Largest change of u' + β p' across an impact over the momenta before it; None without an impact.
     microseconds : float
-        Per cycle, energies and peaks included.
+        Per cycle, including energies and peaks.
     paper : str
-        What the paper's method does there with 400 steps per cycle.
+        Outcome of the paper's method with 400 steps per cycle.
     passed : bool
         Arrived, within the limit, every value finite.
     """
@@ -85,7 +85,7 @@ def stability_table(
 
 
 def run_case(case: Extreme) -> Row:
-    """March one case from rest and look at what came of it."""
+    """Integrate one case from rest and check the result."""
     design = case.design
     friction = design.friction_ratio if design.friction_ratio > 0.0 else None
     arguments = (design.damping_ratio, design.frequency_ratio, friction, design.particle)
@@ -143,7 +143,7 @@ def _sampled(design: Design, cycles: int) -> tuple[float | None, float | None]:
 
 
 def _paper(design: Design, cycles: int, state: tuple[float, ...] | None) -> str:
-    """What the paper's method does, in a few words."""
+    """The outcome of the paper's method, in a few words."""
     if design.particle is not None and design.particle.contact_time is not None:
         return "knows no contact time"
     found = paper_march(design, min(cycles, 10_000), STEPS)

@@ -1,8 +1,9 @@
-"""Steady answers held against plain marches that look for nothing: random design points of the whole cube, and extreme cases.
+"""Steady answers compared with plain integration: random design points of the whole cube, and extreme cases.
 
-Each answer is held against a march from the same start in its class, period, amplitude, impacts and, of a periodic one, the
-stability that its multiplier says. If they differ, the march continues from the end of the answer's own run. If that stays on
-the answer, the point has several responses, or a transient longer than the run, and the last bit decides between them.
+Each answer is compared with an integration from the same start: in its class, period, amplitude, impacts and, if
+periodic, the stability given by its multiplier. If they differ, the integration continues from the end of the
+answer's own run. If that stays on the answer, the point has several responses, or a transient longer than the run,
+and the last bit decides between them.
 """
 
 from collections import Counter
@@ -29,18 +30,18 @@ from damperlab.worker.steady.start import at_rest
 SETTINGS = Settings(4000, 0.02, 1e-9)
 """The defaults of a study."""
 MODELS = ("instant", "instant", "instant", "dwell", "instant", "instant", "instant", "compliant")
-"""Contact models of the points in turn."""
+"""Contact models of successive points."""
 SIGMA = 4.0
-"""Stated errors that an answer may be off by: once in 16,000 for a normal one."""
+"""Allowed difference in stated errors: exceeded once in 16,000 by a normal one."""
 HALF_WIDTH = 1.96
 """Stated errors on either side of a 95 % interval."""
 
 _LONGEST_REPEAT = 128  # half cycles
 _SAME = 1e-7  # relative: peaks of a march that repeats
 TRANSIENT = "a transient longer than the run"
-"""The verdict on an answer that is not periodic, where a march becomes so after the answer's run had ended."""
+"""The verdict on an answer that does not repeat, if the integration repeats after the answer's run has ended."""
 WARNED = "a transient that the answer warns of"
-"""The same, where the answer's status says that a stable orbit lies beside it."""
+"""The same, if the answer's status reports a stable orbit nearby."""
 _REMEMBERED = 1024  # half cycles in which a period is looked for
 _EXACT = 1e-6  # relative: amplitudes of one orbit, with what the march has not settled yet
 
@@ -48,7 +49,7 @@ Halves = NDArray[np.float64]
 
 
 class Point(NamedTuple):
-    """One design point, as `settle` takes it."""
+    """One design point, in the form of `settle`."""
 
     damping_ratio: float
     frequency_ratio: float
@@ -62,14 +63,14 @@ class Point(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """What a plain march came to.
+    """The result of a plain integration.
 
     Attributes
     ----------
     period_halves : int
-        Half cycles after which its peaks repeat; 0 where they do not.
+        Half cycles after which its peaks repeat; 0 if they do not.
     amplitude, error : float
-        Mean peak of |u| over cycles beginning at every half cycle, and what is unknown about it.
+        Mean peak of |u| over cycles beginning at every half cycle, and its uncertainty.
     impacts, impacts_error : float
         Per cycle.
     """
@@ -82,7 +83,7 @@ class Truth(NamedTuple):
 
     @property
     def period(self) -> int:
-        """Period in excitation cycles; 0 where it does not repeat."""
+        """Period in excitation cycles; 0 if it does not repeat."""
         return self.period_halves if self.period_halves % 2 == 1 else self.period_halves // 2
 
 
@@ -92,9 +93,9 @@ class Compared(NamedTuple):
     Attributes
     ----------
     verdict : str
-        "agrees", or what is wrong.
+        "agrees", or the difference.
     deviation : float
-        Distance of the amplitude from the truth in standard errors, where neither repeats; NaN else.
+        Distance of the amplitude from the truth in standard errors, if neither repeats; NaN else.
     """
 
     point: Point
@@ -105,7 +106,7 @@ class Compared(NamedTuple):
 
 
 def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
-    """Points of the whole cube without end, the contact models in turn; the same for the same seed."""
+    """Endless points of the whole cube, with successive contact models; the same for the same seed."""
     random = np.random.default_rng(seed)
     turn = 0
     while True:
@@ -131,7 +132,7 @@ def points(seed: int, models: tuple[str, ...] = MODELS) -> Iterator[Point]:
 
 
 def truth_of(halves: Halves) -> Truth:
-    """What the measured half cycles of a march tell: its last `_REMEMBERED` of a period, else all of them."""
+    """Evaluate the measured half cycles of an integration: its last `_REMEMBERED` for a period, else all of them."""
     windows = np.maximum(halves[:-1, 0], halves[1:, 0])
     period_halves = _repeat(halves[-_REMEMBERED:])
     if period_halves > 0:
@@ -156,7 +157,9 @@ def _repeat(halves: Halves) -> int:
 
 
 def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
-    """Whether an answer is what a march of so many cycles came to, and how far its mean is off in standard errors."""
+    """Whether an answer agrees with an integration over so many cycles, and the distance of its mean in standard
+    errors.
+    """
     steady = response.period > 0
     if steady and truth.period_halves > 0:
         allowed = truth.error + SIGMA * response.amplitude_error
@@ -202,13 +205,15 @@ def judged(response: Response, truth: Truth, cycles: int) -> tuple[str, float]:
 
 
 def compared(point: Point, cycles: int) -> Compared | None:
-    """One answer against a march of `cycles` from rest, of which the second half is measured; None where either failed."""
+    """Compare one answer with an integration over `cycles` from rest, whose second half is measured; None if either
+    failed.
+    """
     response, end = settle(*point, SETTINGS, point.rest())
     return _held(point, response, end, cycles)
 
 
 def _held(point: Point, response: Response, end: State, cycles: int) -> Compared | None:
-    """An answer, whose run ended in a state, against a march; see `compared`."""
+    """Compare an answer, whose run ended in a state, with an integration; see `compared`."""
     if response.status > Status.MAX_CYCLES:
         return None
     halves = np.empty((cycles, 3))
@@ -235,7 +240,7 @@ def _held(point: Point, response: Response, end: State, cycles: int) -> Compared
 
 
 def every(found: Iterable[Point], cycles: int) -> Iterator[Compared]:
-    """Points, compared; those that failed are left out."""
+    """Points with their comparison; failed ones are left out."""
     for point in found:
         one = compared(point, cycles)
         if one is not None:
@@ -243,7 +248,7 @@ def every(found: Iterable[Point], cycles: int) -> Iterator[Compared]:
 
 
 def table(answers: list[Compared]) -> dict[str, Any]:
-    """What was tried and what failed."""
+    """Number of trials and of failures."""
     verdicts = Counter(one.verdict for one in answers)
     classes = Counter(ResponseClass(int(one.response.response_class)).name.lower() for one in answers)
     means = [one.deviation for one in answers if one.deviation == one.deviation]
@@ -258,10 +263,10 @@ def table(answers: list[Compared]) -> dict[str, Any]:
 
 
 def extreme_answers(cases: Iterable[Extreme], cycles: int) -> list[dict[str, Any]]:
-    """What the steady search makes of extreme cases, JSON-able: its answer, and whether a march agrees.
+    """Results of the steady search for extreme cases, JSON-able: its answer, and whether integration agrees.
 
-    Cases in which neither friction nor a particle acts have a closed form and are left out. "not compared" is where the march
-    ends early, or where the search says that it failed.
+    Cases without friction and without a particle have a closed form and are left out. "not compared" means that the
+    integration ends early, or that the search reports a failure.
     """
     rows = []
     for case in cases:

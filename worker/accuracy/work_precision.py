@@ -1,4 +1,4 @@
-"""Error against run time of every method on every scene, and the order at which the error falls."""
+"""Error against run time of every method on every scene, and its order of convergence."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -14,15 +14,17 @@ from damperlab.worker.accuracy.methods import METHODS, Method
 
 REPEATS = 5
 SHORTEST_SECONDS = 0.02
-"""A call is repeated until this long has been measured: clocks resolve microseconds, the fastest scene takes one."""
+"""A call is repeated until this time has been measured: clocks resolve microseconds, and the fastest scene takes
+one.
+"""
 SLOW_SECONDS = 0.3
 """A call as long as this is not repeated."""
 ROUNDING = 1e-16
-"""Errors are not shown below this share of the state: the reference is rounded to doubles."""
+"""Share of the state below which errors are not shown: the reference is rounded to doubles."""
 FLOOR = 1e-11
-"""Relative errors below this are accumulated rounding and say nothing about an order."""
+"""Relative errors below this are accumulated rounding and are not used for an order."""
 LARGEST = 0.3
-"""Relative errors above this are a different motion, and say nothing about an order either."""
+"""Relative errors above this mean another motion, and are not used either."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,8 @@ class Measurement:
     setting : float
         Value of the method's setting.
     error : float or None
-        Largest difference of u, u', p, p' from the reference over the reference's largest; None where the method gave up.
+        Largest difference of u, u', p, p' from the reference over the reference's largest; None if the method
+        failed.
     microseconds : float
         Per excitation cycle, the smallest of the repeats.
     """
@@ -46,7 +49,7 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Curve:
-    """A method on a scene; `order` is p in error ∝ setting⁻ᵖ, None where fewer than three errors tell it."""
+    """A method on a scene; `order` is p in error ∝ setting⁻ᵖ, None with fewer than three usable errors."""
 
     method: str
     setting: str
@@ -78,9 +81,9 @@ def draw_diagrams(
     Parameters
     ----------
     methods, scenes : sequence
-        What is compared, and on what.
+        The methods, and the scenes.
     on_scene : callable
-        Told the name of each scene before its methods run.
+        Called with the name of each scene before its methods run.
     """
     diagrams = []
     for scene in scenes:
@@ -112,7 +115,7 @@ def measure_method(method: Method, scene: Scene) -> Curve:
 
 
 def _shortest(call: Callable[[], object]) -> float:
-    """Smallest time of a call [s], of at least `REPEATS` calls unless one alone is long."""
+    """Smallest time of a call [s], over at least `REPEATS` calls unless a single one is long."""
     times: list[float] = []
     while len(times) < REPEATS or sum(times) < SHORTEST_SECONDS:
         began = perf_counter()
@@ -126,8 +129,8 @@ def _shortest(call: Callable[[], object]) -> float:
 def observed_order(points: Sequence[Measurement]) -> float | None:
     """Order p of error ∝ setting⁻ᵖ: the median slope over all pairs of settings (Theil 1950, Sen 1968).
 
-    An error that comes from an event noticed up to a step late is as irregular as a remainder, and a median of slopes is
-    not thrown off by a lucky run. Errors at rounding, and those of another motion altogether, are left out.
+    An error from an event detected up to a step late is as irregular as a remainder, and a median of slopes is
+    insensitive to a lucky run. Errors at rounding, and those of another motion, are left out.
     """
     usable = [(p.setting, p.error) for p in points if p.error is not None and FLOOR < p.error < LARGEST]
     if len(usable) < 3:

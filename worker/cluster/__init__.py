@@ -1,1 +1,1 @@
-"""Clusters to compute on: processes of our own, jobs of a batch system, or a scheduler that is there already."""
+"""Clusters: our own processes, jobs of a batch system, or an existing scheduler."""

@@ -1,4 +1,4 @@
-"""Batch systems: the script of a job that is a worker, how it is submitted, and how it is taken back."""
+"""Batch systems: the script of a job that runs a worker, its submission, and its cancellation."""
 
 import math
 import re
@@ -13,15 +13,15 @@ from damperlab.studies.vocabulary import BatchSystem
 from damperlab.worker.outcomes import ClusterUnusable
 
 COMMAND_SECONDS = 120.0
-"""How long a batch system may take to answer; a busy one takes a while."""
+"""Longest time for an answer of a batch system; a busy one takes a while."""
 MARGIN_SECONDS = 60.0
-"""From the start of a job until Python counts a worker's lifetime, with time to spare: a shared folder loads slowly."""
+"""From the start of a job until Python counts a worker's lifetime, with a margin: a shared folder loads slowly."""
 LEAVE_SECONDS = 25.0
 """Longest time from the request to leave until a worker is gone."""
 IDLE_SECONDS = 300.0
-"""How long a worker stays without a block, or without a scheduler, before it gives its core back."""
+"""Time without a block, or without a scheduler, after which a worker exits."""
 SHORTEST_SECONDS = MARGIN_SECONDS + LEAVE_SECONDS + 5.0
-"""Shortest wall time in which a worker could begin anything."""
+"""Shortest wall time in which a worker could compute anything."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ class Jobs:
     system : str
         Which one.
     most : int
-        Most jobs that wait or run at the same time; each is one worker on one core.
+        Most jobs that wait or run together; each is one worker on one core.
     fewest : int
-        So many are kept although fewer blocks are left to compute.
+        Least number kept even if fewer blocks are left.
     wall_seconds : float
-        How long a job may take; its worker has left before.
+        Wall time of a job; its worker exits before.
     memory_bytes : int
         Of a job.
     options : str
@@ -54,7 +54,7 @@ class Jobs:
 
 @dataclass(frozen=True)
 class _Dialect:
-    """How one batch system is spoken to; its commands read the script from standard input."""
+    """Interface of one batch system; its commands read the script from standard input."""
 
     submit: tuple[str, ...]
     cancel: str
@@ -65,7 +65,7 @@ class _Dialect:
     task: str
     """The environment variable that numbers them."""
     job: str
-    """What `submit` prints; the group is what `cancel` takes."""
+    """Pattern of the output of `submit`; its group is the argument of `cancel`."""
 
 
 _DIALECTS: dict[BatchSystem, _Dialect] = {
@@ -126,7 +126,7 @@ def worker_name(submission: int, task: int) -> str:
     submission : int
         Number of the submission.
     task : int
-        Of its jobs which one, from 1.
+        Number of the job within it, from 1.
     """
     return f"job-{submission}-{task}"
 
@@ -137,7 +137,7 @@ def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) ->
     Parameters
     ----------
     jobs : Jobs
-        What is asked of the batch system.
+        The requests.
     place : Place
         Where the workers go.
     submission : int
@@ -145,7 +145,7 @@ def script(jobs: Jobs, place: Place, submission: int, count: int, idle: bool) ->
     count : int
         How many jobs.
     idle : bool
-        Whether they stay although nothing is to be done.
+        Whether they stay although no blocks are left.
     """
     dialect = _DIALECTS[jobs.system]
     whole = math.floor(jobs.wall_seconds)
@@ -183,12 +183,12 @@ def submit(system: BatchSystem, text: str) -> str:
     Returns
     -------
     str
-        By what the batch system knows its jobs.
+        The batch system's identifiers of the jobs.
 
     Raises
     ------
     ClusterUnusable
-        The batch system is not there, or refuses.
+        The batch system is missing, or refuses.
     """
     dialect = _DIALECTS[system]
     answer = _call(system, dialect.submit, text)
@@ -199,12 +199,12 @@ def submit(system: BatchSystem, text: str) -> str:
 
 
 def cancel(system: BatchSystem, job: str) -> None:
-    """Take jobs back, those that wait and those that run.
+    """Cancel jobs, waiting and running ones.
 
     Raises
     ------
     ClusterUnusable
-        The batch system refuses, as where they have ended.
+        The batch system refuses, for example because they have ended.
     """
     _call(system, (_DIALECTS[system].cancel, job), "")
 

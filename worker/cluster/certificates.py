@@ -13,8 +13,9 @@ from damperlab.studies.faults import Fault
 from damperlab.worker.outcomes import ClusterUnusable
 
 CA, CERTIFICATE, KEY = "ca.pem", "cert.pem", "key.pem"
-"""Files of a folder of certificates: the trusted authority, and the certificate and key to show; the same on every machine of
-a cluster."""
+"""Files of a folder of certificates: the trusted authority, and the own certificate and key; the same on every
+machine of a cluster.
+"""
 VARIABLE = "DAMPERLAB_CLUSTER_TLS"
 """Environment variable that names the folder."""
 ROLES = ("client", "scheduler", "worker")
@@ -22,19 +23,19 @@ DAYS = 3650
 
 
 def security(folder: Path | None = None, address: str = "") -> Security:
-    """Give what a client, a worker or a scheduler shows and asks of the others.
+    """Give the certificate of a client, a worker or a scheduler, and the requirements on the others.
 
     Parameters
     ----------
     folder : Path, optional
-        Made by `make_certificates`; by default the one that DAMPERLAB_CLUSTER_TLS names, else Dask's own settings hold.
+        From `make_certificates`; by default the folder in DAMPERLAB_CLUSTER_TLS, else Dask's own settings.
     address : str
-        Of the scheduler to which it is shown.
+        Address of the scheduler.
 
     Raises
     ------
     ClusterUnusable
-        A file is missing, or no certificate that is valid now, or there is none for an address that begins with tls:.
+        A file is missing, or is no valid certificate, or there is none for an address that begins with tls:.
     """
     if folder is None:
         named = os.environ.get(VARIABLE)
@@ -78,7 +79,7 @@ def _encrypts(shown: Security) -> bool:
 
 
 def _require_valid(file: Path) -> None:
-    """Refuse a certificate that has ended: all that the others would hear is that a connection was closed."""
+    """Refuse an expired certificate: the other side would only see a closed connection."""
     if find_spec("cryptography") is None:
         return
     from cryptography import x509
@@ -120,12 +121,12 @@ def _require_valid(file: Path) -> None:
 
 
 def refusal(error: BaseException) -> str:
-    """Say why two sides would not talk to each other; empty where nobody answered at all.
+    """Give the reason why two sides cannot connect; empty if nobody answered at all.
 
     Parameters
     ----------
     error : BaseException
-        What asking the other side ended with.
+        The error of the connection.
 
     Returns
     -------

@@ -22,9 +22,9 @@ from damperlab.worker.outcomes import ClusterUnusable, SchedulerLost
 SCHEDULER_TIMEOUT_SECONDS = 10.0
 """How long a scheduler, and the first of its workers, may take to answer."""
 GOODBYE_TIMEOUT = "1s"
-"""Time for the end of a dead scheduler, as Dask writes it."""
+"""Time for the end of a dead scheduler, in Dask's notation."""
 START_TIMEOUT_SECONDS = 120.0
-"""How long worker processes of our own may take to start; a loaded machine imports numba slowly."""
+"""Longest start of our own worker processes; a loaded machine imports numba slowly."""
 
 _log = logging.getLogger(__name__)
 
@@ -39,13 +39,13 @@ ONE_THREAD = dict.fromkeys(
     ),
     "1",
 )
-"""Environment of a worker: a kernel keeps one core busy, and no library shall start threads beside it."""
+"""Environment of a worker: a kernel keeps one core busy, so libraries must not start further threads."""
 
 SCHEDULER_CONFIG = {
     # One death makes a block suspect: the runner, not the scheduler, decides how often to try again.
     "distributed.scheduler.allowed-failures": 0,
 }
-"""Dask's settings in the process of a scheduler of our own."""
+"""Dask's settings in the process of our own scheduler."""
 _LOCAL_CONFIG = {
     # The profiler samples every worker thread 100 times a second for a dashboard that is off.
     "distributed.worker.profile.enabled": False,
@@ -55,20 +55,20 @@ _LOCAL_CONFIG = {
 
 @contextmanager
 def connect(workers: int | None = None, scheduler: str | None = None) -> Iterator[Client]:
-    """Client of a cluster; which of its workers can compute each study finds out for itself.
+    """Client of a cluster; each study checks itself which of its workers can compute.
 
     Parameters
     ----------
     workers : int, optional
-        Worker processes of an own cluster on the loopback interface, one thread each; by default one per core
-        that this process may use. They end with the context, however it is left, and with this process.
+        Worker processes of our own cluster on the loopback interface, one thread each; by default one per core that
+        this process may use. They end with the context in any case, and with this process.
     scheduler : str, optional
         Address of a Dask scheduler to use instead, as in "tcp://host:8786". It and its workers stay.
 
     Yields
     ------
     Client
-        Not the process's default client: nothing outside the context picks it up.
+        Not the process's default client, so nothing outside the context uses it.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def connect(workers: int | None = None, scheduler: str | None = None) -> Iterato
 
 
 def secret() -> Security:
-    """Certificates for the cluster of one run, in memory: without them a process can neither call nor join it.
+    """Certificates for the cluster of one run, in memory: no process can join or call it without them.
 
     Returns
     -------
@@ -114,11 +114,12 @@ def secret() -> Security:
 
 
 def dask_setup(worker: object) -> None:
-    """Dask's hook as our own workers start: run at lower priority than the process that answers, and leave Ctrl-C to the
-    coordinator.
+    """Dask's hook when our own workers start: run at lower priority than the answering process, and leave Ctrl-C to
+    the coordinator.
 
-    Scheduler, coordinator and service need little time, but soon. A terminal sends SIGINT to the whole process group. The
-    coordinator then lets running blocks finish; workers that took it too would drop them, each with a traceback.
+    Scheduler, coordinator and service need little time, but soon. A terminal sends SIGINT to the whole process
+    group. The coordinator then lets running blocks finish; workers that handled it too would drop them, each with a
+    traceback.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     stand_back()
@@ -161,13 +162,13 @@ def _local(count: int) -> Iterator[Client]:
 
 
 async def _watched(cluster: SpecCluster) -> None:
-    """Wait until every worker's watcher has noticed it: a worker that ends before that is never restarted."""
+    """Wait until every worker's watcher has noticed it: a worker that ends earlier is never restarted."""
     await cluster
 
 
 @contextmanager
 def closed_where_lost(cluster: SpecCluster) -> Iterator[None]:
-    """Close a cluster whose scheduler has died; the library would ask it for leave first, and give up half-way."""
+    """Close a cluster whose scheduler has died; the library would ask the scheduler first, and stop half-way."""
     try:
         yield
     finally:
@@ -179,9 +180,9 @@ def closed_where_lost(cluster: SpecCluster) -> Iterator[None]:
 
 @contextmanager
 def _told_where_lost(cluster: SpecCluster) -> Iterator[None]:
-    """Raise `SchedulerLost` where the scheduler has died, whatever the library meets then.
+    """Raise `SchedulerLost` if the scheduler has died, whatever error the library raises.
 
-    A connection that ends before it is encrypted, for one, is a ValueError.
+    For example, a connection that ends before it is encrypted is a ValueError.
     """
     try:
         yield

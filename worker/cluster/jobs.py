@@ -1,4 +1,4 @@
-"""A cluster whose workers are jobs of a batch system: as many as there is work for, between two bounds."""
+"""A cluster whose workers are jobs of a batch system: as many as there is work for, between two limits."""
 
 import logging
 import shutil
@@ -20,9 +20,9 @@ from damperlab.worker.cluster.scheduler import SchedulerProcess
 from damperlab.worker.outcomes import ClusterUnusable
 
 LOOK_SECONDS = 2.0
-"""Time between two looks at arrived and departed workers."""
+"""Interval between checks for arrived and departed workers."""
 AGAIN_SECONDS = 10.0
-"""Between two submissions: jobs that end as soon as they begin shall not flood a batch system."""
+"""Interval between submissions, so that jobs which end immediately do not flood a batch system."""
 
 _log = logging.getLogger(__name__)
 
@@ -30,8 +30,8 @@ _log = logging.getLogger(__name__)
 class Hired:
     """The jobs of one cluster.
 
-    A job waits, works or is over; that it is over is seen by its worker, which came and has gone. So the queue of the batch
-    system is not queried too often.
+    A job waits, works or has ended. Its end is recognised by its worker, which came and has gone. So the queue of
+    the batch system is not queried often.
 
     Parameters
     ----------
@@ -51,14 +51,14 @@ class Hired:
         self._again = 0.0
 
     def look(self, wanted: int, present: set[str], now: float) -> None:
-        """Submit what is missing.
+        """Submit missing jobs.
 
         Parameters
         ----------
         wanted : int
-            Workers that would have something to do.
+            Number of workers that could be busy.
         present : set of str
-            Names of the workers that are there.
+            Names of the present workers.
         now : float
             By the caller's clock [s].
 
@@ -84,7 +84,7 @@ class Hired:
                 self._submit(count, idle)
 
     def dismiss(self) -> None:
-        """Take back all jobs that may still wait or run."""
+        """Cancel all jobs that may still wait or run."""
         for job, names in self._submitted.items():
             if names - self._gone:
                 # jobs that have ended meanwhile cannot be taken back
@@ -112,19 +112,19 @@ def hire(jobs: Jobs, host: str | None, folder: Path, wanted: Callable[[], int]) 
     host : str, optional
         Name or address of this machine for the jobs; by default its host name.
     folder : Path
-        A folder that the jobs' machines see too, for certificates and the jobs' output.
+        A folder shared with the jobs' machines, for certificates and the jobs' output.
     wanted : callable
-        Gives how many workers would have something to do; asked from another thread.
+        Gives how many workers could be busy; called from another thread.
 
     Yields
     ------
     Client
-        Not the process's default client. Its workers come as the batch system begins jobs.
+        Not the process's default client. Its workers join as the batch system starts jobs.
 
     Raises
     ------
     ClusterUnusable
-        The first jobs cannot be submitted, or no job could work as asked.
+        The first jobs cannot be submitted, or the requested jobs could not work.
     """
     _check(jobs, folder)
     place = folder / f"{time.strftime('%Y%m%dT%H%M%S')}-{uuid.uuid4().hex[:8]}"

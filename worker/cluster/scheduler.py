@@ -34,16 +34,16 @@ _TLS = ("tls_ca_file", "tls_scheduler_cert", "tls_scheduler_key")
 
 
 class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
-    """A scheduler in a process of its own, as Dask's clusters start one; it ends with this process.
+    """A scheduler in a separate process, as Dask's clusters start one; it ends with this process.
 
     Parameters
     ----------
     security : Security
-        Certificates for this one cluster; without them nothing is encrypted.
+        Certificates of this cluster; without them nothing is encrypted.
     config : dict
         Dask's settings in that process.
     host : str
-        Name or address at which it listens; by default nobody reaches it from another machine.
+        Name or address at which it listens; by default only this machine can reach it.
     """
 
     def __init__(self, security: Security, config: dict[str, Any], host: str = "127.0.0.1") -> None:
@@ -55,11 +55,11 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
 
     @property
     def lost(self) -> bool:
-        """Whether the process has ended, and not because this was closed."""
+        """Whether the process has ended without being closed here."""
         return self._process is not None and self._process.poll() is not None
 
     def is_lost_within(self, seconds: float) -> bool:
-        """Whether it has ended by itself, or does so now: its connections close before the process is gone."""
+        """Whether it has ended, or is just ending: its connections close before the process is gone."""
         if self._process is None:
             return False
         with suppress(subprocess.TimeoutExpired):
@@ -103,7 +103,7 @@ class SchedulerProcess(ProcessInterface):  # type: ignore[misc]
 
 
 def _started(environment: dict[str, str]) -> "subprocess.Popen[bytes]":
-    """Start the process with an environment of its own."""
+    """Start the process with a separate environment."""
     return subprocess.Popen(
         [sys.executable, "-m", "damperlab.worker.cluster.scheduler"],
         stdin=subprocess.PIPE,

@@ -1,15 +1,16 @@
-"""How numba compiles a kernel: everything that it calls is linked into it once, optimised once and emitted once.
+"""Compiling a kernel with numba: all called functions are linked into it once, optimised once and emitted once.
 
-numba alone optimises and emits each function together with all functions that it calls, and does so for each of its callers
-again. A kernel calls some two hundred functions, so most of that work is thrown away. Besides, the same function is then
-in many libraries, optimised differently in each, and the loader picks one of them.
+numba alone optimises and emits each function together with all functions that it calls, and repeats this for each
+caller. A kernel calls some two hundred functions, so most of that work would be wasted. Besides, the same function
+would be in many libraries, optimised differently in each, and the loader would choose one of them.
 
-Here a function that other kernels call stays LLVM IR (`Part`). Only what Python calls becomes machine code (`Whole`), from one
-private copy of each part. So the bits of a result depend on the sources and the target alone, not on what else the process
-has compiled or loaded.
+Here a function that other kernels call stays LLVM IR (`Part`). Only functions called from Python become machine code
+(`Whole`), from one private copy of each part. So the bits of a result depend only on the sources and the target, not
+on other functions compiled or loaded in the process.
 
-Two more things differ from numba. A branch on a field that is None is dropped, so that a function can be handed a whole scene
-(`FoldTypeTests`). And a product and a sum are rounded once where the source has them in one expression (`FromTyped`).
+Two more things differ from numba. A branch on a field that is None is dropped, so that a function can receive a
+complete scene (`FoldTypeTests`). And a product and a sum in one expression of the source are rounded once
+(`FromTyped`).
 
-All of this is done by subclasses, for numba's documented `pipeline_class`; nothing of numba is patched.
+Subclasses implement all of this through numba's documented `pipeline_class`; nothing of numba is patched.
 """

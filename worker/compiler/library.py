@@ -1,4 +1,4 @@
-"""What becomes of a compiled function: IR that waits for its callers, or machine code with all that it calls."""
+"""Output of the compiler: IR that waits for its callers, or machine code with all called functions."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,26 +10,26 @@ _ENVIRONMENT = "_ZN08NumbaEnv"
 
 
 class Part(JITCodeLibrary):  # type: ignore[misc]
-    """A function that other kernels call: IR that waits for what calls it."""
+    """A function that other kernels call: IR that waits for its callers."""
 
     function: Callable[..., Any]
     """Its plain form."""
 
     def finalize(self) -> None:
-        """Mark it complete; it is neither optimised as a whole nor emitted."""
+        """Mark it complete; it is neither optimised nor emitted separately."""
         self._raise_if_finalized()
         self._finalized = True
 
 
 class Whole(JITCodeLibrary):  # type: ignore[misc]
-    """A function that Python calls, with its own copy of all that it calls."""
+    """A function that Python calls, with its own copy of all called functions."""
 
     function: Callable[..., Any]
     """Its plain form."""
 
     @property
     def functions(self) -> list[Callable[..., Any]]:
-        """The plain forms of all that it was compiled from: its own and those of its parts."""
+        """The plain forms of all its sources: its own and those of its parts."""
         parts = (library for library in self._linking_libraries if isinstance(library, Part))
         return [self.function, *(part.function for part in parts)]
 
@@ -51,7 +51,7 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
                 function.linkage = binding.Linkage.internal
 
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-        """As numba stores it, with the names that it defines in place of its IR, which nothing links again."""
+        """In numba's storage format, with its defined names instead of its IR, which is not linked again."""
         self._ensure_finalized()
         names = [
             value.name
@@ -65,7 +65,7 @@ class Whole(JITCodeLibrary):  # type: ignore[misc]
 
 
 def _needed(library: JITCodeLibrary) -> list[JITCodeLibrary]:
-    """Every library that one needs, itself or through a part: each once, and after all that need it.
+    """Every library that one needs, directly or through a part: each once, and after all that need it.
 
     The order matters: LLVM links a function that may be dropped only if something linked before asks for it.
     """

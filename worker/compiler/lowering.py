@@ -1,4 +1,4 @@
-"""From typed IR to LLVM IR: of a function that other kernels call, and of one that Python calls."""
+"""From typed IR to LLVM IR: for functions called by kernels, and for those called from Python."""
 
 import operator
 from collections import Counter
@@ -16,16 +16,17 @@ _DOUBLE = llvm.DoubleType()
 
 
 class FromTyped(lowering.Lower):  # type: ignore[misc]
-    """From typed IR to LLVM IR, with two ways of its own.
+    """From typed IR to LLVM IR, with two differences from numba.
 
-    An argument that is never set anew is its value. numba gives one that is used in several blocks a place in memory, and
-    loads all of it at each use: of a scene with a hundred fields most is work for LLVM to clear away again.
+    An argument that is never reassigned is used as a value. numba stores one that is used in several blocks in
+    memory, and loads all of it at each use: for a scene with a hundred fields most of this is work for LLVM to
+    remove.
 
-    A product and a sum are rounded once where both stand in one expression, as in C (FP_CONTRACT ON).
+    A product and a sum in one expression are rounded once, as in C (FP_CONTRACT ON).
 
-    LLVM would do so wherever the optimiser happens to put the two side by side (`contract`), so that last bits changed with
-    what is inlined into what, and with the scene. Here they depend on each expression alone: a kernel may be cut into
-    functions, or be handed other arguments, and gives the same bits.
+    LLVM would fuse them wherever the optimiser brings the two together (`contract`), so that last bits would depend
+    on inlining and on the scene. Here they depend only on each expression: a kernel may be split into functions, or
+    receive other arguments, and gives the same bits.
     """
 
     def _find_singly_assigned_variable(self) -> None:
@@ -44,12 +45,12 @@ class FromTyped(lowering.Lower):  # type: ignore[misc]
         return _holds_references(self.context, self.typeof(name))
 
     def incref(self, typ: Any, value: Any) -> None:
-        """Count one reference more; a value that holds none, as a scene's, is not taken apart to find that out."""
+        """Increment a reference count; a value without references, for example a scene, is not unpacked for this."""
         if _holds_references(self.context, typ):
             super().incref(typ, value)
 
     def decref(self, typ: Any, value: Any) -> None:
-        """Count one reference less."""
+        """Decrement a reference count."""
         if _holds_references(self.context, typ):
             super().decref(typ, value)
 
@@ -71,7 +72,7 @@ class FromTyped(lowering.Lower):  # type: ignore[misc]
         return self.context.cast(self.builder, self.loadvar(name.name), self.typeof(name.name), types.float64)
 
     def _fused(self, one: Any, other: Any, added: Any) -> Any:
-        """`one` times `other`, plus `added`; two roundings where the target has no such instruction."""
+        """`one` times `other`, plus `added`; two roundings if the target has no such instruction."""
         form = llvm.FunctionType(_DOUBLE, [_DOUBLE] * 3)
         function = self.builder.module.declare_intrinsic("llvm.fmuladd", [_DOUBLE], form)
         return self.builder.call(function, [one, other, added])
@@ -79,12 +80,12 @@ class FromTyped(lowering.Lower):  # type: ignore[misc]
 
 @cache
 def _holds_references(context: Any, typ: Any) -> bool:
-    """Whether values of a type hold anything whose references are counted."""
+    """Whether values of a type contain counted references."""
     return bool(context.data_model_manager[typ].contains_nrt_meminfo())
 
 
 def _is_product(name: Any, value: Any) -> bool:
-    """Whether an operand is a product that stands in the same expression, and has no name of its own."""
+    """Whether an operand is a product in the same expression, without a name of its own."""
     return name.name.startswith("$") and getattr(value, "opname", "") == "fmul"
 
 
@@ -104,7 +105,7 @@ class Lowering(typed_passes.NativeLowering):  # type: ignore[misc]
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class LowerWhole(Lowering):
-    """Lowers what Python calls."""
+    """Lowers functions called from Python."""
 
     _name = "damperlab_lower_whole"
     _library = Whole
@@ -112,13 +113,13 @@ class LowerWhole(Lowering):
 
 @register_pass(mutates_CFG=True, analysis_only=False)
 class LowerPart(Lowering):
-    """Lowers what other kernels call."""
+    """Lowers functions called by other kernels."""
 
     _name = "damperlab_lower_part"
     _library = Part
 
     def run_pass(self, state: Any) -> bool:
-        """As a function without an address, known to its callers by a stand-in that is never called."""
+        """As a function without an address, represented to its callers by a placeholder that is never called."""
         super().run_pass(state)
         lowered = state["cr"]
         name = lowered.fndesc.qualname

@@ -1,8 +1,8 @@
-"""Whether this numba is the one for which the compiler was written.
+"""Whether this version of numba is the one for which the compiler was written.
 
-The compiler overrides and calls methods that numba does not promise. Their sources were read in the version that pyproject.toml
-allows. Where one of them differs, kernels are compiled as numba alone does (`ALONE`): more slowly, anew in every process, and
-with last digits of their own.
+The compiler overrides and calls methods outside numba's public interface. Their sources were reviewed in the version
+that pyproject.toml allows. If one of them differs, kernels are compiled by numba alone (`ALONE`): more slowly, again
+in every process, and with other last digits.
 """
 
 import hashlib
@@ -33,11 +33,11 @@ READ: dict[str, str] = {
     "numba.core.types:Dispatcher.get_call_type": "ae1ef289d128",
     "numba.core.base:BaseContext.insert_user_function": "f7ed5d870e5a",
 }
-"""Where each method is, and the beginning of the SHA-256 of its source."""
+"""Location of each method, and the beginning of the SHA-256 of its source."""
 
 
 def differing() -> list[str]:
-    """Those of `READ` that this numba lacks, or has otherwise."""
+    """Those of `READ` that this numba lacks, or that differ."""
     return [where for where, read in READ.items() if _hash(where) != read]
 
 

@@ -1,4 +1,4 @@
-"""The passes by which a kernel is compiled."""
+"""The passes for compiling a kernel."""
 
 import gc
 from collections.abc import Iterator
@@ -16,7 +16,8 @@ from damperlab.worker.compiler.type_branches import FoldTypeTests
 class _Flags(compiler.Flags):  # type: ignore[misc]
     """numba's flags, compared by the options that were set.
 
-    They are part of the key under which numba keeps the types of each call. Its own class compares all forty options.
+    They are part of the key under which numba stores the types of each call. Its own class compares all forty
+    options.
     """
 
     __slots__ = ()
@@ -65,7 +66,7 @@ class _Compiler(compiler.CompilerBase):  # type: ignore[misc]
 
 
 class PartCompiler(_Compiler):
-    """Compiles what other kernels call."""
+    """Compiles functions called by other kernels."""
 
     _lower = LowerPart
 
@@ -77,7 +78,7 @@ class PartCompiler(_Compiler):
 
 
 class WholeCompiler(_Compiler):
-    """Compiles what Python calls."""
+    """Compiles functions called from Python."""
 
     _lower = LowerWhole
 
@@ -86,7 +87,7 @@ class WholeCompiler(_Compiler):
         self.state.flags.no_cfunc_wrapper = True
 
     def compile_extra(self, function: Any) -> Any:
-        """Compile without the garbage collector, which would walk through millions of live nodes again and again."""
+        """Compile without the garbage collector, which would visit millions of live nodes repeatedly."""
         with _no_collection():
             return super().compile_extra(function)
 
@@ -95,7 +96,7 @@ class WholeCompiler(_Compiler):
 def _no_collection() -> Iterator[None]:
     """Pause the garbage collector.
 
-    Afterwards all that was made meanwhile counts as old (freeze, unfreeze), so that collections of the young skip it.
+    Afterwards all new objects count as old (freeze, unfreeze), so that young collections skip them.
     """
     collecting = gc.isenabled()
     gc.disable()

@@ -1,4 +1,4 @@
-"""The processor that kernels are compiled for: the same on every machine that has AVX2."""
+"""The target processor of kernels: the same on every machine with AVX2."""
 
 import os
 
@@ -10,23 +10,23 @@ _V3 = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt")
 
 
 def target_of(triple: str, features: dict[str, bool], wanted: str = "") -> tuple[str, str]:
-    """Processor and features for which kernels are compiled: the same on every machine that has AVX2.
+    """Processor and features of the target: the same on every machine with AVX2.
 
     Parameters
     ----------
     triple : str
-        LLVM's name of the platform, such as x86_64-unknown-linux-gnu.
+        LLVM's name of the platform, for example x86_64-unknown-linux-gnu.
     features : dict of bool
-        What the machine's processor has.
+        Features of the machine's processor.
     wanted : str
-        `generic` for the baseline of the architecture, whatever the processor has: equal bits in a fleet some of whose
-        machines lack AVX2.
+        `generic` for the baseline of the architecture, on any processor: equal bits in a cluster that includes
+        machines without AVX2.
 
     Returns
     -------
     processor, features : str
-        As LLVM takes them. Older x86-64 processors get the baseline of their architecture, others `generic`: portable,
-        slower, and with last bits of their own, since no product and sum are rounded once there.
+        In LLVM's notation. Older x86-64 processors get the baseline of their architecture, others `generic`:
+        portable, slower, and with different last bits, since no product and sum are rounded once there.
     """
     if not triple.startswith("x86_64"):
         return "generic", ""

@@ -1,4 +1,4 @@
-"""Tests of types answered while a function is compiled: of fields that are None, and of classes of named tuples."""
+"""Type tests evaluated at compile time: of fields that are None, and of classes of named tuples."""
 
 import operator
 from typing import Any
@@ -10,11 +10,12 @@ from numba.core.compiler_machinery import FunctionPass, register_pass
 
 @register_pass(mutates_CFG=False, analysis_only=False)
 class FoldTypeTests(FunctionPass):  # type: ignore[misc]
-    """Answer what the types of the arguments decide, so that the branches not taken are dropped before types are inferred.
+    """Evaluate tests that the types of the arguments decide, so that the branches not taken are dropped before type
+    inference.
 
-    numba drops a branch on `x is None` where x is an argument. Here the same holds for the fields of its named tuples, at any
-    depth, and for `isinstance(x, C)` of a class of named tuples C. So a kernel reads as plain Python, is handed whole
-    scenes, and holds nothing of what its scene lacks.
+    numba drops a branch on `x is None` where x is an argument. Here the same is done for the fields of its named
+    tuples, at any depth, and for `isinstance(x, C)` with a class of named tuples C. So a kernel reads as plain
+    Python, receives complete scenes, and contains nothing for elements that its scene lacks.
     """
 
     _name = "damperlab_fold_type_tests"
@@ -23,7 +24,7 @@ class FoldTypeTests(FunctionPass):  # type: ignore[misc]
         super().__init__()
 
     def run_pass(self, state: Any) -> bool:
-        """Put the answers into the code of `state`. Their number is not returned."""
+        """Insert the results into the code of `state`. Their number is not returned."""
         code = state.func_ir
         for block in code.blocks.values():
             for statement in block.find_insts(ir.Assign):
@@ -35,7 +36,7 @@ class FoldTypeTests(FunctionPass):  # type: ignore[misc]
         return True
 
     def _answer(self, value: Any, code: Any, arguments: Any) -> Any:
-        """The constant that an expression is for these types; None where it is none."""
+        """The constant value of an expression for these types; None if there is none."""
         if not isinstance(value, ir.Expr):
             return None
         if value.op in ("getattr", "static_getitem"):
@@ -60,7 +61,7 @@ class FoldTypeTests(FunctionPass):  # type: ignore[misc]
 
 
 def _definition(name: ir.Var, code: Any) -> Any:
-    """What a variable is set to; None where that depends on the way taken."""
+    """The value assigned to a variable; None if it depends on the branch."""
     try:
         return code.get_definition(name)
     except KeyError:

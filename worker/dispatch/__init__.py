@@ -1,1 +1,1 @@
-"""Which worker computes which block, and what becomes of the blocks of those that leave or fail."""
+"""Assignment of blocks to workers, also after a worker leaves or fails."""

@@ -1,4 +1,4 @@
-"""The blocks of a study that nobody computes yet, the longest first, and attempts at them."""
+"""The blocks of a study that are not assigned, the longest first, and attempts at them."""
 
 from collections import deque
 from dataclasses import dataclass, replace
@@ -13,9 +13,9 @@ class Backlog:
     Parameters
     ----------
     indices : array of int
-        The blocks, in the order in which they shall begin.
+        The blocks, in their order.
     seconds : array of float, optional
-        What each block of the study is expected to take [s]; without it all are alike.
+        Expected time of each block of the study [s]; by default all are equal.
     """
 
     def __init__(self, indices: ArrayLike, seconds: NDArray[np.float64] | None = None) -> None:
@@ -24,37 +24,37 @@ class Backlog:
 
     @property
     def left(self) -> int:
-        """How many blocks wait."""
+        """Number of waiting blocks."""
         return len(self._waiting)
 
     def take(self) -> int | None:
-        """Give the next block; None where none waits."""
+        """Give the next block; None if none waits."""
         return self._waiting.popleft() if self._waiting else None
 
     def expected(self, index: int) -> float:
-        """Give what a block is expected to take [s]."""
+        """Give the expected time of a block [s]."""
         return 1.0 if self._seconds is None else float(self._seconds[index])
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A block on its way.
+    """An attempt at a block.
 
     Parameters
     ----------
     index : int
         Of the block.
     errors, crashes : int
-        How often computing it raised an exception, and how often it is proven to have ended its process.
+        How often it raised an exception, and how often it certainly ended its process.
     apart : bool
-        Compute it in a process of its own: a worker has vanished while it ran, and whether that was the block's doing is
-        seen there, and seen without a worker being lost.
+        Compute it in a separate process: a worker vanished during it, and this shows whether the block was the
+        cause, without losing another worker.
     avoid : frozenset of str
         Workers at which it failed.
     tries : int
-        How often it was begun before.
+        Number of earlier attempts.
     moved : bool
-        It was taken from a worker at which it did not end; the next one may take as long as it likes.
+        It was taken from a worker at which it did not end; the next one has no time limit.
     """
 
     index: int
@@ -66,9 +66,9 @@ class Attempt:
     moved: bool = False
 
     def begun(self, apart: bool = False) -> "Attempt":
-        """Give the next attempt after one that began and ended by nobody's fault; in a process of its own where asked."""
+        """Give the next attempt after one that ended without fault; in a separate process on request."""
         return replace(self, tries=self.tries + 1, apart=self.apart or apart)
 
     def elsewhere(self, address: str) -> "Attempt":
-        """Give the same attempt, to be made by another worker if there is one."""
+        """Give the same attempt, for another worker if there is one."""
         return replace(self, avoid=self.avoid | {address})

@@ -1,10 +1,10 @@
-"""What a design point is expected to cost, so that blocks take about equal time and the longest start first.
+"""Expected cost of a design point, so that blocks take about equal time and the longest start first.
 
-A rough model is enough: it decides sizes and order, never a result, and one factor corrects it by what earlier studies of a
-family have taken. Its form is cycles until the response is known to be steady, times seconds per cycle of the scene's kernel;
-its constants were fitted to measured run times over eight grids of particle and hybrid scenes (ζ 0.001 … 0.1, β 0.02 … 0.3,
-d/Z 0.2 … 40, γ 0 … 1.2, r 0.5 … 3). Sums over other grids mostly agree within a factor of four; single points scatter by a
-factor of ten, above all between periodic and modulated neighbours.
+A rough model is sufficient: it affects sizes and order, never a result, and one factor from earlier studies of a
+family corrects it. Its form is cycles until the response is known to be steady, times seconds per cycle of the
+scene's kernel. Its constants were fitted to measured run times over eight grids of particle and hybrid scenes (ζ
+0.001 … 0.1, β 0.02 … 0.3, d/Z 0.2 … 40, γ 0 … 1.2, r 0.5 … 3). Sums over other grids mostly agree within a factor of
+four; single points scatter by a factor of ten, especially between periodic and modulated neighbours.
 """
 
 import math
@@ -23,31 +23,37 @@ from damperlab.studies.store.cube.definition import DefinitionDamaged, parse_sto
 from damperlab.studies.store.record import Record
 
 LINEAR_SECONDS = 2e-6
-"""A point in closed form, storing included: nothing else costs anything there."""
+"""A point in closed form, including storing: nothing else takes time there."""
 FRICTION_CYCLE_SECONDS, PARTICLE_CYCLE_SECONDS, HYBRID_CYCLE_SECONDS = 0.8e-6, 1.4e-6, 2.0e-6
-"""One excitation cycle, its events included where the clearance is wide."""
+"""One excitation cycle with its events, for a wide clearance."""
 COMPLIANT_TIMES = 4.5
-"""How much more a cycle costs where walls are compliant."""
+"""Factor of a cycle with compliant walls."""
 RUN_SECONDS, RECORD_WINDOW_SECONDS = 5e-5, 0.15e-6
-"""One run under a record: what it takes in any case, and each of its windows, measured on built-in records from 1 to 50 Hz."""
+"""One run under a record: its fixed time, and that of each panel, measured on built-in records from 1 to 50 Hz."""
 STEP_SECONDS = 0.04e-6
-"""One step of the fixed-step method, whatever the scene."""
+"""One step of the fixed-step method, for any scene."""
 MOST_RIDING, RIDING_CLEARANCE = 9.1, 1.8
-"""How much more a cycle costs at most where the clearance is below the amplitude, and over what clearance ratio that fades: the
-particle chatters and rides."""
+"""Largest factor of a cycle if the clearance is below the amplitude, where the particle chatters and rides, and the
+clearance ratio over which it decreases.
+"""
 FEWEST_CYCLES = 40.0
-"""Taken on average before a response is believed to be steady, far from resonance."""
+"""Average number until a response counts as steady, far from resonance."""
 TRANSIENT = 0.073
-"""Cycles that a transient takes, in units of r/ζ: it dies as exp(−ζτ), and a cycle lasts 2π/r."""
+"""Cycles of a transient, in units of r/ζ: it decays as exp(−ζτ), and a cycle lasts 2π/r."""
 RESTLESS_CYCLES, RESTLESS_TOLERANCE, FEWEST_RESTLESS = 1050.0, 0.02, 768.0
-"""The mean near resonance, where the particle rattles without end and only statistics settle. It is for this tolerance; the
-relative error of such a mean falls as the inverse root of its cycles (`steady/response/standard_errors.py`)."""
+"""The mean near resonance, where impacts never cease and only statistics converge. It is for this tolerance; the
+relative error of such a mean falls as the inverse root of its cycles (`steady/response/standard_errors.py`).
+"""
 RESTLESS_WIDTH, RESTLESS_POWER = 0.0104, 0.55
-"""How far from resonance it does so, in ln r: the width where β = ζ, and the power of β/ζ that it goes with."""
+"""Distance from resonance at which it does so, in ln r: the width at β = ζ, and the power of β/ζ with which it
+scales.
+"""
 NARROWEST = 0.004
 """Least of that width."""
 BREAKAWAY = 0.785
-"""Friction ratio at which friction holds a resonance: from π/4 on it takes more energy than the base gives."""
+"""Friction ratio at which friction suppresses a resonance: from π/4 on it dissipates more energy than the base
+supplies.
+"""
 
 
 def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
@@ -56,7 +62,7 @@ def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> 
     Parameters
     ----------
     study : Study
-        Of which only the scene, the starts, the records, `steady.max_cycles` and `steady.tolerance` matter.
+        Only the scene, the starts, the records, `steady.max_cycles` and `steady.tolerance` matter.
     coordinates : dict of ndarray
         The dimensions by name, N values each.
 
@@ -73,7 +79,7 @@ def seconds_per_point(study: AnyStudy, coordinates: dict[str, NDArray[Any]]) -> 
 
 
 def family_factor(earlier: Iterable[Record]) -> float | None:
-    """Give what studies of a family have taken, over what was expected of them; None where no point has been computed.
+    """Give the ratio of measured to expected time of studies of a family; None if no point has been computed.
 
     Parameters
     ----------

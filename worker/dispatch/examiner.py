@@ -1,4 +1,4 @@
-"""Workers judged before their first block: asked what they compute with, and for a few points whose bits are known."""
+"""Tests of workers before their first block: what they compute with, and a few points whose bits are known."""
 
 import time
 from collections.abc import Callable, Collection, Mapping
@@ -13,19 +13,20 @@ from damperlab.worker.provenance import WrongCode
 from damperlab.worker.worker_process.examination import Answer, examine, majority
 
 LATE_SECONDS = 10.0
-"""How long the first workers are waited for once one of them has answered; the others join later. And how long an answer
-that is there may be out of reach."""
+"""Wait for the first workers once one of them has answered; the others join later. Longest time for which an
+existing answer may be unreachable.
+"""
 
 
 class Examiner:
-    """Examines the workers of a study, and says which of them compute.
+    """Tests the workers of a study, and selects those that compute.
 
     Parameters
     ----------
     workers : Workers
-        The workers; without `prepare` everybody is believed.
+        The workers; without `prepare` all are accepted.
     tasks : Tasks
-        The way to them.
+        The connection to them.
     """
 
     def __init__(self, workers: Workers, tasks: Tasks) -> None:
@@ -39,7 +40,7 @@ class Examiner:
         self._late: dict[str, float] = {}
 
     def prepare(self, cube_path: str, digest: str, code: str, canary: Block | None) -> None:
-        """Set the questions to workers; as for `damperlab.worker.worker_process.examination.examine`."""
+        """Send the questions to workers; as for `damperlab.worker.worker_process.examination.examine`."""
         self._examination = examine, cube_path, digest, code, canary
 
     @property
@@ -50,7 +51,7 @@ class Examiner:
         return self._asks_for_points and new
 
     def ask(self, now: float) -> None:
-        """Examine the workers that are due and not under examination."""
+        """Test the workers that are due and not being tested."""
         asked = {address for _, address in self._asked.values()}
         for worker in list(self._workers.due(now)):
             if self._examination is None:
@@ -60,21 +61,21 @@ class Examiner:
                 self._asked[key] = self._tasks.send(key, worker.address, self._examination), worker.address
 
     def gather(self, look: Callable[[], None], look_on: Callable[[], bool]) -> dict[str, Answer] | None:
-        """Examine every worker, and judge none yet.
+        """Test every worker, without judging yet.
 
         It waits for all present workers, but only briefly after the first answer.
 
         Parameters
         ----------
         look : callable
-            Called again and again: takes notice of who is there, and calls `ask`.
+            Called repeatedly: updates the present workers, and calls `ask`.
         look_on : callable
             Called as often; False ends the wait.
 
         Returns
         -------
         dict of Answer or None
-            By address, of at least one; None where `look_on` ended the wait.
+            By address, of at least one; None if `look_on` ended the wait.
         """
         self._workers.examine_again()
         answers: dict[str, Answer] = {}
@@ -99,14 +100,14 @@ class Examiner:
         answers : dict of Answer
             By address.
         identity : str
-            What the study is computed with; empty for what most of them have.
+            Solver of the study; empty for that of most workers.
         truth : str
-            Bits of the points; empty for what most of them answer.
+            Bits of the points; empty for the most frequent answer.
 
         Returns
         -------
         dict of str or None
-            `computing()` of those who compute; None where nobody does.
+            `computing()` of the accepted workers; None if there are none.
         """
         self._identity = identity or _commonest({a: one.facts["identity"] for a, one in answers.items()})
         alike = {a: one for a, one in answers.items() if one.facts["identity"] == self._identity}
@@ -122,7 +123,7 @@ class Examiner:
         return next(one.facts for one in alike.values()) if self._workers.usable else None
 
     def heard(self, key: str) -> tuple[str, Answer] | None:
-        """Give the workers that answered in an ended task, with their answers."""
+        """Give the workers that answered in a completed task, with their answers."""
         if key not in self._asked:
             return None
         future, address = self._asked.pop(key)
@@ -147,7 +148,7 @@ class Examiner:
         return None
 
     def judge(self, address: str, answer: Answer) -> None:
-        """Let a worker compute, or leave it out, by what it has answered."""
+        """Accept a worker, or exclude it, by its answer."""
         now = time.monotonic()
         if self._identity and answer.facts["identity"] != self._identity:
             self._workers.leave_out(
@@ -167,12 +168,12 @@ class Examiner:
                 self._workers.states[address].compiled = True
 
     def forget(self, there: Collection[str]) -> None:
-        """Forget workers that have left."""
+        """Remove workers that have left."""
         gone = [key for key, (_, address) in self._asked.items() if address not in there]
         self._tasks.drop([self._asked.pop(key)[0] for key in gone], "the worker has left")
 
     def close(self) -> None:
-        """Ask nobody any more."""
+        """Send no further questions."""
         asked, self._asked = self._asked, {}
         self._tasks.drop([future for future, _ in asked.values()], "the study was stopped")
 
@@ -182,7 +183,7 @@ class Examiner:
 
 
 def _commonest(identities: Mapping[str, str]) -> str:
-    """Give what most have; of equally many what the first address has."""
+    """Give the most frequent answer; among equally frequent ones that of the first address."""
     values = [identities[address] for address in sorted(identities)]
     return max(values, key=values.count)
 

@@ -1,4 +1,6 @@
-"""Kernels that a cluster's workers lack, compiled there before the blocks of a study: side by side, each once a machine."""
+"""Missing kernels of a cluster's workers, compiled there before the blocks of a study: in parallel, each once per
+machine.
+"""
 
 import time
 from collections.abc import Callable, Collection, Sequence
@@ -12,7 +14,7 @@ from damperlab.worker.scenes import Scene
 from damperlab.worker.warm import missing, warm
 
 LOOK_SECONDS = 0.2
-"""Between two looks at what is compiled: how late a stop is noticed."""
+"""Interval between checks of the progress: the delay of a stop."""
 
 
 def compile_at_workers(
@@ -22,20 +24,20 @@ def compile_at_workers(
     stopping: Callable[[], bool],
     workers: Collection[str],
 ) -> None:
-    """Have every kernel of some scenes compiled at each machine of a cluster.
+    """Compile every kernel of some scenes at each machine of a cluster.
 
-    What fails here is left to the blocks: they compile what they lack themselves, and say what is wrong.
+    Failures here are left to the blocks: they compile missing kernels themselves, and report errors.
 
     Parameters
     ----------
     client : Client
         Of the cluster.
     wanted : sequence of Scene
-        What the study needs.
+        The scenes of the study.
     on_progress : callable
-        Told how many scenes are compiled, and of how many; not called where none is missing.
+        Called with the number of compiled scenes, and their total; not called if none is missing.
     stopping : callable
-        Says whether to stop waiting; what has begun goes on at its worker.
+        Says whether to stop waiting; running compilations continue at their workers.
     workers : collection of str
         Addresses of the workers to ask.
     """
@@ -74,7 +76,7 @@ def all_ready(client: Client, wanted: Sequence[Scene]) -> bool:
 
 
 def _lacking(wanted: list[Scene]) -> tuple[str, str, list[Scene]]:
-    """Name this machine and its kernels' folder, and what is missing there."""
+    """Name this machine and its kernels' folder, and the missing kernels."""
     return identity()["host"], str(CACHE_FOLDER), missing(wanted)
 
 

@@ -1,4 +1,4 @@
-"""Tasks sent to named workers of a cluster, and which of them have ended: the one door to Dask's client."""
+"""Tasks sent to named workers of a cluster, and their ends: the only use of Dask's client."""
 
 import pickle
 import queue
@@ -14,9 +14,9 @@ from distributed.protocol.pickle import dumps
 from damperlab.worker.outcomes import Outage, SchedulerLost, asking_the_cluster
 
 ANSWER_SECONDS = 30.0
-"""How long a scheduler that is there may take to answer."""
+"""Longest time for an answer of an existing scheduler."""
 FETCH_SECONDS = 1.0
-"""How long an answer, a few bytes, may take from its worker before it is looked whether that is still there."""
+"""Longest time for an answer, a few bytes, from its worker before its existence is checked."""
 
 Call = tuple[Any, ...]
 """A function and its arguments."""
@@ -30,7 +30,7 @@ class Tasks:
     client : Client
         Of the cluster.
     priority : int
-        Of two tasks that wait at a worker the one with the higher begins first.
+        Of two waiting tasks at a worker the one with the higher priority starts first.
     """
 
     def __init__(self, client: Client, priority: int) -> None:
@@ -41,22 +41,22 @@ class Tasks:
         self._sent = 0
 
     def key(self, what: str) -> str:
-        """Give a key that no task has had: the scheduler would answer with what it remembers of the first use."""
+        """Give a key that no task has had: the scheduler would return the result of the first use."""
         key = f"{what}-{self._run}-{self._sent}"
         self._sent += 1
         return key
 
     def send(self, key: str, address: str, call: Call) -> Future:
-        """Let a worker, and no other, do something.
+        """Send a call to one particular worker.
 
         Parameters
         ----------
         key : str
             Of the task.
         address : str
-            Which worker.
+            The worker.
         call : tuple
-            What it calls, and with what.
+            The function, and its arguments.
 
         Raises
         ------
@@ -77,12 +77,12 @@ class Tasks:
         return future
 
     def ended(self, wait_seconds: float) -> Iterator[str]:
-        """Give the keys of tasks that have ended since, in the order of their end.
+        """Give the keys of tasks that have ended since the last call, in the order of their end.
 
         Parameters
         ----------
         wait_seconds : float
-            Longest wait for the first of them [s]; no more are given once it is over, however many have ended.
+            Longest wait for the first of them [s]; no more are given afterwards, however many have ended.
         """
         block = True
         deadline = time.monotonic() + wait_seconds
@@ -98,13 +98,13 @@ class Tasks:
         self._ended.put(key)
 
     def drop(self, futures: list[Future], reason: str) -> None:
-        """Let the cluster forget tasks; one whose scheduler is lost has."""
+        """Remove tasks from the cluster; a lost scheduler has none."""
         if futures:
             with suppress(Outage), asking_the_cluster(self._client):
                 self._client.cancel(futures, reason=reason)
 
     def workers(self) -> tuple[dict[str, int], Collection[str]]:
-        """Give the workers that are there, by address with their threads, and those of them that take tasks.
+        """Give the present workers, by address with their threads, and those that accept tasks.
 
         Raises
         ------
@@ -119,13 +119,13 @@ class Tasks:
         return threads, running
 
     def require_scheduler(self) -> None:
-        """Raise `SchedulerLost` where it is."""
+        """Raise `SchedulerLost` if it is lost."""
         if self._client.status != "running":
             raise SchedulerLost
 
 
 class _Call:
-    """What is unpickled as the value of a call, which is made then."""
+    """Unpickled as the value of a call, which happens then."""
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         self._what = function, arguments
@@ -135,17 +135,17 @@ class _Call:
 
 
 def sealed(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[[bytes], Any], bytes]:
-    """Give what to submit in place of a function and its arguments, which only the worker that makes the call can read.
+    """Give an equivalent of a function and its arguments that only the executing worker can read.
 
-    A Dask scheduler unpickles what it hands on, and so loads the module of every function and argument: solver and stores,
-    which take as long as all else that it loads. Of a sealed call it sees bytes. Workers need nothing of this module: one of
-    another version says that it is of another version.
+    A Dask scheduler unpickles tasks, and so loads the module of every function and argument: solver and stores,
+    which take as long as everything else that it loads. For a sealed call it only sees bytes. Workers need nothing
+    of this module: one of another version reports that version.
 
     Parameters
     ----------
     function : callable
-        It travels by name, where it has one that can be imported, and else as Dask's own calls do.
+        The function is sent by name if it can be imported, and else as Dask's own calls are.
     *arguments
-        What it is called with.
+        Its arguments.
     """
     return pickle.loads, dumps(_Call(function, arguments))

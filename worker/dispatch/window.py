@@ -1,4 +1,4 @@
-"""A bounded number of blocks at the workers of a cluster, each examined before its first block."""
+"""A bounded number of blocks at the workers of a cluster, each tested before its first block."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -17,16 +17,16 @@ from damperlab.worker.outcomes import Failure, Outage
 from damperlab.worker.worker_process.block_process import call_apart
 
 LOOK_SECONDS = 1.0
-"""Time between two looks at the present workers."""
+"""Interval between checks of the present workers."""
 WAIT_SECONDS = 120.0
-"""Default time that a study waits while no worker can compute."""
+"""Default wait of a study while no worker can compute."""
 
 Ended = BlockOutcome | Failure
-"""What becomes of a block."""
+"""The end of a block."""
 
 
 class Window:
-    """Sends blocks to the workers of a cluster as they have room for them, and hands back what became of them.
+    """Sends blocks to the workers of a cluster as they have room, and returns the results.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ class Window:
     backlog : Backlog
         The blocks.
     wait_seconds : float
-        How long the study waits while no worker can compute [s].
+        Longest wait while no worker can compute [s].
     priority : int
-        Of two blocks that wait at a worker the one with the higher begins first.
+        Of two waiting blocks at a worker the one with the higher priority starts first.
     """
 
     def __init__(
@@ -72,12 +72,12 @@ class Window:
 
     @property
     def stranded(self) -> str | None:
-        """Why nothing is computed, where that is for want of workers; None while something is."""
+        """Reason why nothing is computed, if workers are missing; None while something is computed."""
         return None if self._flying or self.workers.usable else self.workers.words()
 
     @property
     def gives_up_at(self) -> float:
-        """Until when workers are waited for while none can compute, by the monotonic clock [s]."""
+        """End of the wait for workers while none can compute, by the monotonic clock [s]."""
         return self._able + self._wait_seconds
 
     def assemble(
@@ -90,30 +90,30 @@ class Window:
         truth: str,
         look_on: Callable[[], bool],
     ) -> dict[str, str] | None:
-        """Examine the present workers, and use those that agree. Later workers are examined alike.
+        """Test the present workers, and use those that agree. Later workers are tested in the same way.
 
         Parameters
         ----------
         cube_path, digest, code : str
             As for `damperlab.worker.worker_process.tasks.run_block`.
         identity : str
-            What the study is computed with; empty where it has not begun, for what most workers have.
+            Solver of the study; empty if it has not started, for that of most workers.
         canary : Block, optional
-            Points that every worker computes; none the first time, when kernels are yet to be compiled.
+            Points that every worker computes; none the first time, when kernels are still to be compiled.
         truth : str
-            Their bits, as they are stored; empty where they are not, for what most workers answer.
+            Their stored bits; empty if they are not stored, for the answer of most workers.
         look_on : callable
-            Called between two looks; False ends the wait.
+            Called between checks; False ends the wait.
 
         Returns
         -------
         dict of str or None
-            `computing()` of the workers; None where `look_on` ended the wait.
+            `computing()` of the workers; None if `look_on` ended the wait.
 
         Raises
         ------
         Outage
-            No worker can compute for long.
+            No worker could compute for the given time.
         """
         self._examiner.prepare(cube_path, digest, code, canary)
         # nobody was waited for meanwhile: the first look comes minutes after the last where kernels were compiled
@@ -132,7 +132,7 @@ class Window:
         Raises
         ------
         Outage
-            The scheduler does not answer, or no worker has been able to compute for long.
+            The scheduler does not answer, or no worker could compute for the given time.
         """
         self._look()
         for address, attempt in self.workers.assignments():
@@ -142,18 +142,18 @@ class Window:
             self.workers.sent(key, address, attempt)
 
     def collect(self, wait_seconds: float) -> Iterator[Ended]:
-        """Hand back the blocks that have ended since the last call.
+        """Return the blocks that have ended since the last call.
 
         Parameters
         ----------
         wait_seconds : float
-            Longest wait for the first of them [s]; no more are taken once it is over, however many have ended,
-            so that a large cluster is sent new blocks meanwhile.
+            Longest wait for the first of them [s]; afterwards no more are taken, however many have ended, so that a
+            large cluster receives new blocks meanwhile.
 
         Yields
         ------
         BlockOutcome or Failure
-            In the order of their end. A block that will be tried again is not among them.
+            In the order of their end. A block that will be tried again is not included.
 
         Raises
         ------
@@ -171,12 +171,12 @@ class Window:
                 self._examiner.judge(*heard)
 
     def drain(self, grace_seconds: float) -> Iterator[Ended]:
-        """Send nothing more, drop what has not begun, and hand back what ends within a grace.
+        """Send nothing more, drop blocks that have not started, and return those that end within a time.
 
         Parameters
         ----------
         grace_seconds : float
-            How long blocks that run may still take [s].
+            Longest time for running blocks [s].
 
         Yields
         ------
@@ -193,7 +193,7 @@ class Window:
         self.close()
 
     def close(self) -> None:
-        """Drop every block that is still at the cluster."""
+        """Drop every block still at the cluster."""
         self._drop(list(self._flying))
         self._examiner.close()
 
@@ -234,7 +234,7 @@ class Window:
         return outcome
 
     def _drop_lost(self, keys: list[str]) -> None:
-        """Forget tasks whose blocks were given to others."""
+        """Drop tasks whose blocks were given to others."""
         self._tasks.drop([self._flying.pop(key) for key in keys if key in self._flying], "others compute it")
 
     def _look(self, examine: bool = True) -> None:

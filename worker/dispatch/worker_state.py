@@ -1,4 +1,4 @@
-"""The workers of a study: where each stands, and what speaks against it."""
+"""The workers of a study: the standing of each, and its failures."""
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
@@ -11,14 +11,15 @@ from damperlab.worker.outcomes import RETRIES
 
 _NEVER = math.inf
 AGAIN_SECONDS = 15.0
-"""After how long a worker that was left out is examined again: a store or a link may have come back."""
+"""Time after which an excluded worker is tested again: a store or a link may have recovered."""
 
 STUCK_SECONDS, STUCK_TIMES = 600.0, 100.0
-"""A block that has run for so long, and for so many times what is expected of it, is given to another worker too."""
+"""Time, and multiple of its expected time, after which a running block is also given to another worker."""
 
 Standing = Literal["joining", "usable", "on trial", "leaving", "out"]
-"""Being examined; computing; computing again after it was left out, with no block ended yet; finishing what it runs; left
-out, with a reason."""
+"""Being tested; computing; computing again after an exclusion, with no block ended yet; finishing its blocks;
+excluded, with a reason.
+"""
 TOLD: dict[Standing, str] = {
     "joining": "joining",
     "usable": "usable",
@@ -32,18 +33,18 @@ STANDINGS = tuple(dict.fromkeys(TOLD.values()))
 
 @dataclass
 class Suspicion:
-    """What speaks against a worker.
+    """Failures of a worker.
 
     Parameters
     ----------
     unreadable : int
-        Failures to read or write the study's data, in a row.
+        Consecutive failures to read or write the study's data.
     blamed : set of int
-        Blocks that failed there, nobody knows yet by whose fault.
+        Blocks that failed there for an unknown reason.
     confirmed : int
         How many such blocks were computed elsewhere since.
     last_error : str
-        What the last of them failed with.
+        Error of the last of them.
     """
 
     unreadable: int = 0
@@ -53,7 +54,7 @@ class Suspicion:
 
     @property
     def doubtful(self) -> bool:
-        """Whether so much has failed that the worker should wait for a verdict."""
+        """Whether the worker has so many failures that it should wait for a verdict."""
         return len(self.blamed) > RETRIES
 
 
@@ -66,19 +67,19 @@ class WorkerState:
     address : str
         Where it is.
     threads : int
-        How many blocks it computes side by side.
+        Number of blocks that it computes in parallel.
     standing : str
         One of `Standing`.
     reason : str
-        Why it is left out, was before it is on trial, or leaves.
+        Reason of its exclusion, of one before its trial, or of its leaving.
     again_at : float
-        When it is to be examined, by the caller's clock.
+        Time of its next test, by the caller's clock.
     held : dict of Attempt
-        By task key, in the order in which they were sent; a worker computes them in that order.
+        By task key, in the order of sending; a worker computes them in that order.
     against : Suspicion
-        What speaks against it.
+        Its failures.
     compiled : bool
-        Whether it has computed points: its kernels are compiled.
+        Whether it has computed points, so that its kernels are compiled.
     """
 
     address: str
@@ -97,7 +98,7 @@ class WorkerState:
 
 
 class Standings:
-    """The workers that are there, by address, and the news of them."""
+    """The present workers, by address, and events about them."""
 
     def __init__(self) -> None:
         self.states: dict[str, WorkerState] = {}
@@ -111,14 +112,14 @@ class Standings:
 
     @property
     def able(self) -> bool:
-        """Whether somebody computes; one that was left out and is used again has yet to show that it can."""
+        """Whether a worker computes; one that was excluded and is used again must still prove itself."""
         return any(
             one.standing == "usable" or (one.held and one.standing in ("joining", "leaving"))
             for one in self.states.values()
         )
 
     def due(self, now: float) -> Iterator[WorkerState]:
-        """Give the workers that are to be examined."""
+        """Give the workers that are due for a test."""
         for worker in self.states.values():
             if worker.standing in ("joining", "out") and worker.again_at <= now:
                 yield worker
@@ -138,20 +139,20 @@ class Standings:
         self._threads += worker.threads
 
     def trust(self, worker: WorkerState) -> None:
-        """Take a worker for one that computes."""
+        """Accept a worker as computing."""
         worker.standing, worker.reason = "usable", ""
 
     def leave_out(self, address: str, reason: str, again_at: float = _NEVER) -> None:
-        """Let a worker compute no more; what it holds it may still end.
+        """Exclude a worker; it may still finish its blocks.
 
         Parameters
         ----------
         address : str
-            Which.
+            The worker.
         reason : str
-            Why, a sentence without its end.
+            Reason, a sentence without its full stop.
         again_at : float
-            When to examine it again.
+            Time of the next test.
         """
         worker = self.states.get(address)
         if worker is None or worker.standing == "leaving":
@@ -162,7 +163,7 @@ class Standings:
         self._count()
 
     def examine_again(self) -> None:
-        """Require that every worker is examined first."""
+        """Require that every worker is tested first."""
         for worker in self.usable:
             worker.standing, worker.again_at = "joining", 0.0
         self._count()
@@ -192,12 +193,12 @@ class Standings:
         return tuple((standing, found.count(standing)) for standing in STANDINGS)
 
     def take_news(self) -> list[str]:
-        """Give what has happened to workers since somebody last asked, a sentence each without its end."""
+        """Give the events about workers since the last call, a sentence each without its full stop."""
         news, self.news = self.news, []
         return news
 
     def left_out(self) -> list[WorkerState]:
-        """Give the workers that are left out."""
+        """Give the excluded workers."""
         return [worker for worker in self.states.values() if worker.standing == "out"]
 
     def reasons(self) -> str:
@@ -249,7 +250,7 @@ def _some(told: list[str]) -> str:
 
 
 class Patience:
-    """Since when each task has been at the head of its worker's queue."""
+    """Time since when each task has been at the head of its worker's queue."""
 
     def __init__(self) -> None:
         self._since: dict[str, float] = {}
@@ -257,21 +258,21 @@ class Patience:
     def overdue(
         self, states: Iterable[WorkerState], expected: Callable[[int], float], now: float
     ) -> Iterator[tuple[WorkerState, str, float]]:
-        """Give the tasks that run for too long.
+        """Give the tasks that have run for too long.
 
         Parameters
         ----------
         states : iterable of WorkerState
             The workers; those that leave will be gone soon.
         expected : callable
-            Gives what a block is expected to take [s].
+            Gives the expected time of a block [s].
         now : float
-            By a clock that nobody sets [s].
+            By a monotonic clock [s].
 
         Yields
         ------
         worker, key, seconds : WorkerState, str, float
-            The worker, the task, and how long it has been seen there [s].
+            The worker, the task, and the time for which it has been there [s].
         """
         running = {key: worker for worker in states for key in list(worker.held)[: worker.threads]}
         self._since = {key: self._since.get(key, now) for key in running}

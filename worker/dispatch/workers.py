@@ -1,7 +1,8 @@
-"""The workers of a study: each is judged by itself, and the blocks of a lost worker go to the others.
+"""The workers of a study: each is judged separately, and the blocks of a lost worker go to the others.
 
-Policy alone, without a cluster: which block goes to whom, what becomes of a block that has not ended well, and what that says
-of the worker. `damperlab.worker.dispatch.window` brings it to a cluster; a model of a cluster of any size drives it as well.
+Only the policy, without a cluster: which worker gets which block, what happens after a failed block, and the
+conclusion about the worker. `damperlab.worker.dispatch.window` applies it to a cluster; a model of a cluster of any
+size uses it as well.
 """
 
 from collections import deque
@@ -15,22 +16,22 @@ from damperlab.worker.outcomes import RETRIES, Crashed, Failure, Leaving, Outage
 from damperlab.worker.provenance import WrongCode
 
 BLOCKS_PER_THREAD = 2
-"""Blocks at a worker per thread: one runs, one waits there, so that no thread idles while an answer travels."""
+"""Blocks at a worker per thread: one runs, one waits there, so that no thread is idle while a result is sent."""
 
 
 class Workers(Standings):
-    """The workers of one study, and its blocks among them.
+    """The workers of one study, and their blocks.
 
     Parameters
     ----------
     backlog : Backlog
-        The blocks that nobody computes yet.
+        The unassigned blocks.
     """
 
     def __init__(self, backlog: Backlog) -> None:
         super().__init__()
         self.retries = 0
-        """Blocks that were computed, or begun, again."""
+        """Number of blocks that were computed, or started, again."""
         self.incidents: list[str] = []
         """Events of blocks, a sentence each without its full stop; reading empties it."""
         self._backlog = backlog
@@ -42,7 +43,7 @@ class Workers(Standings):
 
     @property
     def waiting(self) -> int:
-        """Blocks that nobody computes."""
+        """Number of unassigned blocks."""
         return len(self._again) + self._backlog.left
 
     @property
@@ -51,19 +52,19 @@ class Workers(Standings):
         return len(self._where)
 
     def see(self, threads: Mapping[str, int], running: Collection[str]) -> list[str]:
-        """Take notice of the workers that are there.
+        """Update the present workers.
 
         Parameters
         ----------
         threads : mapping
             Their threads, by address.
         running : collection of str
-            Those that take blocks; the others have been told to leave, or are short of memory.
+            Those that accept blocks; the others were asked to leave, or lack memory.
 
         Returns
         -------
         list of str
-            Keys of tasks that will not be computed where they lie; their blocks are given to others.
+            Keys of tasks that will not be computed at their worker; their blocks are given to others.
         """
         lost = [key for address in self.states.keys() - threads.keys() for key in self.vanish(address)]
         for worker in self._meet(threads, running):
@@ -75,7 +76,7 @@ class Workers(Standings):
         return lost
 
     def take_away(self, now: float) -> list[str]:
-        """Give blocks that run for far too long to others, once each, and leave their workers out until they answer.
+        """Give blocks that run far too long to others, once each, and exclude their workers until they answer.
 
         Parameters
         ----------
@@ -85,7 +86,7 @@ class Workers(Standings):
         Returns
         -------
         list of str
-            Keys of tasks whose results are wanted no more.
+            Keys of tasks whose results are no longer wanted.
         """
         lost: list[str] = []
         for worker, key, seconds in self._patience.overdue(self.states.values(), self._backlog.expected, now):
@@ -101,7 +102,7 @@ class Workers(Standings):
         return lost
 
     def vanish(self, address: str) -> list[str]:
-        """Forget a worker that is gone; give the keys of its tasks."""
+        """Remove a lost worker; give the keys of its tasks."""
         worker = self.states.pop(address, None)
         if worker is None:
             return []
@@ -153,17 +154,17 @@ class Workers(Standings):
                     del hungry[address]
 
     def sent(self, key: str, address: str, attempt: Attempt) -> None:
-        """Hear under which key a block went to a worker."""
+        """Record the key under which a block was sent to a worker."""
         self.retries += attempt.tries > 0
         self.states[address].held[key] = attempt
         self._where[key] = address
 
     def at(self, key: str) -> str | None:
-        """Give the worker that holds a task; None where that is no more."""
+        """Give the worker of a task; None if it is lost."""
         return self._where.get(key)
 
     def ended(self, key: str) -> None:
-        """Take note of the key under which a block was computed: workers that failed at it before are to blame."""
+        """Record the key under which a block was computed: the fault is with the workers at which it failed before."""
         worker = self.states[self._where[key]]
         attempt = self._take(key)
         if worker.standing == "on trial":
@@ -176,25 +177,25 @@ class Workers(Standings):
                 self._confirm(other, attempt.index)
 
     def give_back(self, key: str, apart: bool = False) -> None:
-        """Hear that a block was not computed, by nobody's fault."""
+        """Record that a block was not computed, without fault."""
         self._again.append(self._take(key).begun(apart))
 
     def failed(self, key: str, error: BaseException, now: float) -> Failure | None:
-        """Decide what an exception says: of the worker, of the block, or of the study's data.
+        """Decide the cause of an exception: the worker, the block, or the study's data.
 
         Parameters
         ----------
         key : str
             Of the task.
         error : BaseException
-            What it ended with.
+            The exception.
         now : float
             By the caller's clock.
 
         Returns
         -------
         Failure or None
-            None where the block is tried again.
+            None if the block is tried again.
 
         Raises
         ------
@@ -235,7 +236,7 @@ class Workers(Standings):
         return None
 
     def _give_up(self, index: int, message: str) -> Failure:
-        """Let a block be."""
+        """Drop a block."""
         self.incidents.append(f"block {index} is given up: {message}")
         for each in self.states.values():
             each.against.blamed.discard(index)
@@ -247,7 +248,7 @@ class Workers(Standings):
 
     @property
     def _nears_end(self) -> bool:
-        """Whether so little waits that a block which is sent behind another may be the last to end."""
+        """Whether so few blocks wait that one queued behind another may be the last to end."""
         return self._backlog.left <= self._threads
 
     def _take(self, key: str) -> Attempt:
@@ -260,7 +261,9 @@ class Workers(Standings):
         return attempt
 
     def _next_for(self, worker: WorkerState) -> Attempt | None:
-        """Choose for a worker: first what was given back, but nothing that failed there while another may compute it."""
+        """Choose a block for a worker: returned ones first, but none that failed there while another worker may
+        compute it.
+        """
         for place, attempt in enumerate(self._again):
             if worker.address not in attempt.avoid or attempt.avoid.issuperset(
                 one.address for one in self.usable

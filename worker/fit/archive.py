@@ -13,24 +13,26 @@ Matrix = NDArray[np.float64]
 Progress = Callable[[int], None]
 
 COARSE = 0.1
-"""Relative difference of amplitudes below which a coarse point counts as near; a difference counts as its logarithm."""
+"""Relative difference of amplitudes below which a coarse point counts as near; differences count as their
+logarithms.
+"""
 
 
 class Archive:
-    """Places in shares of the ranges, and what is compared with the measurement at each.
+    """Places as fractions of the ranges, and the values compared with the measurement at each.
 
     Parameters
     ----------
     question : FitQuestion
-        What is fitted.
+        The question.
     progress : callable, optional
-        Told how many places have been computed.
+        Called with the number of computed places.
 
     Attributes
     ----------
     places : ndarray, shape (n, parameters)
     amplitude, error : ndarray, shape (n, rows)
-        Or their logarithm, and the error of that, where deviations are shares.
+        Or their logarithm, and the error of that, if deviations are relative.
     measured : ndarray, shape (rows,)
         The same of the measurement.
     responses : list of Responses
@@ -65,7 +67,7 @@ class Archive:
         return log(amplitude) if self.logarithmic else amplitude
 
     def coarse_misfit(self) -> Matrix:
-        """How far each place is from the measurement: rows that are far off count little (Cauchy)."""
+        """Distance of each place from the measurement: rows that are far off count little (Cauchy)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             off = self.amplitude - self.measured
             if not self.logarithmic:

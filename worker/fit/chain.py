@@ -9,7 +9,7 @@ from damperlab.studies.portable import log
 
 Matrix = NDArray[np.float64]
 STRETCH = 2.0
-"""Largest factor of a move, as its inventors chose it."""
+"""Largest factor of a move, as chosen by its inventors."""
 
 
 def draw(log_density: Callable[[Matrix], Matrix], walkers: Matrix, steps: int, seed: int) -> Matrix:
@@ -20,11 +20,11 @@ def draw(log_density: Callable[[Matrix], Matrix], walkers: Matrix, steps: int, s
     Parameters
     ----------
     log_density : callable
-        From places, shape (n, parameters), to the logarithm of their density, -inf where there is none.
+        From places, shape (n, parameters), to the logarithm of their density, -inf where it is 0.
     walkers : ndarray, shape (even number, parameters)
-        Where the walkers begin, each at a place of some density.
+        Initial places of the walkers, each with a positive density.
     steps : int
-        Moves of each walker; the first half is thrown away.
+        Moves of each walker; the first half is discarded.
     seed : int
         Of the random numbers.
 

@@ -1,9 +1,9 @@
 """Parameters of a prototype estimated from its measured response: weighted least squares that includes the model's own
 errors.
 
-A coarse set of points that fill the ranges is computed first. The best of them are followed, each within a region that
-narrows. In the end the responses within about three standard deviations of the best are polynomials of the parameters (see
-`surface.py`), and the intervals come from the density that the measurement leaves over the region (see `chain.py`).
+First a coarse set of points that fills the ranges is computed. The best of them are refined, each within a region
+that narrows. Finally the responses within about three standard deviations of the best are polynomials of the
+parameters (see `surface.py`), and the intervals come from the posterior density over the region (see `chain.py`).
 """
 
 from collections.abc import Callable
@@ -29,21 +29,24 @@ Matrix = NDArray[np.float64]
 START = {1: 64, 2: 160, 3: 320, 4: 480, 5: 640}
 """Points of the coarse set, by the number of parameters."""
 FOLLOWED = 3
-"""Best of these that are followed."""
+"""Number of the best that are refined."""
 CLOSER_ROUNDS, CLOSER = 3, 0.6
-"""Rounds in which a region narrows about its best point, and by how much each."""
+"""Rounds in which a region narrows around its best point, and the factor of each."""
 LEAST_ROUNDS, MOST_ROUNDS, SETTLED = 3, 12, 0.5
-"""In which the region of the polynomials is settled: it moves by less than that in standard deviations, and is resized by
-less than that in its logarithm."""
+"""Criterion for the region of the polynomials: it moves by less than this in standard deviations, and is resized by
+less than this in its logarithm.
+"""
 LINEAR = 3.0
-"""Residual, in standard deviations, from which it counts linearly (Huber 1964): one wrong row does not decide."""
+"""Residual, in standard deviations, above which it counts linearly (Huber 1964), so that one wrong row does not
+decide.
+"""
 LEAST_SHARE = 1e-6
-"""Smallest standard deviation as a share of the amplitude: computed data agree to rounding."""
+"""Smallest relative standard deviation: computed data agree to rounding."""
 AS_GOOD = 6.0
 """Difference of −2 ln L up to which another set of parameters agrees as well."""
 WALKERS, STEPS, LAST_STEPS = 48, 240, 1200
 TRIED = 8
-"""Sets of parameters from the end of the chain whose responses are computed, for the best to be one that agrees."""
+"""Sets of parameters from the end of the chain whose responses are computed, so that the best one agrees."""
 
 
 def fit_response(question: FitQuestion, progress: Progress | None = None) -> Fitted:
@@ -54,7 +57,7 @@ def fit_response(question: FitQuestion, progress: Progress | None = None) -> Fit
     question : FitQuestion
         Of `damperlab.studies.fit.asking.make_question`.
     progress : callable, optional
-        Told how many sets of parameters have been computed.
+        Called with the number of computed sets of parameters.
 
     Returns
     -------
@@ -72,7 +75,7 @@ def fit_response(question: FitQuestion, progress: Progress | None = None) -> Fit
 
 @dataclass(frozen=True)
 class _End:
-    """A settled region: the polynomials, the draws, and the best set of parameters whose responses were computed."""
+    """A final region: the polynomials, the draws, and the best computed set of parameters."""
 
     surface: Surface
     draws: Matrix
@@ -100,7 +103,7 @@ def _begin(archive: Archive) -> list[Region]:
 
 
 def _closer(archive: Archive, region: Region) -> Region:
-    """Go to the best place nearby, in steps that become smaller."""
+    """Move to the best place nearby, in decreasing steps."""
     for _ in range(CLOSER_ROUNDS):
         before = len(archive.places)
         archive.add(region.draw(8 * (archive.count + 1), archive.generator))
@@ -112,7 +115,7 @@ def _closer(archive: Archive, region: Region) -> Region:
 
 
 def _best_regions(archive: Archive, regions: list[Region]) -> list[Region]:
-    """Keep the best region, and a second one where it is about as good."""
+    """Keep the best region, and a second one if it is about as good."""
     misfit = archive.coarse_misfit()
     at = [misfit[int(np.argmin(np.abs(archive.places - one.centre).max(axis=1)))] for one in regions]
     order = np.argsort(at, kind="stable")
@@ -125,7 +128,7 @@ def _best_regions(archive: Archive, regions: list[Region]) -> list[Region]:
 
 
 def _settled(archive: Archive, region: Region) -> _End:
-    """Fit polynomials within a region, and move and resize it until it is that of the parameters' uncertainty."""
+    """Fit polynomials within a region, and move and resize it until it matches the parameters' uncertainty."""
     batch = max(20, 3 * terms(archive.count))
     for round_ in range(MOST_ROUNDS):
         archive.add(region.draw(batch, archive.generator))
@@ -150,7 +153,7 @@ def _settled(archive: Archive, region: Region) -> _End:
 
 
 def _laid(archive: Archive, region: Region, newest: int) -> tuple[Surface, Matrix, float]:
-    """Lay polynomials through all responses of a region; and the variance of measurement and model together."""
+    """Fit polynomials to all responses of a region; and give the combined variance of measurement and model."""
     near = region.holds(archive.places)
     near[-newest:] = True
     surface = fit_surface(region, archive.places[near], archive.amplitude[near])
@@ -165,7 +168,7 @@ def _laid(archive: Archive, region: Region, newest: int) -> tuple[Surface, Matri
 
 
 def _share(archive: Archive, amplitude: Matrix, scatter: Matrix) -> float:
-    """Find the relative deviation with which the residuals are as large as they should be."""
+    """Find the relative deviation for which the residuals have their expected size."""
     off = (archive.measured - amplitude)[np.isfinite(scatter)]
     scatter = scatter[np.isfinite(scatter)]
     freedom = max(1, off.size - archive.count)
@@ -190,7 +193,7 @@ def _weighed(off: Matrix, variance: Matrix) -> Matrix:
 def _log_density(
     archive: Archive, region: Region, surface: Surface, variance: Matrix
 ) -> Callable[[Matrix], Matrix]:
-    """Density that the measurement leaves within the region and the ranges, where it is even."""
+    """Posterior density within the region and the ranges, for a uniform prior."""
 
     def density(places: Matrix) -> Matrix:
         inside = ((places >= 0.0) & (places <= 1.0)).all(axis=1)
@@ -210,7 +213,7 @@ def _drawn(archive: Archive, region: Region, surface: Surface, variance: Matrix,
 
 
 def _fitted(archive: Archive, ends: list[_End]) -> Fitted:
-    """Put the best end into the question's names and units."""
+    """Convert the best result into the question's names and units."""
     question, end = archive.question, ends[0]
     tail = 0.5 * (1.0 - question.confidence)
     widening = _widening(archive, end)
@@ -263,18 +266,18 @@ def _correlation(draws: Matrix) -> Matrix:
 
 
 def _is_other(one: _End, best: _End) -> bool:
-    """Whether a region ended elsewhere than the best one, and agrees about as well."""
+    """Whether a region ended away from the best one, and agrees about as well."""
     return one.misfit < best.misfit + AS_GOOD and not best.surface.region.holds(one.best)
 
 
 def _as_good(archive: Archive, end: _End, widening: float) -> NDArray[np.bool_]:
-    """Tell which computed sets agree so well that a likelihood ratio does not exclude them; the best is one."""
+    """Find the computed sets that a likelihood ratio does not exclude; the best is one."""
     misfit = _weighed(archive.measured - archive.amplitude, widening**2 * end.variance)
     return np.asarray(misfit <= misfit[end.row] + chdtri(1.0, 1.0 - archive.question.confidence))
 
 
 def _widening(archive: Archive, end: _End) -> float:
-    """By how much intervals are wider because the model agrees worse than stated deviations allow (Birge 1932)."""
+    """Factor of wider intervals because the model agrees worse than stated deviations allow (Birge 1932)."""
     off = archive.measured - archive.amplitude[end.row]
     squares = (off**2 / end.variance)[np.isfinite(off) & np.isfinite(end.variance)]
     freedom = squares.size - archive.count

@@ -18,14 +18,14 @@ Column = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Responses:
-    """What was computed at the rows of a measurement, each column of shape (rows,).
+    """Results at the rows of a measurement, each column of shape (rows,).
 
     Attributes
     ----------
     amplitude, error : ndarray
-        In the unit of the measurement; NaN where a response failed or knows no bound.
+        In the unit of the measurement; NaN if a response failed or is unbounded.
     impacts_per_cycle, stick_fraction : ndarray
-        Whether the particle strikes, and how much of the time the structure sticks.
+        Whether the particle strikes, and the share of time for which the structure sticks.
     response_class : ndarray
         As in `damperlab.studies.variables.ResponseClass`.
     """
@@ -43,7 +43,7 @@ def responses_at(question: FitQuestion, values: Mapping[str, float]) -> Response
     Parameters
     ----------
     question : FitQuestion
-        What is known, and the rows.
+        The known values, and the rows.
     values : mapping of float
         The parameters that are estimated.
     """
@@ -75,7 +75,7 @@ def scenes_of(question: FitQuestion) -> list[Scene]:
 
 VALUES = 161
 ALONE = 0.1
-"""Share of the frequency that a curve reaches beyond a single measured frequency."""
+"""Share of the frequency that a curve extends beyond a single measured frequency."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class FittedCurve:
     Attributes
     ----------
     frequency, amplitude : ndarray, shape (values,)
-        In the measurement's units; NaN where a response failed.
+        In the measurement's units; NaN if a response failed.
     """
 
     frequency: NDArray[np.float64]

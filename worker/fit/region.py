@@ -1,4 +1,4 @@
-"""A region of the parameters: an ellipsoid within their ranges, in which responses are drawn and described."""
+"""A region of the parameters: an ellipsoid within their ranges, in which responses are computed and approximated."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,23 +12,25 @@ from damperlab.worker.fit.singular_values import covariance_of, inverse, length_
 Matrix = NDArray[np.float64]
 
 RADIUS, EDGE = 2.5, 1.2
-"""Of a region, in standard deviations of the parameters; and how much further its polynomials are believed."""
+"""Radius of a region, in standard deviations of the parameters; and the factor up to which its polynomials are
+trusted.
+"""
 FULL, WIDER = 0.85, 2.0
-"""Share of the spread of an even density from which a region is too small, and by how much it is then made wider."""
+"""Share of the spread of a uniform density above which a region is too small, and the factor by which it then grows."""
 EVEN, WHOLE = 2000, 0.6
-"""Even draws that this is judged by; and the size, over the range, at which a region covers all of it."""
+"""Number of uniform draws for this test; and the size, relative to the range, at which a region covers all of it."""
 NARROWEST = 1e-4
-"""Least variance of draws in a region, over its own: a region shrinks a hundredfold at most in one round."""
+"""Least variance of draws in a region, relative to its own: a region shrinks at most a hundredfold in one round."""
 
 
 @dataclass(frozen=True)
 class Region:
-    """A place, and the standard deviations about it.
+    """A place, and the standard deviations around it.
 
     Parameters
     ----------
     centre : ndarray, shape (parameters,)
-        In shares of the ranges.
+        As fractions of the ranges.
     frame : ndarray, shape (parameters, parameters)
         A place is centre + frame·z; the region is |z| ≤ `RADIUS`.
     """
@@ -41,7 +43,7 @@ class Region:
         return inverse(self.frame).T
 
     def local(self, places: Matrix) -> Matrix:
-        """Turn places, shape (n, parameters), into z."""
+        """Convert places, shape (n, parameters), into z."""
         return product(places - self.centre, self._unit)
 
     def holds(self, places: Matrix, radius: float = RADIUS) -> NDArray[np.bool_]:
@@ -49,7 +51,7 @@ class Region:
         return np.asarray(length_of(self.local(places)) <= radius)
 
     def draw(self, number: int, generator: np.random.Generator, radius: float = RADIUS) -> Matrix:
-        """Draw places evenly in the region, folded back into the ranges at their ends."""
+        """Draw places uniformly in the region, folded back into the ranges at their ends."""
         count = self.centre.size
         direction = generator.standard_normal((number, count))
         direction /= length_of(direction)[:, None]
@@ -58,9 +60,9 @@ class Region:
         return np.asarray(np.minimum(places, 2.0 - places))
 
     def resized(self, draws: Matrix, generator: np.random.Generator) -> tuple[Matrix, "Region"]:
-        """Move the region to the middle of draws from it, and give it their size along each principal direction.
+        """Move the region to the middle of draws from it, and resize it along each principal direction.
 
-        Where they fill it, as they do where it is smaller than the parameters' uncertainty, it becomes larger.
+        If they fill it, because it is smaller than the parameters' uncertainty, it grows.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Singular values of small matrices, and what follows from them, with the same bits on every processor.
+"""Singular values of small matrices, and derived quantities, with the same bits on every processor.
 
 LAPACK's routines go through OpenBLAS, whose last bits depend on the family of the processor.
 """
@@ -34,11 +34,11 @@ class SingularValues:
     right: Matrix
 
     def rank(self, least: float) -> int:
-        """How many singular values are more than a share of the largest."""
+        """Number of singular values above a share of the largest."""
         return int(np.count_nonzero(self.values > least * self.values[0]))
 
     def solve(self, known: Matrix, least: float = 0.0) -> Matrix:
-        """Find the x of least length among those for which the matrix times x comes nearest to what is known.
+        """Find the shortest x for which the matrix times x is nearest to the given values.
 
         Parameters
         ----------
@@ -63,7 +63,7 @@ def singular_values(matrix: Matrix) -> SingularValues:
     Raises
     ------
     ArithmeticError
-        Where an element is not finite, or the rotations do not come to an end.
+        If an element is not finite, or the rotations do not converge.
     """
     count = matrix.shape[1]
     if not np.isfinite(matrix).all():
@@ -103,7 +103,7 @@ def inverse(matrix: Matrix) -> Matrix:
 
 
 def principal(covariance: Matrix) -> tuple[Matrix, Matrix]:
-    """Variances, the smallest first, and principal directions, in columns, of a symmetric matrix without a negative one."""
+    """Variances, the smallest first, and principal directions, in columns, of a positive semidefinite matrix."""
     found = singular_values(covariance)
     return found.values[::-1], found.right[:, ::-1]
 

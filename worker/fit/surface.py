@@ -1,9 +1,9 @@
-"""The measured responses as smooth functions of the parameters, near a place: polynomials through many noisy responses.
+"""The measured responses as smooth functions of the parameters near a place: polynomials through many noisy
+responses.
 
-A response changes with the parameters in small jumps: chaos is known to an error, and where several responses are
-possible the start decides between them. So a difference of two responses is no derivative. A polynomial of second degree
-through many is: what it leaves is scatter, and the scatter is the error of the model there, which joins that of the
-measurement.
+A response changes with the parameters in small jumps: chaos has an error, and if several responses are possible the
+start decides between them. So a difference of two responses is no derivative. A polynomial of second degree through
+many is: its residual is scatter, which is the error of the model there, and it is added to that of the measurement.
 """
 
 from dataclasses import dataclass
@@ -19,11 +19,11 @@ from damperlab.worker.fit.singular_values import singular_values
 Matrix = NDArray[np.float64]
 
 LEAST = 1e-10
-"""Share of the largest singular value from which a coefficient is known."""
+"""Share of the largest singular value above which a coefficient is determined."""
 
 
 def terms(count: int) -> int:
-    """Coefficients of a polynomial of second degree of so many parameters."""
+    """Number of coefficients of a polynomial of second degree in so many parameters."""
     return (count + 1) * (count + 2) // 2
 
 
@@ -38,7 +38,7 @@ class Surface:
     coefficients : ndarray, shape (terms, rows)
         Of 1, z_i, z_i z_j.
     scatter : ndarray, shape (rows,)
-        Standard deviation of the responses about the polynomial; infinite where too few responses exist.
+        Standard deviation of the responses about the polynomial; infinite if there are too few responses.
     """
 
     region: Region
@@ -51,16 +51,16 @@ class Surface:
 
 
 def fit_surface(region: Region, places: Matrix, responses: Matrix) -> Surface:
-    """Lay polynomials through responses.
+    """Fit polynomials to responses.
 
     Parameters
     ----------
     region : Region
-        Near what they describe the responses.
+        Place near which they approximate the responses.
     places : ndarray, shape (n, parameters)
-        Where there are responses.
+        Places of the responses.
     responses : ndarray, shape (n, rows)
-        NaN where one failed.
+        NaN for a failed one.
     """
     powers = _powers(region.local(places))
     count, rows = powers.shape[1], responses.shape[1]

@@ -1,1 +1,1 @@
-"""Responses to ground motion: one design under one record, beside a tuned mass damper, and how sure they are."""
+"""Responses to ground motion: one design under one record, comparison with a tuned mass damper, and sensitivity."""

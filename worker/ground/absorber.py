@@ -1,8 +1,8 @@
 """The structure alone, or with a tuned mass damper, under a record: linear, so its matrix exponential is the answer.
 
-Between two samples everything is one linear system without input, x' = Mx, when the base's displacement, velocity,
-acceleration and jerk are counted among the unknowns. Its exponential over a window is exact whatever the window; no step
-size is involved. Peaks are the extrema of the power series of each window, mean squares are integrated to rounding.
+Between two samples everything is one linear system without input, x' = Mx, if the base's displacement, velocity,
+acceleration and jerk count as unknowns. Its exponential over a panel is exact for any length; there is no step size.
+Peaks are the extrema of the power series of each panel, mean squares are integrated to rounding.
 """
 
 from math import factorial, nan, sqrt
@@ -105,7 +105,7 @@ def absorber_history(
     factor: float = 1.0,
     tail_s: float = 0.0,
 ) -> dict[str, NDArray[np.float64]]:
-    """Return time [s], relative displacement [m] and absolute acceleration [m/s²] at the window ends."""
+    """Return time [s], relative displacement [m] and absolute acceleration [m/s²] at the panel ends."""
     scale = scale_of(structure, motion, factor)
     base = record_base(structure, motion, factor, tail_s)
     matrix, acceleration = linear_system(absorber or NO_DAMPER, structure.damping_ratio, 1.0)
@@ -118,7 +118,7 @@ def absorber_history(
 
 
 def _states(matrix: NDArray[np.float64], base: RecordBase) -> NDArray[np.float64]:
-    """Unknowns at the window starts, and at the end: shape (windows + 1, 8)."""
+    """Unknowns at the panel starts, and at the end: shape (panels + 1, 8)."""
     step = expm(matrix * base.window)[:_A]
     states = np.zeros((base.windows + 1, 8))
     states[:-1, _A], states[:-1, _J] = base.acceleration, base.jerk
@@ -132,7 +132,7 @@ def _states(matrix: NDArray[np.float64], base: RecordBase) -> NDArray[np.float64
 def _peak(
     matrix: NDArray[np.float64], states: NDArray[np.float64], output: NDArray[np.float64], window: float
 ) -> float:
-    """Largest |output · x| over all windows: ends, and the extrema of the power series where one may be higher."""
+    """Largest |output · x| over all panels: ends, and the extrema of the power series if one may be larger."""
     rows = [output]
     for _ in range(TERMS - 1):
         rows.append(rows[-1] @ matrix * window)

@@ -1,4 +1,4 @@
-"""One block of a ground-motion suite: dampers and scales under one record share what is made of that record."""
+"""One block of a ground-motion suite: dampers and scales under one record share everything derived from that record."""
 
 from collections.abc import Callable
 
@@ -29,11 +29,11 @@ def solve_suite_block(
     suite : Suite
         The study.
     block : Block
-        Which part of its grid.
+        The part of its grid.
     motion_of : callable
         Gives the samples of a record.
     known : ndarray of bool, shape block.shape, optional
-        Points that the caller has already: they are left empty.
+        Known points: they are left empty.
 
     Returns
     -------
@@ -68,7 +68,9 @@ def solve_suite_block(
 
 
 def draw_of(suite: Suite, source: RecordSource, point: list[float]) -> list[int]:
-    """Seed of a point's perturbed starts: the suite's, with what names the point, so the same in every block and study."""
+    """Seed of a point's perturbed starts, from the suite's seed and the point's coordinates, so that it is the same
+    in every block and study.
+    """
     bits = np.asarray(point, dtype="<f8").view("<u8")
     return [suite.seed, int(source.sha256[:16], 16), *map(int, bits)]
 

@@ -1,4 +1,4 @@
-"""Dampers beside each other under one record, with how much of it is chance."""
+"""Dampers compared under one record, with the sensitivity of the result."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -31,7 +31,7 @@ SPREAD = (
 """The measures whose spread is reported."""
 
 CHAOTIC = 100.0
-"""Growth of a perturbation from which a response is called sensitive: no linear structure grows it by as much."""
+"""Growth of a perturbation above which a response is called sensitive: no linear structure reaches it."""
 
 
 def structure_of(asked: Earthquake) -> Structure:
@@ -54,7 +54,7 @@ def damper_of(asked: Earthquake, case: str) -> Damper:
 
 
 def absorber_of(asked: Earthquake) -> Absorber | None:
-    """The tuned mass damper of a comparison; None where neither it nor the particle has a mass."""
+    """The tuned mass damper of a comparison; None if neither it nor the particle has a mass."""
     values = asked.values
     mass = values["tmd_mass_kg"]
     mass = values["particle_mass_kg"] if np.isnan(mass) else mass
@@ -64,7 +64,7 @@ def absorber_of(asked: Earthquake) -> Absorber | None:
 
 
 def scenes_of(asked: Earthquake) -> list[Scene]:
-    """Scenes that the cases of a comparison need."""
+    """Scenes of the cases of a comparison."""
     dampers = [damper_of(asked, case) for case in asked.cases if case != "tmd"]
     return sorted(
         {
@@ -85,7 +85,7 @@ class _Case(GroundResponse):
 
 
 class Tuned(TypedDict):
-    """A tuned mass damper, and how it is tuned."""
+    """A tuned mass damper, and its tuning."""
 
     criterion: Criterion
     mass_ratio: Measured
@@ -94,7 +94,7 @@ class Tuned(TypedDict):
 
 
 class Comparison(TypedDict):
-    """Dampers beside each other under one record."""
+    """Dampers compared under one record."""
 
     record: MotionOfId
     length_scale_m: Measured
@@ -169,7 +169,7 @@ def spread(
     seed: int | Sequence[int] = 0,
     ready: Ready | None = None,
 ) -> dict[str, Any]:
-    """Say how far the response depends on what nobody knows: the start, to a given size.
+    """Measure the sensitivity of the response to its start, for perturbations of a given size.
 
     Parameters
     ----------
@@ -178,19 +178,20 @@ def spread(
     nominal : GroundResponse
         The response from rest.
     starts : int
-        Perturbed starts: displacement, velocity times 1/ω_n and place of the particle each drawn evenly within ± `size_m`.
+        Perturbed starts: displacement, velocity times 1/ω_n and position of the particle, each drawn uniformly
+        within ± `size_m`.
     size_m : float
         Size of the perturbation [m].
     seed : int or sequence of int
-        Of the draw: the same seed gives the same starts.
+        Seed of the draw: the same seed gives the same starts.
     ready : Ready, optional
         As of `ground_response`.
 
     Returns
     -------
     dict
-        For each of `SPREAD` ``lowest``, ``highest``, ``mean``, ``std`` over the starts; ``growth``, the largest change of
-        a displacement over `size_m`; ``sensitive``, whether that is beyond `CHAOTIC`.
+        For each of `SPREAD` ``lowest``, ``highest``, ``mean``, ``std`` over the starts; ``growth``, the largest
+        change of a displacement over `size_m`; ``sensitive``, whether it exceeds `CHAOTIC`.
     """
     draw = np.random.default_rng(seed)
     length = scale_of(structure, motion, factor).length_m

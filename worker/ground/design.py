@@ -1,4 +1,4 @@
-"""A structure and its damper in physical units, and the scale on which a record is computed."""
+"""A structure and its damper in physical units, and the length scale for computing a record."""
 
 from dataclasses import dataclass
 from math import pi
@@ -48,13 +48,13 @@ class Damper:
     particle_mass_kg : float
         m [kg]; 0 for no particle.
     clearance_m : float
-        d [m], free way of the particle to either side.
+        d [m], free path of the particle to either side.
     restitution : float
         e.
     contact : Contact
-        What an impact is; a contact time is in units of 1/ω_n of the structure.
+        Model of an impact; a contact time is in units of 1/ω_n of the structure.
     cavity : Cavity
-        How the particle's cavity lies, and how the particle rubs in it; with instantaneous contact.
+        Tilt of the particle's cavity, and friction in it; with instantaneous contact.
     """
 
     friction_force_n: float = 0.0
@@ -67,10 +67,10 @@ class Damper:
 
 @dataclass(frozen=True)
 class Scale:
-    """What the dimensionless numbers of a run are multiplied by.
+    """Factors from the dimensionless numbers of a run to physical ones.
 
-    The length is the largest base acceleration over ω_n²: the static way of the structure under it. So the record is 1 at
-    its largest, whatever its units, and a record scaled with d and F_f is the same run.
+    The length is the largest base acceleration over ω_n²: the static displacement of the structure under it. So the
+    largest value of the record is 1, in any units, and a record scaled together with d and F_f gives the same run.
 
     Parameters
     ----------
@@ -103,20 +103,20 @@ class Scale:
 
 
 def scale_of(structure: Structure, motion: GroundMotion, factor: float) -> Scale:
-    """Scale of a record that is multiplied by a factor."""
+    """Scale of a record with a factor."""
     length = abs(factor) * motion.peak_m_s2 / structure.omega**2
     return Scale(length, structure.omega, structure.mass_kg)
 
 
 def friction_of(damper: Damper, scale: Scale) -> float | None:
-    """F_f/(k L), friction over the largest force of inertia; None where there is no friction."""
+    """F_f/(k L), friction over the largest inertial force; None without friction."""
     if damper.friction_force_n <= 0.0:
         return None
     return damper.friction_force_n / (scale.mass_kg * scale.acceleration_m_s2)
 
 
 def particle_of(damper: Damper, scale: Scale) -> Particle | None:
-    """The particle over the scale; None where none acts on the structure."""
+    """The particle over the scale; None if none acts on the structure."""
     if damper.particle_mass_kg <= 0.0:
         return None
     restitution, mass_ratio = float(damper.restitution), damper.particle_mass_kg / scale.mass_kg

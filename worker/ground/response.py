@@ -1,4 +1,6 @@
-"""One design under one record: event to event, exact for a base acceleration that is linear between samples."""
+"""One design under one record: integration from event to event, exact for a base acceleration that is linear between
+samples.
+"""
 
 from dataclasses import asdict, dataclass
 from math import nan, sqrt
@@ -70,16 +72,18 @@ HISTORY_COLUMNS = (
 
 @dataclass(frozen=True)
 class GroundResponse:
-    """What a record did to a design; peaks are true extrema, rms values exact integrals over `duration_s`.
+    """Response of a design to a record; peaks are true extrema, rms values exact integrals over `duration_s`.
 
     Parameters
     ----------
     peak_relative_displacement_m, rms_relative_displacement_m : float
         Of the primary mass against the base, x − z.
     peak_absolute_displacement_m, rms_absolute_displacement_m : float
-        Of the primary mass against where it started, x; the base's own displacement is the record integrated twice.
+        Of the primary mass against its initial position, x; the base's own displacement is the record integrated
+        twice.
     peak_absolute_acceleration_m_s2, rms_absolute_acceleration_m_s2 : float
-        x'', in contact with a compliant wall too; an impact at once has no finite acceleration and is left out.
+        x'', including contact with a compliant wall; an instantaneous impact has no finite acceleration and is left
+        out.
     impacts : int
         Number of impacts.
     impact_speed_max_m_s : float
@@ -89,15 +93,15 @@ class GroundResponse:
     work_in_j, loss_viscous_j, loss_friction_j, loss_impact_j : float
         Energies.
     energy_residual : float
-        What does not balance, over the largest of work, losses, stored energy and that of the peak.
+        Residual of the energy balance, over the largest of work, losses, stored energy and that of the peak.
     duration_s : float
         Record and tail.
     end_relative_displacement_m, end_relative_velocity_m_s : float
         State at the end.
     status : int
-        `damperlab.studies.variables.Status`; 0 where the march arrived.
+        `damperlab.studies.variables.Status`; 0 if the integration arrived.
     loss_particle_j : float or None
-        Energy lost to the friction of the particle in its cavity; None where there is none.
+        Energy lost to the friction of the particle in its cavity; None without it.
     """
 
     peak_relative_displacement_m: Measured
@@ -121,13 +125,13 @@ class GroundResponse:
     loss_particle_j: float | None = None
 
     def values(self) -> dict[str, float | int]:
-        """Return the values by name; the loss of a particle that slides freely is left out."""
+        """Return the values by name; without the loss of a freely sliding particle."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
 class Perturbation:
-    """A start that is slightly off rest: displacement and velocity over L and L ω_n, place in the cavity −1 to 1."""
+    """A start slightly off rest: displacement and velocity over L and L ω_n, position in the cavity −1 to 1."""
 
     v: float = 0.0
     w: float = 0.0
@@ -135,7 +139,9 @@ class Perturbation:
 
 
 class Ready(NamedTuple):
-    """What all runs of one structure under one record share: the record in windows, and the structure's own motion."""
+    """Shared data of all runs of one structure under one record: the panels of the record, and the structure's own
+    motion.
+    """
 
     base: RecordBase
     free: Any
@@ -144,7 +150,9 @@ class Ready(NamedTuple):
 def record_base(
     structure: Structure, motion: GroundMotion, factor: float, tail_s: float, fastest: float = 1.0
 ) -> RecordBase:
-    """Cut a record into windows for a structure; `fastest` is what moves fastest on it, over its natural frequency."""
+    """Divide a record into panels for a structure; `fastest` is the frequency of its fastest motion, over its
+    natural one.
+    """
     sign = 1.0 if factor > 0 else -1.0
     return make_record_base(
         sign * motion.acceleration_m_s2 / motion.peak_m_s2,
@@ -156,7 +164,7 @@ def record_base(
 
 
 def made_ready(structure: Structure, motion: GroundMotion, factor: float, tail_s: float) -> Ready:
-    """Make a record ready for runs that differ in their damper, start and size of the factor alone."""
+    """Prepare a record for runs that differ only in their damper, start and size of the factor."""
     base = record_base(structure, motion, factor, tail_s)
     return Ready(base, make_linear_motion(base, 1.0, None))
 
@@ -179,18 +187,18 @@ def ground_response(
     motion : GroundMotion
         The record.
     factor : float
-        What the record is multiplied by; not 0.
+        Factor on the record; not 0.
     tail_s : float
-        Free vibration after the record, over which the base goes on at the velocity that it has.
+        Duration of free vibration after the record; the base keeps its final velocity.
     start : Perturbation, optional
-        Where it starts; at rest by default.
+        Initial state; by default at rest.
     ready : Ready, optional
-        Of the same structure, record, sign of the factor and tail, where many runs share them.
+        For the same structure, record, sign of the factor and tail, to be shared by many runs.
 
     Returns
     -------
     GroundResponse
-        A numerical failure is in its status, with NaN for values.
+        A numerical failure is given by its status, with NaN for values.
     """
     return _march(structure, damper, motion, factor, tail_s, start, ready, False)[0]
 
@@ -198,9 +206,9 @@ def ground_response(
 def ground_history(
     structure: Structure, damper: Damper, motion: GroundMotion, factor: float = 1.0, tail_s: float = 0.0
 ) -> tuple[GroundResponse, dict[str, NDArray[np.float64]]]:
-    """Compute the same with its time history: `HISTORY_COLUMNS` at every window start, event, and the end.
+    """Compute the same with its time history: `HISTORY_COLUMNS` at every panel start, event, and the end.
 
-    A particle that is not there has NaN.
+    An absent particle has NaN.
     """
     response, history = _march(structure, damper, motion, factor, tail_s, None, None, True)
     assert history is not None

@@ -1,4 +1,4 @@
-"""What a ground-motion record does to structures without a damper: the response spectrum by which engineers know it."""
+"""Response of structures without a damper to a ground-motion record: its response spectrum."""
 
 from dataclasses import dataclass
 
@@ -13,11 +13,11 @@ from damperlab.worker.scenes import Scene
 Floats = NDArray[np.float64]
 
 DAMPING = 0.05
-"""Damping ratio for which spectra are usually drawn."""
+"""Usual damping ratio of spectra."""
 PERIODS = np.geomspace(0.05, 5.0, 81)
 """Natural periods of the structures [s]."""
 SCENE = Scene("record", False, "")
-"""What is computed."""
+"""The record."""
 
 
 @dataclass(frozen=True)

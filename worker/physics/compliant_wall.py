@@ -1,9 +1,9 @@
-"""A compliant wall: a spring and a dashpot side by side that push, and never pull.
+"""A compliant wall: a spring and a dashpot side by side that push but never pull.
 
-Its force is max(0, K pen + C pen') while the particle is in the wall by pen > 0, and 0 otherwise. In free space, from
-pen = 0 and pen' = v, it falls to 0 after the contact time, when the bodies part with e v; what the spring then still
-holds is lost. With θ = acos ζ_c, where ζ_c is the damping ratio of the wall and the reduced mass:
-ln e = −2 θ cot θ and ω_c = 2θ/(T sin θ). An overdamped wall has the hyperbolic functions instead.
+Its force is max(0, K pen + C pen') while the particle penetrates the wall by pen > 0, and 0 otherwise. In free
+space, from pen = 0 and pen' = v, it falls to 0 after the contact time, when the bodies separate with e v; the energy
+left in the spring is lost. With θ = acos ζ_c, where ζ_c is the damping ratio of the wall and the reduced mass: ln e
+= −2 θ cot θ and ω_c = 2θ/(T sin θ). An overdamped wall has the hyperbolic functions instead.
 """
 
 from math import cos, cosh, inf, log, pi, sin, sinh, tan, tanh
@@ -26,7 +26,7 @@ def calibrate(restitution: float, contact_time: float) -> tuple[float, float]:
     Parameters
     ----------
     restitution : float
-        e in (0, 1]: without damping for 1, and with ever more towards 0 (ζ_c ≈ 1/(2√e)).
+        e in (0, 1]: no damping for 1, and increasing damping towards 0 (ζ_c ≈ 1/(2√e)).
     contact_time : float
         Of an impact in free space [1/ω_n].
 
@@ -83,7 +83,7 @@ def contact_time_of_stiffness(restitution: float, stiffness: float, mass_ratio: 
 
 @kernel
 def wall_force(stiffness: float, damping: float, depth: float, depth_rate: float) -> float:
-    """Force of the wall on a particle that is in it by `depth`, over k Z; it never pulls."""
+    """Force of the wall on a particle that penetrates it by `depth`, over k Z; it never pulls."""
     if depth <= 0.0:
         return 0.0
     return max(stiffness * depth + damping * depth_rate, 0.0)
@@ -91,5 +91,5 @@ def wall_force(stiffness: float, damping: float, depth: float, depth_rate: float
 
 @kernel
 def spring_energy(stiffness: float, depth: float) -> float:
-    """Energy of the wall's spring over k Z²; a particle outside the wall leaves none."""
+    """Energy of the wall's spring over k Z²; 0 for a particle outside the wall."""
     return 0.5 * stiffness * max(depth, 0.0) ** 2

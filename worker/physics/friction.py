@@ -5,7 +5,7 @@ from damperlab.worker.jit import inlined
 
 @inlined
 def hold_force(v: float, base_acceleration: float, inertia: float) -> float:
-    """Force that friction must take to keep the mass on the base, over k Z.
+    """Friction force required to hold the mass on the base, over k Z.
 
     Parameters
     ----------
@@ -29,17 +29,17 @@ _ROUNDING = 1e-14
 
 @inlined
 def breakaway(friction_ratio: float, force_most: float) -> float:
-    """Force at which a held mass starts to slip: γ_F, and more than the rounding of the force beyond it.
+    """Force at which a sticking mass starts to slip: γ_F, plus the rounding of the force.
 
-    A force that touches γ_F exactly (γ_F = r² and v = 0, say) then either holds or accelerates the mass for certain;
-    without the margin rounding alone would start and stop it without end. `force_most` is the largest that excites the mass.
+    A force that just reaches γ_F (γ_F = r² and v = 0, say) either holds or accelerates the mass; without the margin,
+    rounding alone would start and stop it endlessly. `force_most` is the largest excitation of the mass.
     """
     return friction_ratio + _ROUNDING * (friction_ratio + force_most)
 
 
 @inlined
 def slip_direction(force: float, breakaway_force: float) -> float:
-    """Direction in which a mass at rest on the base starts to slip: 0.0 where friction holds it."""
+    """Direction in which a mass at rest on the base starts to slip: 0.0 if friction holds it."""
     if force > breakaway_force:
         return 1.0
     if force < -breakaway_force:

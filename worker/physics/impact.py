@@ -1,4 +1,6 @@
-"""Impact between the primary mass and the particle: equations (5) to (8), at once or joined for a time and parted."""
+"""Impact between the primary mass and the particle: equations (5) to (8), instantaneous, or attached for a time and
+then separated.
+"""
 
 from damperlab.worker.jit import inlined
 
@@ -12,15 +14,15 @@ def rebound(u_rate: float, p_rate: float, restitution: float, mass_ratio: float)
     u_rate, p_rate : float
         Velocities of primary mass and particle before the impact [Z ω_n].
     restitution : float
-        Coefficient of restitution e; 0 joins the two bodies.
+        Coefficient of restitution e; 0 attaches the two bodies.
     mass_ratio : float
         β = m/M.
 
     Returns
     -------
     jump : float
-        Change of the primary mass's velocity. Returned as a change because the relative velocity of the base frame
-        takes the same one, and because it is exactly 0 for a particle without mass.
+        Change of the primary mass's velocity. It is returned as a change because the relative velocity of the base
+        frame changes by the same amount, and because it is exactly 0 for a particle without mass.
     p_rate_after : float
         Particle velocity after the impact.
 
@@ -35,7 +37,7 @@ def rebound(u_rate: float, p_rate: float, restitution: float, mass_ratio: float)
 
 @inlined
 def part(leaving_speed: float, mass_ratio: float) -> tuple[float, float]:
-    """Changes of velocity of two joined bodies that part with a relative speed, momentum conserved.
+    """Changes of velocity when two attached bodies separate with a relative speed; momentum is conserved.
 
     Parameters
     ----------
@@ -55,7 +57,9 @@ def part(leaving_speed: float, mass_ratio: float) -> tuple[float, float]:
 
 @inlined
 def kept_energy(approach_speed: float, restitution: float, mass_ratio: float) -> float:
-    """Energy of an impact that comes back when the bodies part, over M (Z ω_n)²: ½ β/(1+β) e² (approach speed)²."""
+    """Energy of an impact that is recovered when the bodies separate, over M (Z ω_n)²: ½ β/(1+β) e² (approach
+    speed)².
+    """
     return 0.5 * mass_ratio / (1.0 + mass_ratio) * (restitution * approach_speed) ** 2
 
 

@@ -1,4 +1,4 @@
-"""Reports of a run under way: its phase, its progress, and the fate of its workers."""
+"""Reports of a running study: its phase, its progress, and its workers."""
 
 import logging
 import math
@@ -26,7 +26,7 @@ class Account:
     Parameters
     ----------
     store : Store
-        Where the study is.
+        The store of the study.
     lease : Lease
         The claim on it.
     on_progress : callable
@@ -35,7 +35,7 @@ class Account:
 
     def __init__(self, store: Store, lease: Lease, on_progress: Callable[[Progress], None]) -> None:
         self.left_out = ""
-        """Which workers are left out, and why."""
+        """Which workers are excluded, and why."""
         self._store = store
         self._lease = lease
         self._on_progress = on_progress
@@ -47,25 +47,25 @@ class Account:
         self._waits_for, self._gives_up_at = "", math.inf
 
     def measure(self, record: Record, work_left: float) -> None:
-        """Count from here on: what has passed before says nothing about the pace of what comes.
+        """Start counting here: earlier time is irrelevant to the pace from now on.
 
         Parameters
         ----------
         record : Record
-            The study as it is.
+            The study in its present state.
         work_left : float
-            Expected kernel seconds of the blocks that are left.
+            Expected kernel seconds of the remaining blocks.
         """
         self._meter = Meter(_progress(record), work_left)
 
     def watch(self, workers: Workers) -> None:
-        """Tell of these workers from now on."""
+        """Report these workers from now on."""
         self._workers = workers
 
     def enter(
         self, phase: str | None, done: int | None = None, total: int | None = None, message: str | None = None
     ) -> None:
-        """Let everybody see what the study is at."""
+        """Publish the study's activity."""
         if (phase, done, total, message) != self._entered:
             self._entered = phase, done, total, message
             self._phase = phase, done, total
@@ -80,32 +80,32 @@ class Account:
         Parameters
         ----------
         what : str
-            For what, in a sentence.
+            The missing resource, in a sentence.
         gives_up_at : float
-            Until when, by the monotonic clock [s].
+            End of the wait, by the monotonic clock [s].
         """
         self._phase = "waiting", None, None
         self._waits_for, self._gives_up_at = what, gives_up_at
         self.report(at_once=True)
 
     def compiling(self, done: int, total: int) -> None:
-        """Let everybody see how far the kernels are."""
+        """Publish the progress of the kernels."""
         self.enter("compiling", done, total)
 
     def begin_blocks(self, record: Record, work_left: float) -> None:
-        """Go over from preparation to blocks; what was waited for is there."""
+        """Change from preparation to blocks; the missing resource is available."""
         self.enter(None, message=self.left_out)
         self.measure(record, work_left)
 
     def tell_of_workers(self, stranded: str | None, gives_up_at: float = math.inf) -> None:
-        """Record what has happened to workers, and what the study waits for.
+        """Record events about workers, and the reason for waiting.
 
         Parameters
         ----------
         stranded : str, optional
-            Why nothing is computed, where that is for want of workers.
+            Reason why nothing is computed, if workers are missing.
         gives_up_at : float
-            Until when workers are waited for, by the monotonic clock [s].
+            End of the wait for workers, by the monotonic clock [s].
         """
         self._waits_for, self._gives_up_at = "", gives_up_at
         assert self._workers is not None
@@ -124,12 +124,12 @@ class Account:
         self.left_out = out
 
     def close(self, stranded: str | None) -> None:
-        """Tell what is left to tell of workers; what ended the run matters more than that it cannot be written."""
+        """Report the remaining events about workers; a failure to write them must not hide the end of the run."""
         with suppress(StoreFault):
             self.tell_of_workers(stranded)
 
     def count(self, outcome: BlockOutcome, work: float) -> None:
-        """Count a block that is done, by its expected kernel seconds."""
+        """Count a completed block, by its expected kernel seconds."""
         assert self._meter is not None
         self._meter.add(outcome.points, outcome.failed, work)
         _log.debug(
@@ -141,7 +141,7 @@ class Account:
         )
 
     def report(self, at_once: bool = False) -> None:
-        """Report progress where it is time to."""
+        """Report progress if it is time."""
         now = time.monotonic()
         if self._meter is None or not (at_once or now - self._reported >= REPORT_SECONDS):
             return

@@ -1,4 +1,4 @@
-"""A thread that does one thing again and again, whatever goes wrong with it."""
+"""A thread that repeats one task, whatever errors occur."""
 
 import logging
 import threading
@@ -8,24 +8,24 @@ from contextlib import suppress
 from damperlab.studies.store.faults import StoreFault
 
 AGAIN_SECONDS = 5.0
-"""Longest wait after a round that failed."""
+"""Longest wait after a failed round."""
 
 _log = logging.getLogger("damperlab.background")
 
 
 class Background:
-    """Runs a function in rounds until it is closed; a round that fails is logged and counted, and the next one follows.
+    """Runs a function in rounds until it is closed; a failed round is logged and counted, and the next one follows.
 
     Parameters
     ----------
     name : str
-        Of the thread, in the log and in metrics.
+        Name of the thread, in the log and in metrics.
     work : callable
         One round.
     seconds : float
         Between two rounds.
     wanted : callable, optional
-        Whether the rounds shall go on; the thread ends where not.
+        Says whether the rounds continue; if not, the thread ends.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class Background:
     ) -> None:
         self.name = name
         self.failures = 0
-        """Rounds that failed so far."""
+        """Number of failed rounds."""
         self._work = work
         self._seconds = seconds
         self._wanted = wanted
@@ -44,38 +44,40 @@ class Background:
 
     @property
     def trouble(self) -> str | None:
-        """Why the work does not go on: how its last round failed, or that its thread has ended; None while all is well."""
+        """Reason why the work has stopped: the error of its last round, or the end of its thread; None if all is
+        well.
+        """
         if self._closing.is_set() or self._thread.ident is None or self._thread.is_alive():
             return self._failed
         return "its thread has ended"
 
     def start(self, *, at_once: bool = True) -> None:
-        """Begin with the first round, at once or after the time between two."""
+        """Start the first round, immediately or after the interval."""
         if at_once:
             self._wake.set()
         self._thread.start()
 
     @property
     def closing(self) -> bool:
-        """Whether the thread is being closed: a long round shall end."""
+        """Whether the thread is being closed, so that a long round must end."""
         return self._closing.is_set()
 
     def wake(self) -> None:
-        """Begin the next round now."""
+        """Start the next round now."""
         self._wake.set()
 
     def pause(self, seconds: float) -> bool:
-        """Wait within a long round, which has got so far; say whether it shall end because the thread is being closed."""
+        """Wait within a long round after a step; say whether it must end because the thread is being closed."""
         self._failed = None
         return self._closing.wait(seconds)
 
     def tell_to_close(self) -> None:
-        """Let no further round begin."""
+        """Start no further round."""
         self._closing.set()
         self._wake.set()
 
     def close(self, seconds: float | None = None) -> None:
-        """Let no further round begin, and wait for the current one, for a limited time."""
+        """Start no further round, and wait for the current one, for a limited time."""
         self.tell_to_close()
         if self._thread.is_alive():
             self._thread.join(seconds)
@@ -94,7 +96,7 @@ class Background:
                     self._round()
 
     def note(self, error: BaseException) -> str:
-        """Log and count what went wrong; give it in a line."""
+        """Log and count an error; give it in a line."""
         self.failures += 1
         told = _in_a_line(error)
         # the store's own words need no trace

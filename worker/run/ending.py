@@ -8,14 +8,14 @@ from damperlab.worker.run.lease import Lease
 
 
 class Ending:
-    """Puts a study down.
+    """Ends a study.
 
     Parameters
     ----------
     store : Store
         Where it is.
     lease : Lease
-        The claim on it; whoever has lost that says nothing more.
+        The claim on it; a runner that has lost it writes nothing more.
     """
 
     def __init__(self, store: Store, lease: Lease) -> None:
@@ -23,16 +23,16 @@ class Ending:
         self._lease = lease
 
     def settle(self, stopped_as: str, stopped_by: str | None, failures: Sequence[str], left_out: str) -> None:
-        """Put the study into the state that its blocks say.
+        """Set the state of the study from its blocks.
 
         Parameters
         ----------
         stopped_as : str
-            The state of one that is not complete.
+            State of an incomplete study.
         stopped_by : str, optional
-            Why it is not.
+            Reason of its incompleteness.
         failures : sequence of str
-            Blocks that were given up, and why.
+            Failed blocks, with reasons.
         left_out : str
             Which workers are left out, and why.
         """
@@ -56,14 +56,14 @@ class Ending:
         self._store.set_state(study_id, state, message, only_from=("running",), owner=self._lease.owner)
 
     def put_down(self, state: str, message: str | None) -> None:
-        """End a study that is not complete, unless somebody else has said what becomes of it."""
+        """End an incomplete study, unless another process has decided its state."""
         if not self._lease.lost.is_set():
             self._store.set_state(
                 self._lease.study_id, state, message, only_from=("running",), owner=self._lease.owner
             )
 
     def left(self) -> str:
-        """What remains, and how to go on."""
+        """What remains, and how to continue."""
         record = self._store.find(self._lease.study_id)
         pending = record.blocks_total - record.blocks_done
         return f"{record.blocks_done} of {record.blocks_total} blocks are kept; continued, it computes the other {pending}"

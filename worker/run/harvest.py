@@ -1,4 +1,4 @@
-"""What a run has brought in: blocks that have ended, marked as done; those given up, as failed points."""
+"""Results of a run: completed blocks, marked as done; failed ones, recorded as failed points."""
 
 import uuid
 from collections.abc import Iterable
@@ -18,7 +18,7 @@ from damperlab.worker.worker_process.tasks import failed_values
 
 
 class Harvest:
-    """Takes in what has ended.
+    """Records completed blocks.
 
     Parameters
     ----------
@@ -29,20 +29,20 @@ class Harvest:
     plan : Plan
         Its blocks.
     expected : array of float
-        Their kernel seconds, as they were expected at the beginning: progress is the share of that which is done.
+        Their expected kernel seconds at the beginning: progress is the completed share.
     account : Account
-        Told of each block.
+        Called with each block.
     """
 
     def __init__(
         self, store: Store, lease: Lease, plan: Plan, expected: NDArray[np.float64], account: Account
     ) -> None:
         self.spent_seconds = 0.0
-        """Kernel seconds of the blocks that this run has brought in."""
+        """Kernel seconds of the blocks that this run has completed."""
         self.marked = 0
-        """How many blocks this run has marked as done."""
+        """Number of blocks that this run has marked as done."""
         self.failures: list[str] = []
-        """Which blocks were given up, and why."""
+        """Failed blocks, with reasons."""
         self._store = store
         self._lease = lease
         self._plan = plan
@@ -56,7 +56,7 @@ class Harvest:
         Raises
         ------
         Interrupted
-            A block that was given up cannot be written.
+            A failed block cannot be written.
         """
         outcomes: list[BlockOutcome] = []
         try:
@@ -69,7 +69,7 @@ class Harvest:
             self._mark(outcomes)
 
     def _outcome(self, end: BlockOutcome | Failure) -> BlockOutcome:
-        """Give what is to be marked."""
+        """Give the blocks to mark."""
         if isinstance(end, BlockOutcome):
             self.spent_seconds += end.kernel_seconds
             return end

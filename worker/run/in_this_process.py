@@ -1,4 +1,4 @@
-"""Blocks computed by threads of this process: what a study needs that ends before a cluster has started."""
+"""Blocks computed by threads of this process: for a study that ends before a cluster would have started."""
 
 import uuid
 from collections.abc import Callable, Iterator
@@ -11,14 +11,15 @@ from damperlab.worker.outcomes import Failure, judged
 
 
 class InThisProcess:
-    """Computes a block on each core; stands in the place of `damperlab.worker.dispatch.window.Window`.
+    """Computes a block on each core; has the interface of `damperlab.worker.dispatch.window.Window`.
 
     Kernels hold no lock of the interpreter, so that threads share the cores as processes would.
 
     Parameters
     ----------
     call : callable
-        Gives the function that computes and stores the block of the given index under the given task key, and its arguments.
+        Gives the function that computes and stores the block of the given index under the given task key, and its
+        arguments.
     indices : iterator of int
         The blocks, in the order in which they shall begin.
     """
@@ -32,11 +33,11 @@ class InThisProcess:
 
     @property
     def empty(self) -> bool:
-        """Whether no block is under way; after `fill`, whether none is left."""
+        """Whether no block is running; after `fill`, whether none remains."""
         return not self._running
 
     def fill(self) -> None:
-        """Begin blocks until every core has one."""
+        """Start blocks until every core has one."""
         while len(self._running) < self._cores and (index := next(self._indices, None)) is not None:
             self._begin(index)
 
@@ -45,7 +46,7 @@ class InThisProcess:
         self._running[self._threads.submit(function, *arguments)] = index, failures
 
     def collect(self, wait_seconds: float | None) -> Iterator[BlockOutcome | Failure]:
-        """Wait until a block has ended, and hand back what became of it; nothing where none has in time.
+        """Wait until a block has ended, and return its result; empty if none ends in time.
 
         Raises
         ------
@@ -65,10 +66,10 @@ class InThisProcess:
                 self._begin(index, failures + 1)
 
     def drain(self, grace_seconds: float) -> Iterator[BlockOutcome | Failure]:
-        """Wait for the blocks under way, however long they take: a thread cannot be ended."""
+        """Wait for the running blocks, however long they take: a thread cannot be ended."""
         while self._running:
             yield from self.collect(None)
 
     def close(self) -> None:
-        """Wait for the blocks under way, whose outcomes nobody wants any more."""
+        """Wait for the running blocks, whose results are no longer wanted."""
         self._threads.shutdown(cancel_futures=True)

@@ -1,4 +1,4 @@
-"""The claim of one runner on one study, renewed from a thread for as long as the study runs."""
+"""The claim of one runner on one study, renewed by a thread as long as the study runs."""
 
 import logging
 import os
@@ -19,11 +19,11 @@ logger = logging.getLogger(__name__)
 _held: set[str] = set()  # the owners that live in this process
 
 RENEW_SECONDS = 5.0
-"""Between two renewals; many fit into a claim's life, so that a busy catalogue costs no claim."""
+"""Interval between renewals; many fit into a claim's duration, so that a busy catalogue costs no claim."""
 
 
 class Lease:
-    """What the renewing thread has learned; made by `hold`.
+    """Findings of the renewing thread; made by `hold`.
 
     Parameters
     ----------
@@ -38,11 +38,11 @@ class Lease:
         self.study_id = study_id
         self.owner = _new_owner()
         self.begun = threading.Event()
-        """Set by the runner once the study is `running`: what waits for its turn at that has not been withdrawn."""
+        """Set by the runner once the study is `running`: its queued run was not withdrawn."""
         self.withdrawn = threading.Event()
-        """Set when somebody else cancelled or deleted the study."""
+        """Set when another process cancelled or deleted the study."""
         self.lost = threading.Event()
-        """Set when another runner holds the claim now: this one must not touch the study any more."""
+        """Set when another runner has the claim: this one must not change the study any more."""
         runner = threading.current_thread()
         # a runner that was ended without releasing its claim leaves the study to another
         self.renewing = Background(f"lease-{study_id}", self._renew, RENEW_SECONDS, runner.is_alive)
@@ -69,7 +69,7 @@ def _new_owner() -> str:
 
 @contextmanager
 def held_owner() -> Iterator[str]:
-    """Give the name of a new owner, which lives for the time of the context."""
+    """Give the name of a new owner, valid within the context."""
     owner = _new_owner()
     _held.add(owner)
     try:
@@ -80,7 +80,7 @@ def held_owner() -> Iterator[str]:
 
 @contextmanager
 def hold(store: Store, study_id: str) -> Iterator[Lease]:
-    """Claim a study for the time of the context.
+    """Claim a study within the context.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def _take_over(lease: Lease) -> bool:
 
 
 def owner_is_dead(owner: str) -> bool:
-    """Whether a claim's owner can be seen to be gone, before its claim expires.
+    """Whether a claim's owner is certainly dead, before its claim expires.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def owner_is_dead(owner: str) -> bool:
     Returns
     -------
     bool
-        True for a process of this host that is no more; False for any other host's, which cannot be seen.
+        True for an ended process of this host; False for any other host's, which cannot be checked.
     """
     if not re.fullmatch(r".+:\d+:[0-9a-f]{8}", owner):
         return False

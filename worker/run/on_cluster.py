@@ -1,4 +1,4 @@
-"""Blocks computed at a cluster, also where that is lost half-way and comes back."""
+"""Blocks computed at a cluster, also if it is lost half-way and comes back."""
 
 import time
 from collections.abc import Callable
@@ -22,11 +22,11 @@ from damperlab.worker.run.recipe import Recipe
 from damperlab.worker.scenes import scenes
 
 AGAIN_SECONDS = 1.0
-"""Until a scheduler that was lost is looked for again."""
+"""Time until a lost scheduler is looked for again."""
 
 
 class OnCluster:
-    """Sends what a study lacks to a cluster.
+    """Sends the missing blocks of a study to a cluster.
 
     Parameters
     ----------
@@ -35,15 +35,15 @@ class OnCluster:
     lease : Lease
         The claim on it.
     account : Account
-        Told of everything.
+        Receives all reports.
     plan : Plan
         The blocks.
     expected : ndarray of float
-        What each of them is expected to take [s].
+        Expected time of each of them [s].
     stopping : callable
-        Whether no more blocks shall begin.
+        Whether to start no more blocks.
     there_before : bool
-        Whether a cluster has computed for this run before: one that cannot be reached now may come back.
+        Whether a cluster has computed for this run before: one that is unreachable now may come back.
     """
 
     def __init__(
@@ -72,25 +72,25 @@ class OnCluster:
         wait_seconds: float,
         return_seconds: float,
     ) -> None:
-        """Compute every pending block, or as many as there is leave for.
+        """Compute every pending block, or as many as the limits allow.
 
         Parameters
         ----------
         client_factory : callable
             As for `damperlab.worker.run.runner.run_study`.
         pump : callable
-            Takes what a window hands back until it is empty, or the study stops.
+            Processes the results of a window until it is empty, or the study stops.
         wait_seconds : float
-            How long to wait while no worker can compute [s].
+            Longest wait while no worker can compute [s].
         return_seconds : float
-            How long to wait for a scheduler that was lost [s]; anew after each loss before which blocks were done.
+            Longest wait for a lost scheduler [s]; it restarts after each loss before which blocks were completed.
 
         Raises
         ------
         Outage
             For longer.
         ClusterUnusable
-            There was no cluster to begin with.
+            There was no cluster from the start.
         """
         lost: SchedulerLost | None = None
         pending, gives_up_at = self._pending(), 0.0
@@ -144,7 +144,7 @@ class OnCluster:
             window.close()
 
     def _assemble(self, window: Window, client: Client, recipe: Recipe, pending: NDArray[np.int64]) -> bool:
-        """Find workers that agree, and prepare them; False where the study was stopped meanwhile."""
+        """Find workers that agree, and prepare them; False if the study was stopped meanwhile."""
         study_id = self._lease.study_id
         digest = self._store.find(study_id).digest
         first = partial(window.assemble, self._store.cube_path(study_id), digest, code_hash())
@@ -161,6 +161,6 @@ class OnCluster:
         return first(facts["identity"], canary, truth, lambda: self._look_on(window)) is not None
 
     def _look_on(self, window: Window) -> bool:
-        """Let everybody see what is waited for; False where the study shall stop."""
+        """Publish the reason for waiting; False if the study must stop."""
         self._account.tell_of_workers(window.stranded, window.gives_up_at)
         return not self._stopping()

@@ -1,4 +1,4 @@
-"""How far a study is, how fast it goes, and when it will be done."""
+"""Progress of a study, its speed, and its expected end."""
 
 import math
 import time
@@ -20,21 +20,21 @@ class Progress:
     blocks_total, blocks_done : int
         Blocks of the plan.
     points_per_second : float
-        Of this run, lately; 0 before its first block.
+        Recent speed of this run; 0 before its first block.
     seconds_left : float or None
-        Expected, or None before there is a speed to go by; 0 at the end.
+        Expected, or None while the speed is unknown; 0 at the end.
     phase : str
         As in `Record`: starting or compiling before the blocks.
     phase_done, phase_total : int, optional
-        Kernels compiled, of how many, while the phase is compiling.
+        Number of compiled kernels, and their total, while the phase is compiling.
     workers : tuple of (str, int)
-        How many workers of the cluster have which standing for this study.
+        Number of the cluster's workers of each standing for this study.
     blocks_in_flight, retries : int
-        Blocks at workers, and those of this run that were begun again.
+        Blocks at workers, and repeated ones of this run.
     waits_for : str
-        What was lost and is waited for, while the phase is waiting; empty where that is a worker.
+        Lost resource, while the phase is waiting; empty if it is a worker.
     gives_up_in : float
-        How long it is still waited for [s].
+        Remaining wait for it [s].
     """
 
     points_total: int
@@ -57,15 +57,15 @@ class Progress:
 class Meter:
     """Counts finished blocks and turns them into progress.
 
-    The time left follows from the work left, not from the points left: blocks differ in cost by orders of
+    The remaining time follows from the remaining work, not from the points: blocks differ in cost by orders of
     magnitude and the longest come first.
 
     Parameters
     ----------
     start : Progress
-        The study as this run finds it.
+        The study at the start of this run.
     work_left : float
-        Expected kernel seconds of the blocks that are left; only its ratio to the blocks' own work matters.
+        Expected kernel seconds of the remaining blocks; only its ratio to the blocks' own work matters.
     """
 
     def __init__(self, start: Progress, work_left: float) -> None:
@@ -85,7 +85,7 @@ class Meter:
         points, failed : int
             Its points, and how many of them failed.
         work : float
-            Its expected kernel seconds, as they were counted in `work_left`.
+            Its expected kernel seconds, as counted in `work_left`.
         """
         self._points += points
         self._failed += failed
@@ -94,7 +94,7 @@ class Meter:
         self._sample()
 
     def progress(self) -> Progress:
-        """Counts and speed as they are now."""
+        """Present counts and speed."""
         then, points, work = self._samples[0]
         elapsed = time.monotonic() - then
         speed = (self._points - points) / elapsed if elapsed > 0.0 else 0.0

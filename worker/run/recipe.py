@@ -44,16 +44,16 @@ class Recipe:
 
     @property
     def begun(self) -> str:
-        """The identity that computed the blocks that are there; empty where there are none."""
+        """The identity of the existing blocks; empty if there are none."""
         return self._record.provenance.get("identity", "") if self._record.blocks_done else ""
 
     def agree(self, answers: Mapping[str, Mapping[str, str]]) -> None:
-        """Record what the study is computed with; nothing is called before.
+        """Record the study's solver; no call is made before.
 
         Raises
         ------
         WrongCode
-            Those who compute are unlike each other, or unlike what computed the blocks that are there.
+            The workers differ from each other, or from the solver of the existing blocks.
         """
         now = one_identity(answers)
         self._record = self._store.begin(self._lease.study_id, dict(now), self._lease.owner)
@@ -64,7 +64,7 @@ class Recipe:
         return Overlaps(self._store, self._record)
 
     def call(self, index: int, key: str) -> tuple[Any, ...]:
-        """Give the function that computes a block, and its arguments, under the key of its task."""
+        """Give the function for a block, and its arguments, under the key of its task."""
         block = self._plan.block(index)
         # a key is used once, so the files of no two attempts have the same name
         generation = key.removeprefix("block-")
@@ -72,7 +72,7 @@ class Recipe:
         return run_block, self._cube_path, self._record.digest, block, code_hash(), generation, known, solver
 
     def canary(self, pending: NDArray[np.int64]) -> tuple[Block, str]:
-        """Choose points that every worker computes first, and give their bits where they are stored."""
+        """Choose the points that every worker computes first, and give their bits if they are stored."""
         study = self._plan.study
         done = np.setdiff1d(np.arange(self._plan.count), pending, assume_unique=True)
         if done.size:

@@ -1,4 +1,4 @@
-"""One study from claimed to done: its pending blocks through a cluster into the store."""
+"""One study from its claim to its end: its pending blocks through a cluster into the store."""
 
 import math
 import time
@@ -42,11 +42,11 @@ if TYPE_CHECKING:
     from damperlab.worker.dispatch.window import Window
 
 GRACE_SECONDS = 15.0
-"""How long blocks that run when a study is stopped may still take; a block takes a few seconds."""
+"""Longest time for running blocks when a study is stopped; a block takes a few seconds."""
 AGAIN_SECONDS = 1.0
-"""Between two looks for a store that does not answer."""
+"""Interval between checks of a store that does not answer."""
 POLL_SECONDS = 0.2
-"""Longest sleep of the coordinator: how late it notices that it shall stop."""
+"""Longest sleep of the coordinator, and so the delay of a stop."""
 SECONDS_PER_HOUR = 3600.0
 
 
@@ -65,53 +65,56 @@ def run_study(
     return_seconds: float = 0.0,
     budget_seconds: float | None = None,
 ) -> Record:
-    """Compute what a study lacks, and no more.
+    """Compute exactly the missing blocks of a study.
 
-    The study ends `done` when every block has its mark, also where blocks were given up and recorded as
-    failed points; it ends `failed` where each of its blocks was given up. Stopped, here or by a cancel in
-    another process, it is `cancelled`. If it could not continue for a reason outside its points (the scheduler is lost, the
-    disk is full, a worker holds other code), it is `failed` with that message while blocks are pending. Whatever the end,
-    what is done is kept, and another call goes on from there.
+    The study ends `done` when every block has its mark, even if some blocks were recorded as failed points; it ends
+    `failed` if every block failed. If it is stopped, here or by a cancel in another process, it is `cancelled`. If
+    it cannot continue for a reason outside its points (the scheduler is lost, the disk is full, a worker has other
+    code), it is `failed` with that message and blocks remain pending. In any case finished blocks are kept, and
+    another call continues from there.
 
     Parameters
     ----------
     store : Store
-        Where the study was submitted.
+        The store of the study.
     study_id : str
         Its full id.
     client_factory : callable
-        Makes a context that gives a client, as `damperlab.worker.cluster.cluster.connect` does; called only to compute blocks.
+        Makes a context that gives a client, as `damperlab.worker.cluster.cluster.connect` does; called only to
+        compute blocks.
     on_progress : callable
-        Called in this thread as the study starts, about twice a second while it moves, and at its end.
+        Called in this thread as the study starts, about twice a second while it progresses, and at its end.
     stop : Event
-        Set it from elsewhere to stop: no block begins, and those that run may finish within `GRACE_SECONDS`.
+        Set it from another thread to stop: no block starts, and running ones may finish within `GRACE_SECONDS`.
     only_from : tuple of str
-        Nothing is computed unless the study is in one of these states once it is claimed: somebody may have cancelled it.
+        Nothing is computed unless the study is in one of these states once it is claimed: another process may have
+        cancelled it.
     stopped_as : str
-        The state in which it is left by `stop`: "queued" for somebody who will go on with it, or who has said already
-        what becomes of it.
+        The final state after `stop`: "queued" if another process will continue it, or has already decided its state.
     outage_as : str
-        The state in which it is left by what passes by itself: a cluster that is away, a disk that is full.
+        The final state after a temporary failure: an absent cluster, a full disk.
     here_seconds : float
-        Work that is expected to take no longer is done in this process, without a cluster: the same values, bit for bit.
+        Work up to this expected time is done in this process, without a cluster: the values are the same, bit for
+        bit.
     wait_seconds : float
-        How long to wait while no worker of the cluster can compute; the record says for what.
+        Longest wait while no worker of the cluster can compute; the record gives the reason.
     return_seconds : float
-        How long to wait for a scheduler that was lost half-way, or for another in its place.
+        Longest wait for a scheduler that was lost half-way, or for its replacement.
     budget_seconds : float, optional
-        Kernel seconds after which no block begins; the study is left as if it had been stopped, and its message says so.
+        Kernel seconds after which no block starts; the study ends as if it had been stopped, and its message says
+        so.
 
     Returns
     -------
     Record
-        The study as it ended.
+        The study in its final state.
 
     Raises
     ------
     StudyNotFound
         If there is no such study, or it was deleted while it ran.
     StudyBusy
-        If another process runs it; nothing is changed then.
+        If another process runs it; then nothing is changed.
     ClusterUnusable
         From `connect`; the study is `failed` with that message and can be run again.
     """
@@ -179,7 +182,7 @@ class _Run:
         self._record = store.find(self._study_id)
 
     def begin(self, only_from: tuple[str, ...]) -> bool:
-        """Let the study run, in one step with the look at its state; False where it is in none of those."""
+        """Start the study, and check its state in the same step; False if it is in none of those."""
         # why it was put down before holds no more; what is said of blocks that failed does
         told = None if self._record.points_failed else ""
         owner = self._lease.owner
@@ -197,7 +200,9 @@ class _Run:
         wait_seconds: float,
         return_seconds: float,
     ) -> None:
-        """Compute what is pending and end the study; a store that does not answer is waited for, as a scheduler is."""
+        """Compute the pending blocks and end the study; a store that does not answer is waited for, like a
+        scheduler.
+        """
         gives_up_at, kept = 0.0, -1
         while True:
             try:
@@ -213,7 +218,7 @@ class _Run:
                 self._wait_for_store(error, gives_up_at)
 
     def _wait_for_store(self, error: StoreFault, gives_up_at: float) -> None:
-        """Wait until the catalogue answers, and look at the study again; raise what it says where that takes too long."""
+        """Wait until the catalogue answers, and read the study again; raise its error if this takes too long."""
         while time.monotonic() < gives_up_at and not self._stopping:
             self._account.wait(error.fault.sentence, gives_up_at)
             self._stop.wait(AGAIN_SECONDS)
@@ -276,7 +281,7 @@ class _Run:
         away.compute(client_factory, self._pump, wait_seconds, return_seconds)
 
     def _take_back_lost(self) -> None:
-        """Compute blocks whose files are lost again, too."""
+        """Also compute blocks whose files are lost."""
         lost = self._store.lost_blocks(self._study_id)
         if lost:
             require_solver(self._study_id, self._record.provenance)
@@ -302,7 +307,7 @@ class _Run:
             raise kind(f"the study's data cannot be read ({type(error).__name__}: {error})") from error
 
     def _compile_here(self, lacking: list[Scene]) -> None:
-        """Compile what a study lacks that this process computes, in processes that leave it free."""
+        """Compile missing kernels of a study that this process computes, in separate processes."""
         if not lacking:
             return
         self._account.compiling(0, len(lacking))
@@ -328,7 +333,7 @@ class _Run:
         return self._harvest.spent_seconds if self._harvest else 0.0
 
     def _budget_spent(self) -> str | None:
-        """Say that the budget ended the run; None where something else did."""
+        """Report that the budget ended the run; None if there was another reason."""
         if self._spent < self._budget:
             return None
         hours = self._budget / SECONDS_PER_HOUR

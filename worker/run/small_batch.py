@@ -1,4 +1,4 @@
-"""A batch of small studies that begin and end together: what each costs beside its points is shared by all of them."""
+"""A batch of small studies that start and end together, so that they share their overhead."""
 
 import logging
 import threading
@@ -22,24 +22,24 @@ from damperlab.worker.run.lease import RENEW_SECONDS, held_owner
 from damperlab.worker.worker_process.tasks import run_block
 
 AT_ONCE = 16
-"""Studies of a design that begin and end together: as many are computed once more where the process is killed."""
+"""Studies of a design that start and end together: if the process is killed, so many are computed once more."""
 
 _log = logging.getLogger(__name__)
 
 
 def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool]) -> None:
-    """Compute studies of one block each that were never begun, one on each core of this machine.
+    """Compute new studies of one block each, one on each core of this machine.
 
     An unusual study, for example one with a failing block, stays queued for a run of its own.
 
     Parameters
     ----------
     store : Store
-        Where they were submitted.
+        Their store.
     ids : sequence of str
-        Their whole ids; what they need is compiled.
+        Their complete ids; their kernels are compiled.
     stop : callable
-        Whether to begin no further one.
+        Whether to start no further one.
     """
     identity = computing()["identity"]
     with hold(store, ids, identity) as (owner, records):
@@ -58,7 +58,7 @@ def compute_together(store: Store, ids: Sequence[str], stop: Callable[[], bool])
 
 @contextmanager
 def hold(store: Store, ids: Sequence[str], identity: str) -> Iterator[tuple[str, list[Record]]]:
-    """Claim studies for the time of the context; what is not ended in it is queued again."""
+    """Claim studies within the context; unfinished ones are queued again."""
     with held_owner() as owner:
         runner = threading.current_thread()
         renewing = Background("lease-batch", lambda: store.renew_all(owner), RENEW_SECONDS, runner.is_alive)

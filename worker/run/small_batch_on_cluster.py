@@ -31,20 +31,20 @@ def run_small_studies(
     client_factory: Callable[[], AbstractContextManager[Client]],
     stop: threading.Event,
 ) -> list[str]:
-    """Compute studies of one block each that were never begun, and give back the ids of those that want a run of their own.
+    """Compute new studies of one block each, and return the ids of those that need a separate run.
 
-    Whatever is out of the ordinary is left to that: kernels that must be compiled, another solver, a block that fails.
+    These are all unusual ones: kernels that must be compiled, another solver, a block that fails.
 
     Parameters
     ----------
     store : Store
         Where they were submitted.
     ids : sequence of str
-        Their whole ids.
+        Their complete ids.
     client_factory : callable
         Makes a context that gives a client.
     stop : Event
-        Set it from elsewhere: nothing more is waited for.
+        Set it from another thread: the wait then ends.
     """
     with client_factory() as client:
         try:
@@ -91,7 +91,7 @@ def _ready(client: Client, records: Sequence[Record]) -> bool:
 
 
 def _outcomes(client: Client, futures: Sequence[Future], stop: threading.Event) -> list[BlockOutcome | None]:
-    """Wait for all; None for what failed, was lost or is not waited for."""
+    """Wait for all; None for those that failed, were lost or are no longer wanted."""
     while not all(future.done() for future in futures):
         if stop.wait(POLL_SECONDS) or client.status != "running":
             break

@@ -1,9 +1,11 @@
-"""Bare addresses of arrays, for the inside of a march.
+"""Plain addresses of arrays, for the inside of an integration.
 
-numba counts references to every array that a function is handed, with locked instructions: measured on a march, five
-sixths of its run time. A march takes arrays, which its caller keeps alive, and hands only their addresses on.
+numba counts references to every array argument of a function with locked instructions: this takes five sixths of the
+run time of an integration. The integrator receives arrays, which its caller keeps alive, and passes on only their
+addresses.
 
-An address knows no bounds. In the checked build (NUMBA_BOUNDSCHECK=1) it is the array itself, and every index is checked.
+An address has no bounds. In the checked build (NUMBA_BOUNDSCHECK=1) it is the array itself, and every index is
+checked.
 """
 
 from typing import Any, Protocol
@@ -46,7 +48,7 @@ else:
 
     @intrinsic  # type: ignore[untyped-decorator]
     def address(typingctx: Any, array: Any, first: Any) -> Any:
-        """Address of the element `first` of a contiguous array, or of what an address begins; the array must outlive it."""
+        """Address of the element `first` of a contiguous array or of an address; the array must outlive it."""
         known = isinstance(array, types.CPointer) or (isinstance(array, types.Array) and array.layout == "C")
         if not known or not isinstance(first, types.Integer):
             return None
@@ -62,7 +64,7 @@ else:
 
 
 def _flat(context: Any, builder: Any, kind: types.Array, array: Any) -> Any:
-    """The numbers of an array in a row: its address, or, where indices are checked, the array of one dimension."""
+    """The flat form of an array: its address or, if indices are checked, the array of one dimension."""
     whole = cgutils.create_struct_proxy(kind)(context, builder, array)
     if not numba.config.BOUNDSCHECK:
         return whole.data
@@ -115,7 +117,8 @@ else:
     def on_addresses(typingctx: Any, value: Any) -> Any:
         """A named tuple with addresses for its arrays, at any depth; the arrays, all contiguous, must outlive it.
 
-        All of them: one array left among the addresses would be counted, with locked instructions, at every event.
+        All must be replaced: references to one remaining array would be counted, with locked instructions, at every
+        event.
         """
 
         def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -1,6 +1,7 @@
-"""Whole arrays in kernels, element by element.
+"""Loops over complete arrays in kernels, element by element.
 
-numpy's own forms bring its checks of shapes and their messages into every kernel: a hundred functions to compile for a copy.
+numpy's own functions bring their shape checks and messages into every kernel: a hundred functions to compile for a
+copy.
 """
 
 import numpy as np
@@ -58,7 +59,7 @@ def copy_matrix(source: Array, out: Array) -> None:
 
 @kernel
 def largest_element(matrix: Array) -> float:
-    """Largest modulus of the elements of a matrix; NaN where one of them is."""
+    """Largest modulus of the elements of a matrix; NaN if one of them is."""
     largest = 0.0
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):

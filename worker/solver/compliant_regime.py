@@ -18,7 +18,7 @@ class CompliantRegime(NamedTuple):
     sticks, offset
         As of `Regime`.
     motion, between : CompliantMotion
-        The motion in contact, and the same with y' alone as fast.
+        The motion in contact, and the same with only y' as fast.
     """
 
     sticks: bool
@@ -32,7 +32,7 @@ AnyRegime = Regime | CompliantRegime
 
 @inlined
 def wall_of(scene: Scene) -> Wall:
-    """The compliant wall of a scene that has one."""
+    """The compliant wall of a scene."""
     assert scene.particle is not None
     assert scene.particle.wall is not None
     return scene.particle.wall
@@ -40,14 +40,14 @@ def wall_of(scene: Scene) -> Wall:
 
 @inlined
 def buffers_of(scene: Scene) -> Buffers:
-    """Where a motion in contact is expanded."""
+    """Buffers for the expansion of a motion in contact."""
     buffers: Buffers = scene.loaded.buffers
     return buffers
 
 
 @inlined
 def compliant_regime_of(state: State, scene: Scene) -> CompliantRegime:
-    """Regime of a state that the wall pushes."""
+    """Regime of a state in compliant contact."""
     contact = scene.loaded
     sticks, offset = slip_regime(state.slip, scene.friction)
     motion = contact.slipping

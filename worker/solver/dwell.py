@@ -1,4 +1,6 @@
-"""The particle held on a wall for a contact time. Without one every function here is a constant that the compiler drops."""
+"""The particle's dwell on a wall for a contact time. Without a contact time every function here is a constant that
+the compiler drops.
+"""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.particle import Particle
@@ -7,7 +9,7 @@ from damperlab.worker.solver.state import Dwell
 
 @inlined
 def dwell_at_rest(particle: Particle | None) -> Dwell | None:
-    """What a particle that has met no wall yet remembers: None where contacts take no time."""
+    """Memory of a particle that has met no wall yet: None if contacts take no time."""
     if particle is None:
         return None
     if particle.contact_time is None and particle.wall is None:
@@ -17,7 +19,7 @@ def dwell_at_rest(particle: Particle | None) -> Dwell | None:
 
 @inlined
 def no_dwell(dwell: Dwell | None) -> Dwell | None:
-    """The particle is not held."""
+    """No dwell."""
     if dwell is None:
         return None
     return Dwell(0.0, 0.0)
@@ -33,7 +35,7 @@ def dwell_on(dwell: Dwell | None, time: float) -> Dwell | None:
 
 @inlined
 def is_dwelling(dwell: Dwell | None) -> bool:
-    """Whether the particle is held on its wall."""
+    """Whether the particle dwells on its wall."""
     if dwell is None:
         return False
     return dwell.left > 0.0
@@ -41,7 +43,7 @@ def is_dwelling(dwell: Dwell | None) -> bool:
 
 @inlined
 def time_left(dwell: Dwell | None) -> float:
-    """Time until the particle is let go [1/ω_n]."""
+    """Time until detachment [1/ω_n]."""
     if dwell is None:
         return 0.0
     return dwell.left
@@ -49,7 +51,7 @@ def time_left(dwell: Dwell | None) -> float:
 
 @inlined
 def approach_speed(dwell: Dwell | None) -> float:
-    """Speed at which the particle met the wall that holds it; in a compliant wall the rate of its depth at present [Z ω_n]."""
+    """Approach speed at the wall of the dwell; on a compliant wall the present rate of penetration [Z ω_n]."""
     if dwell is None:
         return 0.0
     return dwell.speed

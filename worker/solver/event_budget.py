@@ -1,4 +1,4 @@
-"""How many events an integration may take, and how many without time moving on."""
+"""Limits on the events of an integration, and on those without progress in time."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ _NO_TIME = 1e-15  # relative
 
 @inlined
 def spend(counts: NDArray[np.int64], time: float, scale: float) -> int:
-    """Outcome after a segment, already counted, of this length: ARRIVED where the integration may go on."""
+    """Outcome after a segment of this length, which is already counted: ARRIVED if the integration may continue."""
     if counts[SEGMENTS] > counts[BUDGET]:
         return OUT_OF_EVENTS
     if time <= _NO_TIME * scale:

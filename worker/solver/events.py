@@ -1,4 +1,4 @@
-"""Events: their kinds, their counts in a march, and how an integration ends."""
+"""Events: their kinds, their counts in an integration, and its outcomes."""
 
 from enum import IntEnum
 
@@ -27,7 +27,7 @@ COUNTS = 6
 
 
 class Outcome(IntEnum):
-    """How an integration ended: those of `Status` that an integration can end with, by the same numbers."""
+    """Outcome of an integration: those of `Status` that can end one, with the same numbers."""
 
     ARRIVED = Status.CONVERGED
     OUT_OF_EVENTS = Status.TOO_MANY_EVENTS

@@ -1,8 +1,8 @@
 """Integrate through half an excitation cycle, or through a record, from event to event.
 
-What a scene lacks is None, and the compiler drops it: without `friction` there is no search for turns and no stick, without
-`particle` no gap, no impact, no riding; without `meter` no peaks, and without its `energies` no integrals; without `log` no
-history.
+Absent elements of a scene are None, and the compiler drops them. Without `friction` there is no search for velocity
+reversals and no sticking; without `particle` no gap, no impact, no riding; without `meter` no peaks, and without its
+`energies` no integrals; without `log` no history.
 """
 
 from damperlab.worker.jit import inlined, kernel
@@ -51,17 +51,17 @@ def half_cycle(
     state : State
         At phase 0 of the (mirrored) base, or at the start of the record.
     scene : Scene
-        What it is integrated in; its counts are added to.
+        The scene; its counts are added to.
     meter : Meter or None
-        Added to, where given.
+        Added to, if given.
     log : Log, Transitions or None
-        Takes every segment, or every transition, where given.
+        Records every segment, or every transition, if given.
 
     Returns
     -------
     state : State
-        Half a cycle later, mirrored: all signs flipped, so that it starts at phase 0 again. At the end of a record, and where
-        the outcome is not ARRIVED, as it is there.
+        State half a cycle later, mirrored: all signs flipped, so that it starts at phase 0 again. At the end of a
+        record, and if the outcome is not ARRIVED, it is not mirrored.
     outcome : int
         Of `events.Outcome`.
     """
@@ -72,7 +72,7 @@ def half_cycle(
 def half_cycle_on_addresses(
     state: State, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, int]:
-    """`half_cycle` where scene, meter and log hold addresses already: for callers that loop, which take the addresses once."""
+    """`half_cycle` with addresses in scene, meter and log: for loops, which take the addresses once."""
     base, curves = scene.base, curves_of(scene)
     since = 0.0  # time since the last transition
     for k in range(base.windows):
@@ -116,10 +116,10 @@ def half_cycle_on_addresses(
 
 @inlined
 def _propagate(state: State, span: Span, scene: Scene) -> tuple[Segment, bool]:
-    """The segment that is left of a window if nothing happens in it, and whether that is proved.
+    """The rest of a panel as a segment without events, and whether that is proved.
 
-    Most windows are whole: they are crossed by their matrix first, and both ends together prove that nothing happened
-    between. Else the start alone has to prove it, and the segment's end is not known yet.
+    Most panels are complete: they are first integrated by their matrix, and both ends together prove that nothing
+    happened between. Otherwise the start alone must prove it, and the segment's end is not known yet.
     """
     regime = regime_of(state, scene)
     bounds = motion_bounds(state, regime, span, scene.base)
@@ -134,7 +134,7 @@ def _propagate(state: State, span: Span, scene: Scene) -> tuple[Segment, bool]:
 
 @inlined
 def _cross_window(state: State, regime: Regime, span: Span, scene: Scene) -> State:
-    """Cross a window, in which nothing happens, by its matrix."""
+    """Integrate a panel without events by its matrix."""
     base, motion, offset = scene.base, regime.motion, regime.offset
     v = state.v
     w = 0.0
@@ -161,7 +161,7 @@ def _cross_window(state: State, regime: Regime, span: Span, scene: Scene) -> Sta
 
 @inlined
 def _expand(segment: Segment, scene: Scene, meter: Meter | None, curves: Curves) -> None:
-    """Polynomials of a segment, as many as are asked for."""
+    """Polynomials of a segment, as many as requested."""
     base, state, phase, regime = scene.base, segment.start, segment.phase, segment.regime
     if regime.sticks:
         expand_base(base, phase, curves.absolute)
@@ -178,7 +178,7 @@ def _expand(segment: Segment, scene: Scene, meter: Meter | None, curves: Curves)
 def _to_event(
     segment: Segment, is_free: bool, whole: bool, scene: Scene, meter: Meter | None, curves: Curves
 ) -> tuple[Segment, int]:
-    """A segment up to its first event, on its polynomials, and the kind of that; NOTHING where it has none."""
+    """A segment up to its first event, on its polynomials, and the kind of the event; NOTHING if it has none."""
     t, kind = segment.time, NOTHING
     if not is_free:
         t, kind = next_event(segment, scene, curves)

@@ -1,4 +1,4 @@
-"""The exact map across a window in which nothing happens."""
+"""The exact map across a panel without events."""
 
 from typing import Any, NamedTuple
 
@@ -23,7 +23,7 @@ class LinearMotion(NamedTuple):
     relative_rows, absolute_rows : array, shape (4 · TERMS,)
         Taylor coefficients of x and of x + s for each unit start: x₀, w₀, sin φ and cos φ, one row each.
     forms : array, shape (3 · PAIRS + 4,), or None
-        Integrals over a window (`quadratic_forms.motion_forms`); None where no meter asks for energies.
+        Integrals over a panel (`quadratic_forms.motion_forms`); None if no meter needs energies.
     """
 
     compliance: float

@@ -1,15 +1,15 @@
-"""The particle of a scene and the walls that it strikes."""
+"""The particle of a scene and its walls."""
 
 from typing import NamedTuple
 
 RUBBING = "rubbing"
-"""What a scene calls the contact of a particle that rubs on its cavity: instantaneous impacts."""
+"""Contact of a particle with friction on its cavity, in a scene: instantaneous impacts."""
 FALLING = "falling"
-"""The same of one that falls in its cavity."""
+"""The same for a particle under gravity in its cavity."""
 
 
 class Wall(NamedTuple):
-    """A compliant wall: a spring and a dashpot side by side that push, and never pull (`physics.compliant_wall`).
+    """A compliant wall: a spring and a dashpot side by side that push but never pull (`physics.compliant_wall`).
 
     Attributes
     ----------
@@ -22,21 +22,21 @@ class Wall(NamedTuple):
 
 
 class Particle(NamedTuple):
-    """The particle of a scene; a scene without one passes None, and its kernel holds no impact code.
+    """The particle of a scene; a scene without one passes None, and its kernel contains no impact code.
 
     Attributes
     ----------
     clearance_ratio, restitution, mass_ratio : float
         d/Z, e, β.
     contact_time : float or None
-        How long the particle moves with a wall that it strikes [1/ω_n]; None where it leaves at once.
+        Dwell of the particle on a wall that it strikes [1/ω_n]; None if it leaves immediately.
     wall : Wall or None
-        Of a cavity with compliant walls, whose constants stand for e; None where walls are rigid.
+        Compliant walls, whose constants replace e; None if walls are rigid.
     friction : float or None
-        κ > 0 of a particle that rubs on its cavity, with instantaneous impacts; None where it slides freely. 0 where it only
-        falls.
+        κ > 0 of a particle with friction on its cavity, with instantaneous impacts; None if it slides freely. 0 if
+        only gravity acts.
     gravity : float or None
-        G > 0 along the cavity, towards negative u; None where that lies.
+        G > 0 along the cavity, towards negative u; None if the cavity is level.
     """
 
     clearance_ratio: float
@@ -49,7 +49,7 @@ class Particle(NamedTuple):
 
 
 def with_floats(particle: Particle) -> Particle:
-    """Particle with floats where integers may have been written: a kernel is compiled for one type."""
+    """Particle with floats instead of integers: a kernel is compiled for one type."""
     contact_time = None if particle.contact_time is None else float(particle.contact_time)
     wall = (
         None if particle.wall is None else Wall(float(particle.wall.stiffness), float(particle.wall.damping))

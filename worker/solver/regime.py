@@ -18,7 +18,8 @@ class Regime(NamedTuple):
     sticks : bool
         Whether friction holds the mass on the base.
     offset : float
-        Of the centre of the motion: ±γ_F in slip, with the pull of a particle that rubs; 0 where friction holds the mass.
+        Offset of the centre of the motion: ±γ_F in slip, with the pull of a particle with friction; 0 if friction
+        holds the mass.
     motion : LinearMotion
         The motion in slip, of the mass alone or with the particle riding on it.
     """
@@ -36,16 +37,16 @@ class MotionBounds(NamedTuple):
 
 
 class Span(NamedTuple):
-    """What is left of a window.
+    """The rest of a panel.
 
     Attributes
     ----------
     phase, end : Phase
-        The base now, and at the end of the window.
+        The phase now, and at the end of the panel.
     remaining : float
         Time between the two [1/ω_n].
     whole : bool
-        Whether that is the whole window.
+        Whether that is the complete panel.
     """
 
     phase: Phase
@@ -55,20 +56,20 @@ class Span(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """A stretch of the motion in one regime.
+    """A part of the motion in one regime.
 
     Attributes
     ----------
     start, end : State
-        At its ends; before events are looked for, `end` is where the motion comes to without one.
+        States at its ends; before events are searched, `end` is the state without one.
     phase, phase_end : Phase
         The base there.
     regime : Regime
-        Of the whole of it.
+        Length of the segment.
     time : float
         Length [1/ω_n].
     bounds : MotionBounds
-        Of the motion over it.
+        Bounds on the motion over it.
     """
 
     start: State
@@ -82,7 +83,7 @@ class Segment(NamedTuple):
 
 @inlined
 def window_at(base: Excitation, k: int) -> Span:
-    """Window k as a whole."""
+    """Panel k as a whole."""
     return Span(phase_at(base, k), phase_until(base, k), base.window, True)
 
 
@@ -105,7 +106,7 @@ def regime_of(state: State, scene: Scene) -> Regime:
 
 @inlined
 def motion_of(riding: float, scene: Scene) -> LinearMotion:
-    """What the mass moves in: with the particle as one body where that rides on a rigid wall, else alone."""
+    """Motion of the mass: together with the particle if that rides on a rigid wall, else alone."""
     if scene.particle is not None and scene.particle.wall is None:
         return _choose(scene.free, scene.loaded, riding)
     return scene.free

@@ -1,4 +1,4 @@
-"""A scene: all that a half cycle, or a record, is integrated in."""
+"""A scene: everything that an integration over half a cycle, or a record, needs."""
 
 from typing import Any, NamedTuple
 
@@ -18,12 +18,13 @@ from damperlab.worker.solver.particle import Particle
 
 
 class Scene(NamedTuple):
-    """What a motion is integrated in. What does not act is None, and the compiler drops it wherever a scene is handed on.
+    """Environment of an integration. Absent elements are None, and the compiler drops them wherever a scene is
+    passed on.
 
     Attributes
     ----------
     base : SineBase, RecordBase or SineForce
-        What excites it.
+        The excitation.
     free : LinearMotion
         The motion of the primary mass alone.
     loaded : LinearMotion, Contact or None
@@ -33,7 +34,7 @@ class Scene(NamedTuple):
     particle : Particle or None
         The particle.
     scratch : array, shape (4, TERMS)
-        Polynomials of the segment under way (`Curves`).
+        Polynomials of the present segment (`Curves`).
     counts : int64 array, shape (COUNTS,)
         Counts, added to; counts[BUDGET] is the largest number of segments allowed.
     """
@@ -48,7 +49,9 @@ class Scene(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """Polynomials of a segment, TERMS coefficients each: of x, of x + s, of s or the force, and one for what comes between."""
+    """Polynomials of a segment, TERMS coefficients each: of x, of x + s, of s or the force, and one for intermediate
+    results.
+    """
 
     relative: Floats
     absolute: Floats
@@ -58,7 +61,7 @@ class Curves(NamedTuple):
 
 @inlined
 def curves_of(scene: Scene) -> Curves:
-    """Where a march in a scene expands its segments."""
+    """Buffers for expanding the segments of an integration."""
     return Curves(
         address(scene.scratch, 0),
         address(scene.scratch, TERMS),
@@ -88,7 +91,7 @@ def make_scene(
     particle : Particle or None
         The particle.
     energies : True or None
-        Whether a meter will ask for integrals (`observe.meter.Meter`).
+        Whether a meter needs integrals (`observe.meter.Meter`).
     """
     base = make_sine(damping_ratio, frequency_ratio, energies)
     return scene_on(base, friction, particle, energies)

@@ -1,4 +1,4 @@
-"""The segments of a march and their events: one row each, where asked for."""
+"""The segments of an integration and their events: one row each, on request."""
 
 from typing import NamedTuple
 
@@ -25,14 +25,16 @@ COLUMNS = (
     "approach",
     "slide",
 )
-"""Columns of a row: start [1/ω_n] within its half cycle, duration, kind of the event that ended it, state at its start."""
+"""Columns of a row: start [1/ω_n] within its half cycle, duration, kind of the event that ended it, state at its
+start.
+"""
 
 START, DURATION, EVENT, V, W, SLIP, WALL, GAP, P_RATE, RIDING, APPROACH, SLIDE = range(len(COLUMNS))
 _WIDTH = len(COLUMNS)
 
 
 class Log(NamedTuple):
-    """Rows to fill and, in cursor[0], how many have been filled; rows beyond the end are counted, not kept."""
+    """Rows to fill and, in cursor[0], the number of filled ones; rows beyond the end are counted, not stored."""
 
     rows: NDArray[np.float64]
     cursor: NDArray[np.int64]

@@ -1,9 +1,10 @@
-"""A particle that rubs on its cavity, or falls in it. Where it does neither, every function here is a constant that is dropped.
+"""A particle with friction, or under gravity, in its cavity. Without both, every function here is a constant that is
+dropped.
 
-The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. Or friction carries it
-along, as one body with the mass, while |u''| ≤ κ. A wall that pushes carries it whatever u'' is. Gravity adds −G to p'', and
-u'' + G stands for u''. There u is measured from where the mass rests with the particle on its lower wall; so the mass feels βG
-where it does not carry the particle.
+The particle slides with p'' = κ sgn(u' − p'), and pulls the mass by βκ sgn(u' − p') the other way. Or friction
+carries it along, as one body with the mass, while |u''| ≤ κ. A pushing wall carries it along at any u''. Gravity
+adds −G to p'', and u'' + G replaces u''. With gravity, u is measured from the rest position of the mass with the
+particle on its lower wall; so βG acts on the mass while it does not carry the particle.
 """
 
 from damperlab.worker.jit import inlined
@@ -13,7 +14,7 @@ from damperlab.worker.solver.state import Slide, State
 
 @inlined
 def slide_at_rest(particle: Particle | None) -> Slide | None:
-    """A particle that is carried along; None where none rubs or falls."""
+    """A carried particle; None without friction and gravity."""
     if particle is None:
         return None
     if particle.friction is None:
@@ -41,7 +42,7 @@ def rubs(particle: Particle | None) -> bool:
 
 @inlined
 def direction_of(slide: Slide | None) -> float:
-    """Sign of u' − p' of a particle that rubs, 0 where it is carried, or does not rub."""
+    """Sign of u' − p' of a particle with friction, 0 if it is carried, or has none."""
     if slide is None:
         return 0.0
     return slide.direction
@@ -49,7 +50,7 @@ def direction_of(slide: Slide | None) -> float:
 
 @inlined
 def down_of(slide: Slide | None) -> float:
-    """Where gravity acts, as `Slide` has it; 0 where none does."""
+    """Direction of gravity, as in `Slide`; 0 without gravity."""
     if slide is None or slide.down is None:
         return 0.0
     return slide.down
@@ -57,7 +58,7 @@ def down_of(slide: Slide | None) -> float:
 
 @inlined
 def order_of(slide: Slide | None) -> int:
-    """How many leading Taylor coefficients of u' − p' are zero; 0 where no particle rubs."""
+    """Number of leading Taylor coefficients of u' − p' that are zero; 0 without friction of the particle."""
     if slide is None:
         return 0
     return slide.order
@@ -65,7 +66,7 @@ def order_of(slide: Slide | None) -> int:
 
 @inlined
 def fall_of(slide: Slide | None, particle: Particle) -> float:
-    """Acceleration of a free particle by gravity; 0 where none acts."""
+    """Acceleration of a free particle by gravity; 0 without gravity."""
     if particle.gravity is not None and slide is not None and slide.down is not None:
         return particle.gravity * slide.down
     return 0.0
@@ -73,9 +74,9 @@ def fall_of(slide: Slide | None, particle: Particle) -> float:
 
 @inlined
 def with_pull(force: float, state: State, particle: Particle | None) -> float:
-    """A force on the mass against u, over k Z, with that of the particle; the same where none rubs.
+    """A force on the mass against u, over k Z, plus that of the particle; unchanged without friction and gravity.
 
-    A particle that is not carried takes the acceleration p'', which the mass gives it; of the weight it bears nothing.
+    A particle that is not carried receives its acceleration p'' from the mass, which does not bear its weight.
     """
     if particle is not None:
         if particle.friction is not None and state.riding == 0.0:
@@ -93,7 +94,7 @@ def acceleration_of(state: State, particle: Particle) -> float:
 
 @inlined
 def with_fall(acceleration: float, slide: Slide | None, particle: Particle) -> float:
-    """An acceleration of a particle with that by gravity; the same where none acts."""
+    """An acceleration of a particle plus that by gravity; unchanged without gravity."""
     if particle.gravity is not None:
         return acceleration + fall_of(slide, particle)
     return acceleration
@@ -101,7 +102,7 @@ def with_fall(acceleration: float, slide: Slide | None, particle: Particle) -> f
 
 @inlined
 def without_fall(acceleration: float, slide: Slide | None, particle: Particle) -> float:
-    """An acceleration less that by gravity: what friction, or a wall, has to give; the same where none acts."""
+    """An acceleration minus that by gravity, as friction or a wall must supply it; unchanged without gravity."""
     if particle.gravity is not None:
         return acceleration - fall_of(slide, particle)
     return acceleration

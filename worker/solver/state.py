@@ -1,4 +1,4 @@
-"""The state of a motion at one instant, and the ways in which it changes. Named tuples that numba keeps in registers."""
+"""The state of a motion at one instant, and its changes. Named tuples that numba keeps in registers."""
 
 from typing import NamedTuple
 
@@ -6,15 +6,15 @@ from damperlab.worker.jit import inlined
 
 
 class Dwell(NamedTuple):
-    """What a particle whose contacts take time remembers of the one under way.
+    """Memory of the present contact, for contacts that take time.
 
     Attributes
     ----------
     left : float
-        Time left until it is let go [1/ω_n]; 0 where it is not held (it then rides, or flies), and always on a
+        Time until detachment [1/ω_n]; 0 without a dwell (the particle then rides, or flies), and always on a
         compliant wall.
     speed : float
-        Approach speed [Z ω_n]: when it met the wall; on a compliant wall at present.
+        Approach speed [Z ω_n]: when it met the wall; on a compliant wall the present one.
     """
 
     left: float
@@ -22,16 +22,16 @@ class Dwell(NamedTuple):
 
 
 class Slide(NamedTuple):
-    """How a particle that rubs moves in its cavity.
+    """Motion of a particle with friction in its cavity.
 
     Attributes
     ----------
     direction : float
         Sign of u' − p'; 0 while friction, or a wall, carries the particle along.
     order : int
-        How many leading Taylor coefficients of u' − p' are zero by the event just passed.
+        Number of leading Taylor coefficients of u' − p' that are zero after the latest event.
     down : float or None
-        Where gravity acts: −1 if it points towards negative u, +1 in a mirrored half cycle. None where none acts.
+        Direction of gravity: −1 towards negative u, +1 in a mirrored half cycle. None without gravity.
     """
 
     direction: float
@@ -47,24 +47,25 @@ class State(NamedTuple):
     v, w : float
         Displacement and velocity relative to the base.
     slip : float
-        +1 or −1 while the mass slips in that direction, 0 while friction holds it (or where there is no friction).
+        +1 or −1 while the mass slips in that direction, 0 while friction holds it (or without friction).
     wall : float
-        +1 where the wall last touched is the one at u − p = +d/Z, −1 for the other.
+        +1 if the wall last touched is the one at u − p = +d/Z, −1 for the other.
     gap : float
-        Distance of the particle from that wall, exactly 0 after an impact: measuring from the wall keeps the digits of
-        a short flight that u − p, a difference of large numbers, would lose. Negative in a compliant wall.
+        Distance of the particle from that wall, exactly 0 after an impact: measuring from the wall preserves the
+        accuracy of a short flight that u − p, a difference of large numbers, would lose. Negative during penetration
+        of a compliant wall.
     p_rate : float
         Absolute particle velocity.
     riding : float
-        1 while the particle moves with the mass: on its wall or, where it rubs, held in the cavity by friction. 1 too while a
-        compliant wall pushes it; 0 while it flies.
+        1 while the particle moves with the mass: on its wall or, with friction, carried in the cavity. Also 1 while
+        a compliant wall pushes it; 0 while it flies.
     slip_order, gap_order : int
-        How many leading Taylor coefficients of w, of the gap (of the force of a compliant wall), are zero by the event
-        just passed.
+        Number of leading Taylor coefficients of w, and of the gap (of the force of a compliant wall), that are zero
+        after the latest event.
     dwell : Dwell or None
-        Of a particle whose contacts take time; None without.
+        For contacts that take time; None otherwise.
     slide : Slide or None
-        Of a particle that rubs; None without.
+        For a particle with friction; None otherwise.
     """
 
     v: float
@@ -84,14 +85,14 @@ class State(NamedTuple):
 def advanced(
     state: State, v: float, w: float, gap: float, p_rate: float, dwell: Dwell | None, gap_order: int
 ) -> State:
-    """Later in the same regime: no velocity is known to be zero any more."""
+    """A later state in the same regime: no velocity is known to be zero any more."""
     slide = slide_on(state.slide)
     return State(v, w, state.slip, state.wall, gap, p_rate, state.riding, 0, gap_order, dwell, slide)
 
 
 @inlined
 def slide_on(slide: Slide | None) -> Slide | None:
-    """The same later: no relative velocity is known to be zero any more."""
+    """The same: no relative velocity is known to be zero any more."""
     if slide is None:
         return None
     return Slide(slide.direction, 0, slide.down)
@@ -127,7 +128,7 @@ def in_contact(
     gap_order: int,
     dwell: Dwell | None,
 ) -> State:
-    """The particle on a wall, with which it moves or which pushes it."""
+    """The particle on a wall, moving with it or pushed by it."""
     return State(state.v, w, slip, wall, 0.0, p_rate, 1.0, slip_order, gap_order, dwell, state.slide)
 
 
@@ -141,7 +142,7 @@ def in_flight(
 
 @inlined
 def mirrored(state: State) -> State:
-    """All signs flipped: half a cycle later the base is again where it began."""
+    """All signs flipped: half a cycle later the base is in the corresponding phase."""
     return State(
         -state.v,
         -state.w,

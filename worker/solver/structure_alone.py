@@ -1,4 +1,4 @@
-"""The structure alone over half a cycle, as one map: without friction and particle nothing can happen on the way."""
+"""The structure alone over half a cycle, as one map: there are no events without friction and particle."""
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.excitation.sine_base import SineBase, SineForce
@@ -8,9 +8,9 @@ from damperlab.worker.solver.state import State
 
 @kernel
 def march_alone(state: State, halves: int, base: SineBase | SineForce, free: LinearMotion) -> State:
-    """March the structure alone through half cycles, mirrored as by `integrate.half_cycle`.
+    """Integrate the structure alone through half cycles, mirrored as by `integrate.half_cycle`.
 
-    The windows of half a cycle are composed once; a half cycle is then one map (v, w) → −(P (v, w) + g).
+    The panels of half a cycle are composed once; a half cycle is then one map (v, w) → −(P (v, w) + g).
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def march_alone(state: State, halves: int, base: SineBase | SineForce, free: Lin
     Returns
     -------
     state : State
-        At the end, at phase 0 of the mirrored base.
+        State at the end, at phase 0 of the mirrored base.
     """
     vv, vw, wv, ww = 1.0, 0.0, 0.0, 1.0
     v_push, w_push = 0.0, 0.0

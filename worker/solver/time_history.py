@@ -26,7 +26,7 @@ from damperlab.worker.solver.segment_log import (
 from damperlab.worker.solver.time_history_compliant import motion_in_contact
 
 HISTORY_COLUMNS = ("time", "u", "u_rate", "v", "v_rate", "p", "p_rate", "impact")
-"""τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 where an impact ends."""
+"""τ [1/ω_n], absolute and relative displacement [Z] and velocity [Z ω_n], particle, and 1 at the end of an impact."""
 
 _SAMPLES_PER_WINDOW = 4
 
@@ -39,14 +39,14 @@ def sample_half(log: Log, scene: Scene, half: int) -> NDArray[np.float64]:
     log : Log
         All segments of the half cycle, in its mirrored frame.
     scene : Scene
-        That they were integrated in.
+        The scene of the integration.
     half : int
         Number of the half cycle from the start: odd ones are mirrored back.
 
     Returns
     -------
     ndarray, shape (len(HISTORY_COLUMNS), samples)
-        Uniform samples within each segment and both its ends, so that the jumps at impacts are kept.
+        Uniform samples within each segment and both its ends, so that the jumps at impacts are preserved.
     """
     base, free, loaded, friction, particle, _, _ = scene
     relative, absolute, of_base = np.empty((3, TERMS))

@@ -1,4 +1,4 @@
-"""The motion of a logged segment in a compliant wall, to be sampled for a time history."""
+"""The motion of a logged segment in a compliant wall, for sampling a time history."""
 
 from collections.abc import Callable
 
@@ -22,7 +22,7 @@ def motion_in_contact(
     Returns
     -------
     callable
-        From the time since its start to x, x', y and y' as of `motion.compliant_motion`.
+        Function from the time since its start to x, x', y and y' as of `motion.compliant_motion`.
     """
     y, y_rate = -row[WALL] * row[GAP], row[WALL] * row[APPROACH]
     start = np.array(

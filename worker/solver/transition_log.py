@@ -1,7 +1,7 @@
-"""The transitions of a half cycle, all that its variational equations need of it.
+"""The transitions of a half cycle, as its variational equations need them.
 
-Between two of them the motion is linear and its state-transition matrix depends on the time alone, so nothing is kept of
-event-free windows: crossing them costs no more than without a log.
+Between two of them the motion is linear and its state-transition matrix depends only on the time, so panels without
+events are not logged and cost no more than without a log.
 """
 
 from typing import Any, NamedTuple
@@ -19,7 +19,9 @@ from damperlab.worker.solver.sliding import direction_of, down_of
 from damperlab.worker.solver.state import State
 
 SPAN, EVENT, INERTIA_FORCE, BASE_RATE, FORCE, V = range(6)
-"""Columns of a row: time since the transition before [1/ω_n], kind of the event that ends it, −s'', s', sin φ and v there."""
+"""Columns of a row: time since the previous transition [1/ω_n], kind of the event that ends it, −s'', s', sin φ and
+v there.
+"""
 
 BEFORE = 6
 AFTER = 15
@@ -41,7 +43,7 @@ class Transitions(NamedTuple):
         One row a transition, and one of kind NOTHING where a half cycle, or a span in a compliant wall, ends without one.
     cursor : int64 array, shape (1,)
     capacity : int
-        Rows that there is room for.
+        Number of rows.
     """
 
     rows: NDArray[np.float64]
@@ -67,7 +69,7 @@ def log_on_addresses(log: Any) -> Any:
 def note_segment(
     log: Log | Transitions | None, state: State, start: float, duration: float, event: int
 ) -> None:
-    """Append a segment to a `Log`; nothing where there is none."""
+    """Append a segment to a `Log`; nothing without one."""
     if isinstance(log, Log):
         append_segment(log, state, start, duration, event)
 
@@ -76,7 +78,7 @@ def note_segment(
 def note_transition(
     log: Log | Transitions | None, span: float, event: int, before: State, after: State, phase: Phase
 ) -> None:
-    """Append a transition to `Transitions`; nothing where there are none."""
+    """Append a transition to `Transitions`; nothing without them."""
     if isinstance(log, Transitions):
         _append(log, span, event, before, after, phase)
 

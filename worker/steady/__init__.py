@@ -1,1 +1,1 @@
-"""Steady responses: found, measured, classified."""
+"""Steady responses: finding, measuring, classifying."""

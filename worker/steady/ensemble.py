@@ -1,4 +1,4 @@
-"""An ensemble of starts at one design point: how they are drawn, and which responses they lead to."""
+"""An ensemble of starts at one design point: their draw, and their responses."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -14,7 +14,7 @@ from damperlab.worker.steady.response.measures import Response
 from damperlab.worker.steady.start import at_rest, moving
 
 HIGHEST = 1000.0
-"""Largest amplitude drawn, over Z: the structure alone has no bound without damping at resonance."""
+"""Largest amplitude drawn, over Z: the structure alone is unbounded without damping at resonance."""
 
 _SAME_AMPLITUDE = 1e-6
 _SAME_ERRORS = 4.0
@@ -37,18 +37,18 @@ def drawn_starts(
     n, seed : int
         Number of starts, and the study's seed.
     coordinates : sequence of float
-        The six coordinates of the point. With the seed they alone decide the draw, so it is the same in every block, order
-        and study; a longer ensemble begins with the shorter one.
+        The six coordinates of the point. They and the seed alone decide the draw, so it is the same in every block,
+        order and study; a longer ensemble begins with the shorter one.
     damping_ratio, excitation, friction, particle
         As for `settle`; the second is its `frequency_ratio`.
 
     Yields
     ------
     State
-        The mass moves as in a harmonic motion u = a sin(rτ + ψ) seen at τ = 0: ψ uniform, ln a uniform between the
-        amplitude of the base, or the static displacement under a force, and the amplitude of the structure alone (at least
-        2 Z, at most `HIGHEST`). The particle is anywhere in its cavity, uniformly, with a velocity relative to the mass
-        that is uniform within ± a r.
+        The mass moves as in a harmonic motion u = a sin(rτ + ψ) at τ = 0, with ψ uniform. ln a is uniform between
+        the amplitude of the base, or the static displacement under a force, and the amplitude of the structure alone
+        (at least 2 Z, at most `HIGHEST`). The particle is anywhere in its cavity, uniformly, with a velocity
+        relative to the mass that is uniform within ± a r.
     """
     yield at_rest(excitation, friction, particle)
     forced = isinstance(excitation, Forced)
@@ -70,12 +70,12 @@ def drawn_starts(
 
 
 def attractors(responses: Sequence[Response]) -> list[list[int]]:
-    """Starts grouped by the response that they lead to, the most frequent first, equals in order of their first start.
+    """Starts grouped by their responses, the most frequent first, equal ones in the order of their first start.
 
     Parameters
     ----------
     responses : sequence of Response
-        One a start; failed ones belong to no group.
+        One per start; failed ones belong to no group.
 
     Returns
     -------
@@ -84,11 +84,11 @@ def attractors(responses: Sequence[Response]) -> list[list[int]]:
 
     Notes
     -----
-    Periodic responses are one where class, period and impacts a period agree, and the amplitudes within 10⁻⁶ and four of
-    their errors. Modulated and chaotic ones count as one kind, since no finite run tells the two apart for certain, and are
-    one where their means agree within four standard errors; neighbours are chained. Locked rest positions, of which there is
-    a whole interval, are one response, unless a particle goes on between the walls in another way. Mirror images agree in
-    every measure, so they count once.
+    Periodic responses are equal if class, period and impacts per period agree, and the amplitudes within 10⁻⁶ and
+    four of their errors. Modulated and chaotic ones count as one kind, since no finite run distinguishes the two for
+    certain, and are equal if their means agree within four standard errors; neighbours are chained. Locked rest
+    positions, which form an interval, are one response, unless a particle keeps moving between the walls in another
+    way. Mirror images agree in every measure, so they count once.
     """
     kinds: dict[tuple[int, ...], list[int]] = {}
     for index, response in enumerate(responses):
@@ -119,8 +119,8 @@ def ensemble_values(responses: Sequence[Response]) -> dict[str, float | int]:
     Returns
     -------
     dict
-        The response that most starts lead to, as the first of them measured it, and the variables of the ensemble. `cycles`
-        counts those of all starts. Where every start failed, the failure of the first.
+        The response that most starts lead to, as measured from the first of them, and the variables of the ensemble.
+        `cycles` counts those of all starts. If every start failed, the failure of the first.
     """
     found = attractors(responses)
     stored = responses[found[0][0]] if found else responses[0]

@@ -1,4 +1,4 @@
-"""Steady response by the paper's own method: step from rest until the sampled peaks have settled."""
+"""Steady response by the paper's own method: fixed steps from rest until the sampled peaks have settled."""
 
 from math import exp, inf, isfinite, nan, pi
 
@@ -50,14 +50,15 @@ def settle_stepped(
     Returns
     -------
     Response
-        With what sampled peaks tell; energies, class, period and multiplier are not known.
+        With results from sampled peaks; energies, class, period and multiplier are unknown.
 
     Notes
     -----
-    The run stops when what the peaks of the last 64 cycles differ by, and all that may be to come, is within `tolerance`; or,
-    beyond a burn-in, when the peaks show no trend and the standard error of their mean is below it; or at `max_cycles`. To
-    come is a geometric series: a free vibration of the structure falls as exp(−ζτ), other motions faster. `amplitude_error`
-    speaks of the run alone: the error of the method itself, of first order in the step, comes on top and is not known to it.
+    The run stops if the peaks of the last 64 cycles, including the possible remainder, vary by less than
+    `tolerance`. Or, after a burn-in, if the peaks show no trend and the standard error of their mean is below it; or
+    at `max_cycles`. The remainder is a geometric series: a free vibration of the structure decays as exp(−ζτ), other
+    motions faster. `amplitude_error` covers only the run: the error of the method itself, of first order in the
+    step, is unknown to it and additional.
     """
     halves = np.empty((2 * settings.max_cycles + 1, 2))
     peaks = np.empty((2, settings.max_cycles))

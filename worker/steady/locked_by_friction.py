@@ -1,4 +1,4 @@
-"""Rules by which friction is known to hold the mass for good, in the limit of a motion that is still under way."""
+"""Rules by which friction is known to hold the mass permanently, in the limit of a continuing motion."""
 
 from math import inf, pi, sqrt
 
@@ -25,7 +25,7 @@ _REPEATS = (
 
 @inlined
 def _edge(friction: float, forcing: float) -> float:
-    """Displacement up to which friction holds the mass for good, γ_F − P; below 0 where it holds it nowhere."""
+    """Displacement up to which friction holds the mass permanently, γ_F − P; below 0 if it holds it nowhere."""
     edge = friction - forcing
     if edge < 0.0 and edge > -_TIE * forcing:
         return 0.0  # γ_F = r² but for the rounding of r²
@@ -34,7 +34,7 @@ def _edge(friction: float, forcing: float) -> float:
 
 @inlined
 def _creep(forcing: float, frequency_ratio: float) -> float:
-    """Excess displacement below which a mass creeps, and does not overshoot."""
+    """Excess displacement below which a mass creeps without overshooting."""
     return _CREEP * min(1.0, forcing * (frequency_ratio * frequency_ratio))
 
 
@@ -42,9 +42,10 @@ def _creep(forcing: float, frequency_ratio: float) -> float:
 def creep_limit(state: State, friction: float, scene: Scene) -> tuple[State, bool]:
     """Locked state that a one-sided creep tends to.
 
-    With P the largest forcing, r² of a shaken base or the force of 1, for γ_F ≥ P every rest position |v| ≤ γ_F − P is locked
-    for good. From outside by an excess x, each cycle slips inwards by about 4.5 x²/(P r²), so the edge is reached only as 1/N:
-    take the limit instead of stepping towards it. A particle rests where it is, if it stays clear of both walls.
+    With P the largest forcing, r² of a shaken base or the force of 1, for γ_F ≥ P every rest position |v| ≤ γ_F − P
+    is locked permanently. From outside by an excess x, each cycle slips inwards by about 4.5 x²/(P r²), so the edge
+    is reached only as 1/N: the limit is used instead of steps towards it. A particle stays at rest where it is, if
+    it stays clear of both walls.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
@@ -108,7 +109,9 @@ def dragging_limit(state: State, friction: float, scene: Scene, probe: Scene) ->
 
 @kernel
 def is_locked(state: State, friction: float, forcing: float, ring: NDArray[np.float64], half: int) -> bool:
-    """Whether friction has held the mass for a cycle and holds it for good: P + |v| ≤ γ_F, and the particle is at rest."""
+    """Whether friction has held the mass for a cycle and holds it permanently: P + |v| ≤ γ_F, and the particle is at
+    rest.
+    """
     return (
         state.slip == 0.0
         and state.p_rate == 0.0
@@ -119,7 +122,8 @@ def is_locked(state: State, friction: float, forcing: float, ring: NDArray[np.fl
 
 @kernel
 def slowing_limit(state: State, friction: float, particle: Particle, scene: Scene) -> tuple[State, float]:
-    """Locked state that a mass under a force tends to beside a particle that goes on between its walls, ever more slowly.
+    """Locked state that a mass under a force tends to while a particle keeps moving between its walls, ever more
+    slowly.
 
     Parameters
     ----------
@@ -128,29 +132,30 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
     friction, particle
         γ_F, and the particle.
     scene : Scene
-        That they act in.
+        Their scene.
 
     Returns
     -------
     limit : State
-        The mass where it is, or, if it still creeps, at the edge |v| = γ_F − P of where friction holds it for good; the
-        particle at rest.
+        The mass at its position or, if it still creeps, at the edge |v| = γ_F − P of the range where friction holds
+        it permanently; the particle at rest.
     way_left : float
-        How far from there the mass may end; infinite where that is not known.
+        Largest distance from there at which the mass may end; infinite if unknown.
 
     Notes
     -----
-    Impacts at walls that creep with c at the most leave a particle of speed s no faster than the larger of s and
-    c (1 + e)/(1 − e). Once the mass is within |v| = γ_F − P, mass and particle only lose energy, and what the particle hands to
-    the mass is a velocity of W = β (s + c) (1 + e)/(1 − e) at the most, in all impacts together. At a time τ from its maximum,
-    |rτ| ≤ π, the forcing is less than friction and spring can take by at least P (1 − cos rτ) ≥ 2P (rτ/π)². So a slip that
-    begins with W and passes one maximum ends within 2a + W π²/(2P r² a²), for any a up to π/r; here a = W^¼. Where a margin to
-    the edge remains, it also ends within W over that margin. While a slip of the creep or a contact lasts, the mass may go on
-    at W too; their durations are added. A compliant wall whose largest force stays within the margin does not move the mass.
+    Impacts at walls that creep at most with c leave a particle of speed s no faster than the larger of s and c (1 +
+    e)/(1 − e). Once the mass is within |v| = γ_F − P, mass and particle only lose energy. In all impacts together
+    the particle transmits at most a velocity of W = β (s + c) (1 + e)/(1 − e) to the mass. At a time τ from its
+    maximum, |rτ| ≤ π, the forcing is at least P (1 − cos rτ) ≥ 2P (rτ/π)² below the limit of friction and spring. So
+    a slip that begins with W and passes one maximum ends within 2a + W π²/(2P r² a²), for any a up to π/r; here a =
+    W^¼. If there is a margin to the edge, it also ends within W over that margin. While a slip of the creep or a
+    contact lasts, the mass may also move with W; their durations are added. A compliant wall whose largest force
+    stays within the margin does not move the mass.
 
-    What moves the mass farther out lets it creep more, so the bound is taken again with twice its first value allowed for. Not
-    proved, but borne out by marches: that impacts while the creep lasts, one a cycle at the most, add no more than this, and
-    that twice the first value holds where the second exceeds it.
+    A displacement outwards lets the mass creep more, so the bound is computed again, allowing for twice its first
+    value. Two assumptions are not proved but confirmed by integrations: impacts during the creep, at most one a
+    cycle, add no more than this; and twice the first value holds where the second exceeds it.
     """
     forcing = largest_forcing(scene.base)
     edge = _edge(friction, forcing)
@@ -173,13 +178,15 @@ def slowing_limit(state: State, friction: float, particle: Particle, scene: Scen
 
 @kernel
 def slows_down(friction: float, particle: Particle, scene: Scene) -> bool:
-    """Whether every motion ends with the mass held and the particle at rest: under a force that friction withstands."""
+    """Whether every motion ends with the mass locked and the particle at rest: under a force below the friction
+    limit.
+    """
     return _edge(friction, largest_forcing(scene.base)) >= 0.0 and particle.restitution < 1.0
 
 
 @kernel
 def _way_left(state: State, moved: float, edge: float, particle: Particle, scene: Scene) -> float:
-    """How far impacts move a held mass in all, at the most, if they move it no farther out than by `moved` meanwhile."""
+    """Largest total displacement of a locked mass by impacts, if it moves outwards by at most `moved` meanwhile."""
     forcing = largest_forcing(scene.base)
     frequency_ratio = scene.base.frequency_ratio
     restitution = _restitution_of_a_held_wall(particle)
@@ -210,10 +217,10 @@ def _way_left(state: State, moved: float, edge: float, particle: Particle, scene
 
 @inlined
 def _restitution_of_a_held_wall(particle: Particle) -> float:
-    """Restitution at a wall that does not give way, at the most.
+    """Largest restitution at a rigid wall.
 
-    The damping ratio of a contact falls with the mass that it brings to rest, by √(1 + β) for β in place of β/(1 + β); so it
-    is at most eᵃ with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
+    The damping ratio of a contact decreases with the mass that it brings to rest, by √(1 + β) for β instead of β/(1
+    + β). So it is at most eᵃ with a = 1/√(1 + β), and 1 − eᵃ ≥ a (1 − e).
     """
     if particle.wall is not None:
         return 1.0 - (1.0 - particle.restitution) / sqrt(1.0 + particle.mass_ratio)
@@ -222,7 +229,7 @@ def _restitution_of_a_held_wall(particle: Particle) -> float:
 
 @inlined
 def _longest_contact(particle: Particle) -> float:
-    """Time that a contact takes [1/ω_n], at the most: half a cycle of the particle on the spring of a compliant wall."""
+    """Longest duration of a contact [1/ω_n]: half a cycle of the particle on the spring of a compliant wall."""
     if particle.wall is not None:
         return pi * sqrt(particle.mass_ratio / particle.wall.stiffness)
     if particle.contact_time is not None:

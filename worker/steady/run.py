@@ -1,4 +1,4 @@
-"""A run of whole half cycles: what it is integrated in, what it remembers, and how it goes on."""
+"""A run of whole half cycles: its scene, its memory, and its continuation."""
 
 from math import inf
 from typing import NamedTuple
@@ -31,7 +31,9 @@ from damperlab.worker.steady.section.coordinates import SECTION_SIZE, coordinate
 from damperlab.worker.steady.section.recurrence import LONGEST, RING
 
 EVENTS_PER_CYCLE = 100
-"""Events for which a run has room on the average of its longest, `max_cycles`: beyond it ends early, with what it measured."""
+"""Average number of events per cycle allowed in the longest run, `max_cycles`; a run with more ends early, with its
+measures.
+"""
 
 # Events for which a cycle, and each window of it, has room: where there are more, impacts follow too fast to resolve.
 _EVENTS_AT_ONCE = 2000
@@ -41,7 +43,7 @@ _LOG_ROWS = 4096
 
 
 class Notes(NamedTuple):
-    """What a run remembers.
+    """The memory of a run.
 
     Attributes
     ----------
@@ -50,21 +52,21 @@ class Notes(NamedTuple):
     struck : array, shape (RING,)
         Impacts of the run up to each of them.
     recurrences, recurrences_before : array, shape (LONGEST + 1,)
-        The recurrence of each period at this look and at the one before.
+        The recurrence of each period at this examination and at the previous one.
     trace : array, shape (half cycles + 1, columns)
-        One row a metered half cycle; row 0 is the beginning.
+        One row per metered half cycle; row 0 is the beginning.
     cycles : array, shape (2, cycles)
-        Per metered cycle, the mean of the peaks of |u| and |v| over the two windows of a whole cycle that begin in it.
+        Per metered cycle, the mean of the peaks of |u| and |v| over the two one-cycle intervals that begin in it.
     series : array, shape (cycles,)
-        Scratch for other series per cycle.
+        Buffer for other series per cycle.
     meter : Meter
         Sums over the metered half cycles.
     log : Transitions
         The transitions of one half cycle, for its Jacobian.
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
-        Jacobian of the last orbit looked for.
+        Jacobian of the last orbit searched.
     candidate_point, candidate_departure : array, shape (SECTION_SIZE,)
-        Section point of the orbit that waits to be confirmed, and how far from it the run was then.
+        Section point of the pending orbit, and the run's distance from it then.
     candidate_jacobian : array, shape (SECTION_SIZE, SECTION_SIZE)
         Jacobian of that orbit.
     """
@@ -86,14 +88,14 @@ class Notes(NamedTuple):
 
 @kernel
 def probe_of(scene: Scene) -> Scene:
-    """The same scene for what looks for orbits beside the run: counts of its own, so that the run's are never touched."""
+    """The same scene for the search for orbits: with separate counts, so that the run's are never changed."""
     base, free, loaded, friction, particle, _, _ = scene
     return Scene(base, free, loaded, friction, particle, np.empty((4, TERMS)), zero_counts(COUNTS))
 
 
 @kernel
 def begin_probe(probe: Scene, scene: Scene, halves: int) -> None:
-    """Begin a search beside the run: as many impacts as the run has seen, and room for the events of some half cycles."""
+    """Start a search: with the run's number of impacts, and room for the events of some half cycles."""
     for i in range(COUNTS):
         probe.counts[i] = 0
     probe.counts[IMPACTS] = scene.counts[IMPACTS]
@@ -109,7 +111,7 @@ def _room(scene: Scene, halves: int) -> int:
 
 @kernel
 def make_notes(max_cycles: int, energies: bool | None, acceleration: bool | None) -> Notes:
-    """Empty notes of a run, whose meter is asked for energies and acceleration as in `observe.meter.Meter`."""
+    """Empty notes of a run, with a meter for energies and acceleration as in `observe.meter.Meter`."""
     cycles = max_cycles + LONGEST
     return Notes(
         zero_matrix(RING, SECTION_SIZE),
@@ -149,7 +151,7 @@ def work_done(scene: Scene, half: int) -> int:
 
 @kernel
 def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
-    """Begin to meter: row 0 of the trace."""
+    """Start metering: row 0 of the trace."""
     clear_meter(notes.meter)
     for i in range(COLUMNS):
         notes.trace[0, i] = 0.0
@@ -164,16 +166,16 @@ def begin_trace(state: State, scene: Scene, notes: Notes) -> None:
 def advance(
     state: State, half: int, halves: int, row: int, scene: Scene, notes: Notes
 ) -> tuple[State, int, int]:
-    """Integrate some half cycles, noting every section point and, where metered, a row of the trace.
+    """Integrate some half cycles, recording every section point and, if metered, a row of the trace.
 
     Parameters
     ----------
     state : State
-        After `half` half cycles.
+        State after `half` half cycles.
     halves : int
         How many.
     row : int
-        Last row of the trace that is written; −1: not metered.
+        Last written row of the trace; −1: not metered.
 
     Returns
     -------
@@ -181,7 +183,7 @@ def advance(
     half : int
         Half cycles since the start of the run.
     outcome : int
-        ARRIVED, or how the run ended early.
+        ARRIVED, or the reason of an early end.
     """
     # taken apart once: numba counts references to whatever is taken apart, which would cost a third of the run time
     trace, ring, struck = notes.trace, notes.ring, notes.struck

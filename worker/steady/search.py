@@ -1,7 +1,7 @@
-"""The run towards the steady response: until it repeats, or the orbit that it tends to is known, or its mean peak is.
+"""The run towards the steady response: until it repeats, its orbit is known, or its mean peak is.
 
-The run itself is a plain integration. What looks for orbits works beside it, on copies of its state and with counts of its
-own, so the run is the same whatever is looked for.
+The run itself is a plain integration. The search for orbits works on copies of its state with separate counts, so
+the run is always the same.
 """
 
 from math import inf, pi
@@ -55,25 +55,25 @@ _SMALL = 1e-2
 
 
 class Found(NamedTuple):
-    """What a run came to.
+    """Result of a run.
 
     Attributes
     ----------
     state : State
-        On the orbit, or where the run stopped: also where a particle goes on that has a locked state for its limit.
+        State on the orbit, or at the end of the run: also for a moving particle whose limit is a locked state.
     outcome : int
-        ARRIVED, how the run ended early, or that its peaks grow without a bound in sight.
+        ARRIVED, the reason of an early end, or that its peaks grow without a visible bound.
     look : SectionLook
         At the end of the run.
     orbit : Orbit
-        That the run tends to; its `period_halves` is 0 where the response was not found to repeat.
+        The orbit that the run tends to; its `period_halves` is 0 if no repetition was found.
     mean : Estimate
-        Of the metered cycles; meaningful only where the response was not found to repeat.
+        Of the metered cycles; meaningful only if no repetition was found.
     known : bool
-        Whether the response is known: an orbit was found, or the mean is known to the tolerance and no stable orbit is
-        known that the run may still come to.
+        Whether the response is known: an orbit was found, or the mean is known to the tolerance and no stable orbit
+        is known that the run may still reach.
     way_left : float
-        How far from the orbit the mass may end, where that is a locked state and a particle goes on.
+        Distance from the orbit at which the mass may end, for a locked state with a moving particle.
     """
 
     state: State
@@ -94,9 +94,9 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
     start : State
         At phase 0.
     scene, probe : Scene
-        What the run is integrated in, and the same for what looks for orbits beside it.
+        The scene of the run, and the same for the search for orbits.
     notes : Notes
-        Filled on the way.
+        Filled during the run.
     settings : Settings
         When to stop.
 
@@ -165,7 +165,9 @@ def search(start: State, scene: Scene, probe: Scene, notes: Notes, settings: Set
 
 @kernel
 def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: Notes) -> tuple[Orbit, float]:
-    """The locked state that the run is in, or tends to, and how far from it the mass may end; of period 0 where none is."""
+    """The locked state that the run is in, or tends to, and the distance from it at which the mass may end; of
+    period 0 if there is none.
+    """
     if scene.particle is not None and scene.particle.friction is not None:
         if scene.friction is not None and not isinstance(scene.base, SineForce):
             limit, apart = dragging_limit(state, scene.friction, scene, probe)
@@ -187,19 +189,19 @@ def _locked_limit(state: State, half: int, scene: Scene, probe: Scene, notes: No
 
 @kernel
 def _waited_for(locked: Orbit, metered_halves: int, settings: Settings) -> float:
-    """What a mass may still move, beside a particle that slows down, that a run does not wait for."""
+    """Remaining displacement of a mass, with a decelerating particle, that a run ignores."""
     return _allowed(locked, settings) if metered_halves >= 2 * FEWEST_MEASURED else _AT_ONCE
 
 
 @kernel
 def _allowed(locked: Orbit, settings: Settings) -> float:
-    """How far from its locked state a mass may end that counts as known."""
+    """Distance from its locked state at which a mass counts as known."""
     return settings.tolerance * max(abs(locked.state.v), _SMALL)
 
 
 @kernel
 def _slows_down(scene: Scene) -> bool:
-    """Whether the run is on its way to rest, whatever its peaks do: their mean is none of a steady response."""
+    """Whether the run tends to rest, whatever its peaks do: their mean does not belong to a steady response."""
     if scene.friction is not None:
         if scene.particle is not None and isinstance(scene.base, SineForce) and not rubs(scene.particle):
             slows: bool = slows_down(scene.friction, scene.particle, scene)
@@ -209,7 +211,7 @@ def _slows_down(scene: Scene) -> bool:
 
 @kernel
 def _mean_so_far(left_out: int, metered_halves: int, notes: Notes) -> Estimate:
-    """Mean peak of the metered cycles, but for those at the beginning that are left out, and how well it is known."""
+    """Mean peak of the metered cycles, without those of a transient, and its error."""
     cycle_peaks(notes.trace, metered_halves, notes.cycles)
     cycles = metered_halves // 2
     mean: Estimate = estimate(notes.cycles[0], min(left_out, cycles - 1), cycles)
@@ -218,9 +220,10 @@ def _mean_so_far(left_out: int, metered_halves: int, notes: Notes) -> Estimate:
 
 @inlined
 def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
-    """Leading section coordinates that an orbit of the run closes in.
+    """Leading section coordinates in which an orbit of the run closes.
 
-    Where a particle that rubs lies in its cavity matters only where it has struck a wall in the half cycles remembered.
+    The position of a particle with friction in its cavity matters only if it has struck a wall in the remembered
+    half cycles.
     """
     if rubs(scene.particle):
         before = notes.struck[(half - min(half, RING - 1)) % RING]
@@ -230,7 +233,9 @@ def _taking_part(state: State, half: int, scene: Scene, notes: Notes) -> int:
 
 @kernel
 def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> bool:
-    """Whether a particle moves that has met no wall in the cycles that a mean is of: what it does at one is not in them."""
+    """Whether a particle moves that has met no wall in the cycles of a mean: the mean then misses the impact to
+    come.
+    """
     if scene.particle is not None and not rubs(scene.particle):
         before, after = (
             notes.trace[2 * mean.first, IMPACTS_SO_FAR],
@@ -243,10 +248,10 @@ def _is_on_the_way(state: State, mean: Estimate, scene: Scene, notes: Notes) -> 
 
 @kernel
 def _has_no_bound(first: int, last: int, scene: Scene, notes: Notes) -> bool:
-    """Whether the peaks of the metered cycles grow, and nothing shows that they ever stop.
+    """Whether the peaks of the metered cycles grow, with no sign of an end.
 
-    Without viscous damping at resonance a cycle of amplitude A takes in π A and loses 4 γ_F A to friction, for as long as the
-    particle meets no wall: every growth goes on. Elsewhere the peaks have to tell.
+    Without viscous damping at resonance, a cycle of amplitude A supplies π A and loses 4 γ_F A to friction as long
+    as the particle meets no wall: every growth continues. Otherwise the peaks decide.
     """
     undamped = scene.base.two_zeta == 0.0 and scene.base.frequency_ratio == 1.0 and scene.counts[IMPACTS] == 0
     undamped = undamped and not rubs(scene.particle)
@@ -271,9 +276,9 @@ def _end_of_search(
     notes: Notes,
     settings: Settings,
 ) -> Found:
-    """A run that has reached its limit: the mean of what was metered, or, where nothing was, of one cycle more.
+    """A run at its limit: the mean of the metered part or, without one, of one cycle more.
 
-    Where the peaks grow to the end of the run their mean is none of a response.
+    If the peaks grow to the end of the run, their mean is not that of a response.
     """
     if metered_halves == _NOT_METERED:  # nothing was left after the burn-in
         metered_halves = 0

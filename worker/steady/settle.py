@@ -89,19 +89,19 @@ def settle(
     Returns
     -------
     response : Response
-        Its status tells how the search ended; nothing is raised.
+        Its status gives the outcome of the search; nothing is raised.
     end : State
-        On the response, at phase 0 of the mirrored base.
+        State on the response, at phase 0 of the mirrored base.
 
     Notes
     -----
-    The run goes on until one of these holds. It repeats to rounding, or what is left of its way to repeating is below
-    `periodic_tolerance`, and the orbit does not repel it. Or Newton finds a periodic orbit, stable by its multipliers, and
-    the run closes in on it just as its linearisation says: then it is the orbit that the run tends to, and the rest of the
-    way need not be stepped. Or friction holds the mass for good, or it creeps to where that is so, or, under a force and
-    beside a particle that slows down, it can move no farther than `tolerance` allows. Or, beyond a burn-in, the standard error
-    of the mean peak is below `tolerance`, no particle is on its way to its first wall, and the run is not on its way to rest.
-    Or `max_cycles`, or the limit on events, is reached.
+    The run continues until one of these conditions is met. It repeats to rounding, or its remaining distance from
+    repetition is below `periodic_tolerance`, and the orbit does not repel it. Or Newton's method finds a periodic
+    orbit, stable by its multipliers, and the run approaches it just as its linearisation predicts: the run then
+    tends to this orbit, and need not be continued. Or friction holds the mass permanently, or it creeps to such a
+    position. Or, under a force and with a decelerating particle, its remaining displacement is within `tolerance`.
+    Or, beyond a burn-in, the standard error of the mean peak is below `tolerance`, no particle is flying to its
+    first wall, and the run does not tend to rest. Or `max_cycles`, or the limit on events, is reached.
     """
     scene = make_scene(damping_ratio, frequency_ratio, friction, particle, settings.energies)
     notes = make_notes(settings.max_cycles, settings.energies, settings.acceleration)
@@ -112,9 +112,10 @@ def settle(
 def _settled(
     start: State, scene: Scene, probe: Scene, notes: Notes, settings: Settings
 ) -> tuple[Response, State]:
-    """`settle` where arrays are made: its caller keeps them alive, and all that follows is handed their addresses.
+    """`settle` after its arrays are created: its caller keeps them alive, and all later functions receive their
+    addresses.
 
-    An address is one number where an array is seven, of each of which numba writes code wherever it is handed on.
+    An address is one number. An array is seven, and numba writes code for each of them whenever it is passed on.
     """
     scene, probe, notes = on_addresses(scene), on_addresses(probe), notes_on_addresses(notes)
     found = search(start, scene, probe, notes, settings)
@@ -129,7 +130,7 @@ def _settled(
 def _measured_orbit(
     found: Found, scene: Scene, probe: Scene, notes: Notes, settings: Settings
 ) -> tuple[Response, State]:
-    """Response over one period, and the state after it; known only where the orbit itself is, to `settings.tolerance`."""
+    """Response over one period, and the state after it; known to `settings.tolerance` only if the orbit itself is."""
     state = found.orbit.state
     cycles = found.look.half // 2
     period_halves = _shortest_period(state, found, scene, probe, notes)
@@ -208,7 +209,7 @@ def _measured_run(found: Found, scene: Scene, probe: Scene, notes: Notes) -> tup
 
 @kernel
 def _acceleration_of_period(period_halves: int, halves: int, notes: Notes) -> tuple[float, float] | None:
-    """What the trace of an orbit tells of u''; None where that was not metered."""
+    """Results for u'' from the trace of an orbit; None if it was not metered."""
     if notes.meter.acceleration is not None:
         return acceleration_of_period(notes.trace, period_halves, halves)
     return None
@@ -216,7 +217,7 @@ def _acceleration_of_period(period_halves: int, halves: int, notes: Notes) -> tu
 
 @kernel
 def _acceleration_of_run(first: int, last: int, notes: Notes) -> tuple[float, float] | None:
-    """What the trace of a run that does not repeat tells of u''; None where that was not metered."""
+    """Results for u'' from the trace of a run that does not repeat; None if it was not metered."""
     if notes.meter.acceleration is not None:
         return acceleration_of_run(notes.trace, first, last)
     return None
@@ -224,9 +225,9 @@ def _acceleration_of_run(first: int, last: int, notes: Notes) -> tuple[float, fl
 
 @kernel
 def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, notes: Notes) -> int:
-    """The shortest part of a period after which the state repeats already, to what the orbit is known to.
+    """The shortest part of a period after which the state already repeats, within the error of the orbit.
 
-    Just beyond a period doubling the shorter orbit, which repels, lies very near.
+    Just beyond a period doubling the shorter, repelling orbit is very near.
     """
     period_halves = found.orbit.period_halves
     known = _CLOSED * found.look.scale + 100.0 * found.orbit.error
@@ -246,7 +247,7 @@ def _shortest_period(state: State, found: Found, scene: Scene, probe: Scene, not
 
 @kernel
 def _is_near(point: NDArray[np.float64], other: NDArray[np.float64], known: float) -> bool:
-    """Whether two section points differ by no more than what is known, in every coordinate."""
+    """Whether two section points agree within their errors, in every coordinate."""
     near = True
     for i in range(SECTION_SIZE):
         near = near and abs(point[i] - other[i]) <= known

@@ -40,10 +40,10 @@ def at_rest(frequency_ratio: float | Forced, friction: float | None, particle: P
 def carried(
     state: State, excitation_before: float | Forced, excitation: float | Forced, shrinks: float = 1.0
 ) -> State:
-    """Return the same motion under another frequency of excitation: nothing slips or strikes by the change.
+    """Return the same motion under another frequency of excitation: the change causes no slip and no impact.
 
-    The structure keeps its motion relative to the base, and a particle on its wall goes with it. One in flight, or at rest,
-    keeps its absolute velocity.
+    The structure keeps its motion relative to the base, and so does a particle on its wall. One in flight, or at
+    rest, keeps its absolute velocity.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def carried(
     excitation_before, excitation : float or Forced
         Frequency of the state, and the new one.
     shrinks : float
-        Displacement that lengths of the state are over, by that which they are over now.
+        Ratio of the previous to the present reference length.
     """
     p_rate = shrinks * state.p_rate
     if state.riding > 0.0 or state.gap < 0.0:

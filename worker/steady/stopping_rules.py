@@ -8,9 +8,11 @@ from damperlab.worker.solver.scene import Scene
 from damperlab.worker.steady.response.standard_errors import Estimate
 
 LARGEST_BURN_IN = 0.2
-"""Share of `max_cycles`, or of the events allowed, that a burn-in may take: a structure without damping has no other bound."""
+"""Largest share of `max_cycles`, or of the events allowed, for a burn-in: without damping a structure has no other
+bound.
+"""
 FEWEST_MEASURED = 768
-"""Cycles before a standard error is believed."""
+"""Cycles before a standard error is used."""
 
 _TRANSIENT_LEFT = 0.02  # share of a free vibration that is left after the burn-in
 # Frequency ratio from which a burn-in is longer, 1/e: there what is left is 0.02 e² = 15 % of the response's velocity, which
@@ -24,7 +26,9 @@ _LATEST_LOOK = 1.25
 
 
 class Settings(NamedTuple):
-    """When to stop: the study's `steady` block; and whether energies and acceleration are measured (as in `Meter`)."""
+    """Criteria for stopping: the study's `steady` block; and whether energies and acceleration are measured (as in
+    `Meter`).
+    """
 
     max_cycles: int
     tolerance: float
@@ -35,14 +39,15 @@ class Settings(NamedTuple):
 
 @kernel
 def burn_in_of(scene: Scene, settings: Settings) -> int:
-    """Half cycles after which the slowest free vibration, that of the structure, has all but died: it falls as e^(−ζτ).
+    """Half cycles after which the slowest free vibration, that of the structure, has nearly decayed: it falls as
+    e^(−ζτ).
 
-    Until `_TRANSIENT_LEFT` of it is left, ln(50) r/(2πζ) = 0.62 r/ζ cycles, and at least one. What then is still no steady
-    response is found by its data (`standard_errors.estimate`).
+    It ends when `_TRANSIENT_LEFT` of it remains, after ln(50) r/(2πζ) = 0.62 r/ζ cycles, and at least one. Any
+    remaining transient is found from its data (`standard_errors.estimate`).
 
-    Far below resonance a run from rest begins with the velocity r of the base, beside a response whose velocity against the
-    base is of the order r³: below `_SLOW` the transient must fall by as much more, and by the rate e^(−ζτ/(1 + β)) of both
-    bodies, since the particle is carried along.
+    Far below resonance a run from rest starts with the velocity r of the base, whereas the response's velocity
+    against the base is of the order r³. So below `_SLOW` the transient must fall by correspondingly more, and with
+    the rate e^(−ζτ/(1 + β)) of both bodies, since the particle is carried along.
     """
     longest = LARGEST_BURN_IN * settings.max_cycles
     base = scene.base
@@ -59,7 +64,9 @@ def burn_in_of(scene: Scene, settings: Settings) -> int:
 
 @kernel
 def is_known(mean: Estimate, settings: Settings) -> bool:
-    """Whether the mean of a response that does not repeat is known to the tolerance, from enough of it, without a drift."""
+    """Whether the mean of a response that does not repeat is known to the tolerance, from enough data, without a
+    drift.
+    """
     measured = mean.last - mean.first
     return (
         mean.error <= settings.tolerance * mean.mean
@@ -71,10 +78,10 @@ def is_known(mean: Estimate, settings: Settings) -> bool:
 
 @kernel
 def next_estimate(mean: Estimate, settings: Settings) -> int:
-    """Metered cycles of the next look, planned from this one.
+    """Metered cycles until the next check, planned from this one.
 
-    Looks are few, and each at a length fixed before its data are seen: a mean that was looked at again and again, until its
-    error happened to be small, would be off by more than its error.
+    Checks are few, and each at a length fixed before its data are seen: repeated checks until the error happens to
+    be small would understate it.
     """
     measured = mean.last - mean.first
     needed = _CORRELATIONS * mean.correlation

@@ -1,1 +1,1 @@
-"""What runs in the process of a worker: how it joins, checks itself, computes blocks and leaves."""
+"""The process of a worker: how it joins, checks itself, computes blocks and leaves."""

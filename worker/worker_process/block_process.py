@@ -1,8 +1,8 @@
-"""A block computed in a process of its own, so that what it does to that process is seen and hurts nobody else.
+"""A block computed in a separate process, so that its effect on that process is visible and harmless.
 
-A lost worker may have been killed by its block, switched off with its machine, or asked to leave: from outside all three look
-alike. A process that ends by a signal while its parent lives on was ended by what it computed, or by the system for the
-memory that it took.
+A lost worker may have been killed by its block, switched off with its machine, or asked to leave: all three look
+alike from outside. If a process ends by a signal while its parent survives, its computation ended it, or the system
+did because of its memory.
 """
 
 import os
@@ -22,12 +22,12 @@ _TO_ALL = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
 
 def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
-    """Call a function in a process of its own, which ends with this one.
+    """Call a function in a separate process, which ends with this one.
 
     Parameters
     ----------
     function : callable
-        What to call.
+        The function.
     *arguments : object
         With what.
 
@@ -39,9 +39,9 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
     Raises
     ------
     Crashed
-        The process ended in the middle of the call.
+        The process ended during the call.
     Leaving
-        It was asked to end from outside. Exception What the function raised.
+        It was asked to end by another process. Exception What the function raised.
     """
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
     process = subprocess.Popen(
@@ -74,7 +74,7 @@ def call_apart(function: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def _answer(source: int, sink: int) -> None:
-    """Read a call from one descriptor, write what became of it to another, and end the process."""
+    """Read a call from one descriptor, write its result to another, and end the process."""
     with os.fdopen(source, "rb") as calls:
         asked = calls.read(int.from_bytes(calls.read(8), "big"))
         threading.Thread(target=_end_with_parent, args=(source,), daemon=True).start()

@@ -1,4 +1,4 @@
-"""How a worker comes to its scheduler: by an address at which others reach it, and once the scheduler lets it in."""
+"""Connection of a worker to its scheduler: its reachable address, and its acceptance."""
 
 import asyncio
 import socket
@@ -14,24 +14,24 @@ from distributed.comm import connect
 from damperlab.worker.cluster.certificates import refusal
 
 ASK_AGAIN_SECONDS = 1.0
-"""Between two looks for a way to the scheduler."""
+"""Interval between checks for a route to the scheduler."""
 REFUSED_AGAIN_SECONDS = 5.0
 """Time until a worker tries again after a scheduler refused it: certificates of either may have been renewed."""
 
 
 async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: float) -> str | None:
-    """Give this machine's address on the way to the scheduler, once there is one; None where that is given up.
+    """Give this machine's address on the route to the scheduler, once there is one; None if the wait is over.
 
-    Without a way the library would take the loopback address, under which nobody reaches a worker once there is one.
+    Without a route the library would use the loopback address, at which nobody can reach a worker later.
 
     Parameters
     ----------
     scheduler : str
         Its address.
     told : Future
-        Done once the worker is told to leave.
+        Done once the worker is asked to leave.
     limit_seconds : float
-        How long it is waited for [s].
+        Longest wait [s].
     """
     loop = asyncio.get_running_loop()
     parts = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}")
@@ -55,14 +55,14 @@ async def own_host(scheduler: str, told: "asyncio.Future[str]", limit_seconds: f
 async def joined(
     worker: Worker, security: Security, told: "asyncio.Future[str]", limit_seconds: float
 ) -> bool:
-    """Wait for a scheduler, however long that takes; False where it is given up.
+    """Wait for a scheduler, however long that takes; False if the wait is abandoned.
 
     Parameters
     ----------
     worker : Worker
         Not started yet.
     security : Security
-        What it shows.
+        Its certificate.
     told, limit_seconds : Future, float
         As for `own_host`.
     """
@@ -86,7 +86,7 @@ async def joined(
 
 
 async def _let_in(scheduler: str, security: Security) -> None:
-    """Wait until a scheduler lets this worker in."""
+    """Wait until a scheduler accepts this worker."""
     said = ""
     while True:
         began = time.monotonic()

@@ -1,4 +1,6 @@
-"""Before a worker computes for a study: its code, its way to the data, and a few points whose bits are known."""
+"""Tests before a worker computes for a study: its code, its access to the data, and a few points whose bits are
+known.
+"""
 
 import hashlib
 from collections import Counter
@@ -21,14 +23,14 @@ _MEASURED = ("run_time",)
 
 @dataclass(frozen=True)
 class Answer:
-    """What a worker answers.
+    """A worker's answer.
 
     Parameters
     ----------
     facts : dict of str
         Its `computing()`.
     bits : str
-        Of the points that it was asked for, see `bits_of`; empty where none were asked for.
+        Bits of the requested points, see `bits_of`; empty if none were requested.
     """
 
     facts: dict[str, str]
@@ -36,7 +38,7 @@ class Answer:
 
 
 def examine(cube_path: str, digest: str, code: str, canary: Block | None) -> Answer:
-    """Say what this worker computes with, having read the study at its place; the value of a Dask task.
+    """Report this worker's solver, after reading the study from its cube; the value of a Dask task.
 
     Parameters
     ----------
@@ -77,7 +79,8 @@ def canary_of(plan: Plan, block: int) -> Block:
     Returns
     -------
     Block
-        A box in its first corner: few points along the last dimension, or one row of what must stay whole.
+        A box in its first corner: few points along the last dimension, or one complete row if it must not be
+        divided.
     """
     box = plan.block(block)
     points = box.shape[-1] if plan.study.whole_rows else min(box.shape[-1], POINTS)
@@ -85,7 +88,7 @@ def canary_of(plan: Plan, block: int) -> Block:
 
 
 def bits_of(values: Mapping[str, Any]) -> str:
-    """Hash every bit of some values, but what was measured; 16 hex digits."""
+    """Hash every bit of some values, except measured times; 16 hex digits."""
     digest = hashlib.sha256()
     for name in sorted(set(values) - set(_MEASURED)):
         digest.update(f"{name}\n".encode())
@@ -94,9 +97,9 @@ def bits_of(values: Mapping[str, Any]) -> str:
 
 
 def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str]) -> str:
-    """Hash the stored answer of some points as `bits_of` does a worker's.
+    """Hash the stored answer of some points as `bits_of` does for a worker's.
 
-    Empty where one of them has no computed result: its block was given up, or its file is not there, or goes meanwhile.
+    Empty if one of them has no computed result: its block failed, or its file is missing, or is removed meanwhile.
 
     Parameters
     ----------
@@ -107,7 +110,7 @@ def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str
     canary : Block
         Points of a block that is done.
     names : collection of str
-        What is stored.
+        Names of the stored variables.
     """
     where = dict(zip(study.coordinates, canary.slices, strict=True))
 
@@ -122,12 +125,12 @@ def stored_bits(cube: Any, study: AnyStudy, canary: Block, names: Collection[str
 
 
 def majority(answers: Mapping[str, str]) -> str | None:
-    """Give what most answer, and more than half; None where there is no such answer.
+    """Give the answer of a majority; None if there is none.
 
     Parameters
     ----------
     answers : mapping
-        By who gave them; one alone is believed.
+        By worker; a single one is accepted.
     """
     if not answers:
         return None

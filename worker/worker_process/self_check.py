@@ -1,4 +1,4 @@
-"""Whether a worker still computes right: points whose values are known, and a file that says when it last did."""
+"""Self-check of a worker: points whose values are known, and a file with the time of the last success."""
 
 import asyncio
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from damperlab.studies.plan import Block
 from damperlab.worker.block import solve_block
 
 EVERY_SECONDS = 10.0
-"""Between two computations of the known block, which take milliseconds."""
+"""Interval between computations of the known block, which take milliseconds."""
 
 _DAMPING_RATIO = 0.0038
 _METRIC = "relative_amplitude_ratio"
@@ -35,12 +35,12 @@ def known_study() -> Study:
 
 
 def wrong_answers(solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve_block) -> str:
-    """Compute the known block; say what came out otherwise, and nothing where all is right.
+    """Compute the known block; describe wrong values, or return an empty text.
 
     Parameters
     ----------
     solve : callable
-        What computes a block.
+        Computes a block.
     """
     study = known_study()
     values = solve(study, Block.whole(study.shape))[_METRIC].ravel()
@@ -57,7 +57,7 @@ async def show_alive(
     tell: Callable[[str], None],
     solve: Callable[[Study, Block], dict[str, np.ndarray]] = solve_block,
 ) -> None:
-    """Touch a file for as long as the known block comes out right; `tell` what it came out as where it does not."""
+    """Touch a file as long as the known block is right; otherwise call `tell` with the error."""
     loop = asyncio.get_running_loop()
     while True:
         # in a thread: whoever asks this worker for something is answered meanwhile

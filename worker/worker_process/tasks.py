@@ -1,4 +1,4 @@
-"""The worker's side of Dask: one block solved and stored, and what the coordinator asks about it."""
+"""The worker's side of Dask: one block computed and stored, and answers to the coordinator."""
 
 import json
 import time
@@ -43,30 +43,30 @@ def run_block(
 ) -> BlockOutcome:
     """Solve one block and write its region; the value of the Dask task.
 
-    The study's definition does not travel with the task: it may hold axes of a million values, and the worker
-    must reach the cube anyway.
+    The study's definition is not sent with the task: it may have axes of a million values, and the worker must reach
+    the cube anyway.
 
     Parameters
     ----------
     cube_path : str
-        Where the cube is.
+        Address of the cube.
     digest : str
-        Of the study, so that another study's definition is never taken from a cache.
+        Digest of the study, so that another study's definition is never taken from a cache.
     block : Block
-        Which block.
+        The block.
     code : str
         `code_hash()` of the coordinator. Checked with every block: workers join while a study runs.
     generation : str
-        Names this attempt's files; no other attempt, of any run, has the same.
+        Identifies this attempt's files; no other attempt, of any run, has the same.
     sources : tuple of Source
-        Where points of the block are known from earlier studies.
+        Known points of the block in earlier studies.
     solver : str
-        The identity that the study's cube is computed by; empty for this worker's.
+        The identity of the study's solver; empty for this worker's.
 
     Returns
     -------
     BlockOutcome
-        `kernel_seconds` is CPU time of this thread inside `solve_block`, kernels being loaded before.
+        `kernel_seconds` is CPU time of this thread inside `solve_block`, with kernels already loaded.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def _computed(
 
 @lru_cache(maxsize=8)
 def _motion(cube_path: str, source: RecordSource) -> GroundMotion:
-    """Read a record from the copy that its study keeps: no worker needs the folder of the records."""
+    """Read a record from the study's own copy: no worker needs the folder of the records."""
     try:
         return source.read(_shelf(cube_path).get(source.key))
     except (FileNotFoundError, ValueError) as error:
@@ -127,14 +127,14 @@ def _motion(cube_path: str, source: RecordSource) -> GroundMotion:
 
 
 def solve_stored(cube_path: str, digest: str, block: Block | None) -> dict[str, np.ndarray] | None:
-    """Compute some points of a study as it is described at its place, and store nothing.
+    """Compute some points of a study from its cube, and store nothing.
 
     Parameters
     ----------
     cube_path, digest : str
         As for `run_block`.
     block : Block, optional
-        Which points; none are computed without it, but the study is read.
+        The points; without them the study is only read.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
     Parameters
     ----------
     study, block : AnyStudy, Block
-        Which block.
+        The block.
 
     Returns
     -------
@@ -167,12 +167,12 @@ def failed_values(study: AnyStudy, block: Block) -> dict[str, np.ndarray]:
 
 
 def executing_keys(dask_worker: "Worker") -> list[str]:
-    """Keys of the tasks that a worker's threads are at just now; Dask fills in the worker."""
+    """Keys of the tasks that a worker's threads are executing; Dask fills in the worker."""
     return [str(task.key) for task in dask_worker.state.executing]
 
 
 def _shelf(cube_path: str) -> Shelf:
-    """Open the place of a cube; raise `OSError` also where this worker lacks the keys or the library for it."""
+    """Open a cube; raise `OSError` also if this worker lacks the keys or the library for it."""
     try:
         return open_shelf(cube_path)
     except StoreFault as error:

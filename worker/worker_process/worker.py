@@ -1,4 +1,4 @@
-"""A worker process that leaves in order: it takes no more blocks, completes or returns its block, and exits."""
+"""A worker process that leaves cleanly: it takes no more blocks, completes or returns its block, and exits."""
 
 import asyncio
 import math
@@ -21,33 +21,32 @@ from damperlab.worker.worker_process.connecting import REFUSED_AGAIN_SECONDS, jo
 from damperlab.worker.worker_process.self_check import show_alive
 
 LOOK_SECONDS = 0.2
-"""Between two looks for a notice, and at what is left to do."""
+"""Interval between checks for a notice, and of the remaining work."""
 ASK_SECONDS = 5.0
-"""Between two questions for a notice of an address: notices come 30 to 120 s ahead."""
+"""Interval between requests for a notice from an address: notices come 30 to 120 s ahead."""
 ANSWER_SECONDS = 2.0
-"""Longest time that one of them may take."""
+"""Longest time of such a request."""
 _NOT_YET = (b"false", b"none", b"")
 
 
 @dataclass(frozen=True)
 class Terms:
-    """How long a worker stays.
+    """Conditions for leaving.
 
     Parameters
     ----------
     leave_within_s : float
-        Longest time from being told to leave until it is gone [s]: a block that still runs then is given back.
+        Longest time from the request to leave until it is gone [s]: a block that still runs then is returned.
     lifetime_s : float, optional
-        It leaves so that it is gone after this time [s], as before a batch system ends it.
+        It leaves before this time has passed [s], for example before a batch system ends it.
     notice : Path, optional
-        It leaves once this file is there, as a spot market's watcher puts it.
+        It leaves once this file exists, for example created by a spot market's watcher.
     notice_url : str, optional
-        It leaves once this address says so, see `announced`; nobody is asked without.
+        It leaves once this address says so, see `announced`; empty for none.
     leave_idle_s : float, optional
         It leaves after this time without a block, or without a scheduler that answers [s].
     alive : Path, optional
-        It touches this file every few seconds, having computed points whose values are known; where they come out
-        otherwise it leaves.
+        It touches this file every few seconds after computing points with known values; if they are wrong it leaves.
     """
 
     leave_within_s: float = 25.0
@@ -66,18 +65,18 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
     scheduler : str
         Its address.
     security : Security
-        What this worker shows.
+        This worker's certificate.
     terms : Terms
-        How long it stays.
+        Conditions for leaving.
     memory_limit : str
-        As Dask takes it: "auto", "4GB", "0" for none.
+        In Dask's notation: "auto", "4GB", "0" for none.
     name : str, optional
-        What it is called.
+        Its name.
 
     Returns
     -------
     int
-        Exit status: 0 where it left as it was told, 1 where no scheduler answered in time, or it computes wrong.
+        Exit status: 0 if it left on request, 1 if no scheduler answered in time, or its results are wrong.
     """
     loop = asyncio.get_running_loop()
     told: asyncio.Future[str] = loop.create_future()
@@ -118,7 +117,7 @@ async def work(scheduler: str, security: Security, terms: Terms, memory_limit: s
 
 
 def _patience(terms: Terms, began: float) -> float:
-    """Give how long a scheduler is waited for from now on [s]."""
+    """Give the remaining wait for a scheduler [s]."""
     lifetime = math.inf if terms.lifetime_s is None else began + terms.lifetime_s - time.monotonic()
     return max(0.0, min(lifetime, math.inf if terms.leave_idle_s is None else terms.leave_idle_s))
 
@@ -157,7 +156,7 @@ async def _connected(
 
 
 async def _leave(worker: Worker, reason: str, seconds: float) -> None:
-    """Take no more blocks, end or give back what runs, and be gone within a time."""
+    """Take no more blocks, complete or return the running one, and exit within a time."""
     deadline = time.monotonic() + seconds
     say(f"leaving ({reason}): no more blocks, gone within {seconds:g} s")
     # the scheduler tells whoever asks that this worker takes nothing more
@@ -172,7 +171,7 @@ async def _leave(worker: Worker, reason: str, seconds: float) -> None:
 
 @asynccontextmanager
 async def _asking(url: str | None, told: "asyncio.Future[str]") -> AsyncIterator[None]:
-    """Ask an address for a notice meanwhile."""
+    """Request a notice from an address meanwhile."""
 
     async def ask(url: str) -> None:
         while not told.done():
@@ -189,7 +188,7 @@ async def _asking(url: str | None, told: "asyncio.Future[str]") -> AsyncIterator
 
 
 async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms, began: float) -> str:
-    """Wait; give why to leave, or nothing where the scheduler was lost."""
+    """Wait; give the reason for leaving, or empty if the scheduler was lost."""
     ends = None if terms.lifetime_s is None else began + max(0.0, terms.lifetime_s - terms.leave_within_s)
     busy = time.monotonic()
     while worker.status not in (Status.closing, Status.closed, Status.failed):
@@ -208,7 +207,7 @@ async def _until_told(worker: Worker, told: "asyncio.Future[str]", terms: Terms,
 
 
 def faulty(url: str) -> str | None:
-    """Say what is wrong with an address that is to be asked; None where it can be."""
+    """Describe the fault of an address for notices; None if it is valid."""
     try:
         parts = urlsplit(url)
         usable = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
@@ -218,18 +217,18 @@ def faulty(url: str) -> str | None:
 
 
 def announced(url: str) -> bool:
-    """Ask whether this machine is to go.
+    """Ask whether this machine is about to be ended.
 
     Parameters
     ----------
     url : str
-        Answers 200 once it is, and something else before; FALSE, NONE or nothing in a body of 200 is no notice either.
-        Redirects are not followed, and no proxy is used.
+        The address answers 200 in this case, and something else before; FALSE, NONE or nothing in a body of 200 is
+        no notice either. Redirects are not followed, and no proxy is used.
 
     Returns
     -------
     bool
-        False too where nobody answers: a notice is a courtesy.
+        Also False if nobody answers: a notice is optional.
     """
     parts = urlsplit(url)
     kind = HTTPSConnection if parts.scheme == "https" else HTTPConnection

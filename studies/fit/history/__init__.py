@@ -1,1 +1,1 @@
-"""A prototype identified from one time history: the table, what is asked of it, and what came out."""
+"""Identification of a prototype from one time history: the table, the question, and the result."""

@@ -1,4 +1,4 @@
-"""A question to a time history, put together from what is known and what is wanted; every fault is named."""
+"""A question to a time history, assembled from known values and parameters to estimate; every fault is named."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -29,18 +29,20 @@ from damperlab.studies.fit.question import NAMED, RATIO_OF, Free, drop
 from damperlab.studies.variables import MADE_BY
 
 SWING, LEAST_SWINGS = 0.2, 4
-"""Share of the largest displacement from which a swing of a decay is counted, and how many show what it is."""
+"""Share of the largest displacement from which a swing of a decay counts, and the number of swings needed."""
 SLOWER, FASTER = 0.9, 1.25
-"""Natural frequency over that of a decay, which a particle that sticks to its wall slows down by the root of 1 + mass ratio."""
+"""Natural frequency over that of a decay. A particle that sticks to its wall lowers the latter by the root of 1 +
+mass ratio.
+"""
 MOST_FRICTION = 1.5
-"""Largest friction that is looked for, over one that takes all that a decay loses in a usual swing."""
+"""Largest friction in the search, over one that accounts for all losses of a decay in a usual swing."""
 IN_UNITS = ("friction_force_n", "damping_n_s_per_m", "particle_mass_kg")
-"""What moves the structure by its ratio to the structure's mass."""
+"""Quantities that affect the structure only by their ratio to its mass."""
 OF_SETTINGS = ("name", "particle", "contact")
 SAMPLED = 8.0
-"""Least samples in a period of the structure."""
+"""Fewest samples in a period of the structure."""
 NEAR_START, NOISY = 0.1, 6.0
-"""Reach of the range of the release about the first sample: a share of it, and standard deviations."""
+"""Range of the release around the first sample: a relative part, and a number of standard deviations."""
 
 
 def make_history_question(
@@ -60,14 +62,14 @@ def make_history_question(
     measured : History
         The displacements.
     structure : mapping
-        What is known, written as a study is: `damping_ratio`, `axes`, `physical`, `particle`, `contact`. What is an axis
-        there is estimated within it, as if it stood in `fit`.
+        The known values in the form of a study: `damping_ratio`, `axes`, `physical`, `particle`, `contact`. An axis
+        is estimated within its range, as if it stood in `fit`.
     fit : mapping
         What is estimated, and where it is looked for: (lowest, highest), or None for a range that is usual.
     known : mapping, optional
-        Numbers that count more than those of `structure`, by the names of `KNOWN`.
+        Numbers that override those of `structure`, by the names of `KNOWN`.
     share : float, optional
-        Standard deviation as a share of the largest displacement, where the measurement has none.
+        Standard deviation relative to the largest displacement, if the measurement has none.
     confidence : float
         Of the intervals.
     seed : int
@@ -140,7 +142,7 @@ def _usual(name: str, known: Mapping[str, float], measured: History) -> tuple[fl
 
 
 def _shown(name: str, known: Mapping[str, float], measured: History) -> tuple[float, float] | None:
-    """Give the range that a free decay shows: its frequency, and the friction that would take all that it loses."""
+    """Give the range that a free decay implies: of its frequency, and of the friction that accounts for all losses."""
     moved = measured.displacement_m
     swings = np.flatnonzero(np.abs(moved) > SWING * measured.largest_m)
     parts = np.split(swings, np.flatnonzero(np.diff(np.sign(moved[swings]))) + 1)
@@ -178,7 +180,7 @@ def _missing(numbers: Mapping[str, float], ranges: Mapping[str, Any], particle: 
 def _contact(
     settings: Mapping[str, Any], numbers: Mapping[str, float], free: list[Free], faults: list[Fault]
 ) -> Contact:
-    """Read the contact as a study does, which knows what each model allows of mass ratio and restitution."""
+    """Read the contact as a study does, including the limits of each model on mass ratio and restitution."""
     contact: Contact = INSTANT
     for end in ("low", "high"):
         values = dict(numbers) | {each.name: getattr(each, end) for each in free}

@@ -1,4 +1,4 @@
-"""What a fit of a time history gives: parameters with intervals, and over which stretch of it they were found."""
+"""The result of a fit of a time history: parameters with intervals, and the stretch that determined them."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,20 +16,21 @@ Column = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class FittedHistory(Outcome):
-    """The outcome of a fit of a time history.
+    """The result of a fit of a time history.
 
     Parameters
     ----------
     question : HistoryQuestion
         What was asked.
     rows : int
-        Samples that count: the longest stretch from the start over which the response is predictable.
+        Samples that count: the longest initial stretch with a predictable response.
     model_m : ndarray, shape (rows of the measurement,)
         Displacement with the best parameters [m].
     deviation_m : ndarray, shape (rows of the measurement,)
-        Standard deviation of the measurement [m]; as estimated, where none was given.
+        Standard deviation of the measurement [m]; the estimate, if none was given.
     correlated : float
-        By how much the intervals are wider, at most, because the residuals are correlated from sample to sample.
+        Upper bound of the factor by which intervals are wider because residuals are correlated from sample to
+        sample.
     """
 
     question: HistoryQuestion
@@ -44,23 +45,23 @@ class FittedHistory(Outcome):
 
     @property
     def stretch_s(self) -> float:
-        """Time over which the response is predictable [s]."""
+        """Duration of the predictable stretch [s]."""
         return (self.rows - 1) * self.question.measured.step_s
 
     @property
     def whole(self) -> bool:
-        """Whether that is all of the history."""
+        """Whether that is the complete history."""
         return self.rows == self.question.measured.rows
 
     @property
     def residual(self) -> Column:
-        """Measured less computed in standard deviations, shape (rows,): those that count."""
+        """Measured minus computed in standard deviations, shape (rows,): those that count."""
         off = self.question.measured.displacement_m - self.model_m
         return np.asarray((off / self.deviation_m)[: self.rows])
 
     @property
     def probability(self) -> float | None:
-        """Chance of a chi-square as large, if the model is right; None where the deviation was made to agree with it."""
+        """Probability of a chi-square as large, if the model is right; None if the deviation was adjusted to it."""
         if self.question.measured.deviation_m is None:
             return None
         return float(chdtrc(self.freedom, self.chi_square))

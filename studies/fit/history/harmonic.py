@@ -1,4 +1,4 @@
-"""A prototype that was identified from a time history under a sine: over which band, and with which amplitude of the base."""
+"""A prototype from a time history under a sine: the band, and the amplitude of the base."""
 
 from collections.abc import Mapping
 from math import pi
@@ -12,7 +12,7 @@ from damperlab.studies.fit.history.question import RELEASE, HistoryQuestion
 from damperlab.studies.fit.question import study_document
 
 BAND = 0.8, 1.25
-"""Frequencies over the natural one: the particle that rides on its wall, m/M up to 0.5, resonates within them."""
+"""Frequencies over the natural one: they include the resonance with the particle on its wall, for m/M up to 0.5."""
 CURVE_VALUES = 101
 """Frequencies of the study."""
 
@@ -23,9 +23,9 @@ def harmonic_document(question: HistoryQuestion, values: Mapping[str, float]) ->
     Parameters
     ----------
     question : HistoryQuestion
-        What is known.
+        The known values.
     values : mapping of float
-        The parameters that were estimated.
+        The estimated parameters.
 
     Returns
     -------
@@ -53,7 +53,7 @@ def harmonic_document(question: HistoryQuestion, values: Mapping[str, float]) ->
 
 
 def check_study(question: HistoryQuestion) -> None:
-    """Refuse, before anything is computed, a question from whose answer no study can be made.
+    """Refuse, before computing, a question whose answer cannot give a study.
 
     Raises
     ------
@@ -64,11 +64,11 @@ def check_study(question: HistoryQuestion) -> None:
 
 
 def base_amplitude_m(measured: History, given: Mapping[str, float]) -> float:
-    """Give an amplitude of the base under which the prototype moves about as it did when it was measured.
+    """Give an amplitude of the base under which the prototype moves about as it did in the measurement.
 
-    Where the base moved, that of a sine at the natural frequency with the largest acceleration. Where the structure was
-    released at X, that which keeps it at X at resonance if its particle does nothing: a base that is a quarter of a cycle
-    ahead puts πkZX into a cycle, damping takes 2πζkX² and friction 4FX, so that Z = 2ζX + 4F/(πk).
+    If the base moved, that of a sine at the natural frequency with the largest acceleration. After a release at X,
+    that which keeps it at X at resonance if its particle does nothing. A base a quarter of a cycle ahead supplies
+    πkZX per cycle; damping takes 2πζkX² and friction 4FX, so Z = 2ζX + 4F/(πk).
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def base_amplitude_m(measured: History, given: Mapping[str, float]) -> float:
     Raises
     ------
     StudyFaults
-        Where nothing but a particle takes energy from the structure that was released.
+        If only a particle dissipates the energy of the released structure.
     """
     omega = 2.0 * pi * given["natural_frequency_hz"]
     if measured.base_m_s2 is not None:

@@ -10,22 +10,23 @@ Column = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class History:
-    """A displacement over time, from the moment on at which the motion begins.
+    """A displacement over time, from the beginning of the motion.
 
     Parameters
     ----------
     name : str
-        What people call it.
+        Name of the measurement.
     step_s : float
         Time between samples [s].
     displacement_m : ndarray, shape (rows,)
-        Of the structure [m]; without a base motion from where it comes to rest without friction.
+        Of the structure [m]; without a base motion, measured from its rest position without friction.
     relative : bool
         Whether it is against the base; without a base motion there is no difference.
     base_m_s2 : ndarray, shape (rows,), optional
-        Acceleration of the base [m/s²], linear between samples; None where the base rests and the structure is released.
+        Acceleration of the base [m/s²], linear between samples; None if the base rests and the structure is
+        released.
     deviation_m : ndarray, shape (rows,), optional
-        Standard deviation of each displacement [m]; None where it is estimated from the scatter.
+        Standard deviation of each displacement [m]; None if it is estimated from the scatter.
     before_release : int
         Rows of the table before the release, which are left out.
     """

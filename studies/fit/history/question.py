@@ -1,4 +1,4 @@
-"""What is asked of a time history: what is known of the prototype, and which of its parameters are estimated."""
+"""A question to a time history: known values of the prototype, and the parameters to estimate."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,32 +12,32 @@ from damperlab.studies.fit.question import NAMED, Free, drop
 from damperlab.studies.variables import BEFORE
 
 OVER_BASE = ("base_amplitude_m", "clearance_ratio", "friction_ratio", *BEFORE)
-"""What means nothing without the amplitude of a harmonic base."""
+"""Quantities without meaning unless the base has a harmonic amplitude."""
 KNOWN: tuple[str, ...] = tuple(name for name in NAMED if name not in OVER_BASE)
-"""What may be known of a prototype."""
+"""Values of a prototype that may be known."""
 FREE: tuple[str, ...] = tuple(name for name in KNOWN if name != "mass_kg")
-"""What may be estimated."""
+"""Parameters that may be estimated."""
 INSTANT = InstantContact()
 RELEASE = "initial_displacement_m"
-"""Where the structure is released: estimated as well, since the first sample is as noisy as the others."""
+"""Position of the release: estimated as well, since the first sample is as noisy as the others."""
 
 
 @dataclass(frozen=True)
 class HistoryQuestion:
-    """A time history, and what is asked of it.
+    """A time history, and the question to it.
 
     Parameters
     ----------
     measured : History
         The displacements.
     known : mapping of float
-        What is known of the prototype, by the names of `KNOWN`.
+        Known values of the prototype, by the names of `KNOWN`.
     free : tuple of Free
-        What is estimated; with `RELEASE` at the end where the structure is released.
+        Parameters to estimate; `RELEASE` is last if the structure is released.
     particle : bool
-        Whether it has one.
+        Whether it has a particle.
     contact : Contact
-        What an impact is.
+        The model of an impact.
     confidence : float
         Of the intervals.
     seed : int
@@ -57,7 +57,7 @@ class HistoryQuestion:
         return {each.name: float(each.values(share)) for each, share in zip(self.free, shares, strict=True)}
 
     def given(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Put together what is known and what is estimated, which counts more."""
+        """Combine known and estimated values; the latter take precedence."""
         found = dict(self.known)
         for name, value in values.items():
             drop(found, name)
@@ -66,6 +66,6 @@ class HistoryQuestion:
 
     @property
     def frequency_hz(self) -> float:
-        """The natural frequency, or the middle of where it is looked for [Hz]."""
+        """The natural frequency, or the middle of its range [Hz]."""
         middle = np.full(len(self.free), 0.5)
         return self.given(self.values(middle))["natural_frequency_hz"]

@@ -12,15 +12,19 @@ from damperlab.studies.written_units import ACCELERATIONS, LENGTHS, TIMES
 
 LEAST_ROWS, MOST_ROWS = 24, 20_000
 LARGEST = 1e12
-"""Bound on every number: beyond it the unit is wrong."""
+"""Bound on every number: beyond it the unit must be wrong."""
 HELD, RESTING = 0.8, 0.2
-"""Share of the largest displacement at which a structure is held aside, at least, or begins to be shaken, at most."""
+"""Share of the largest displacement: least value while a structure is held aside, and largest value where shaking
+begins.
+"""
 BEYOND, LONGER, AT_ONCE_RAD = -0.3, 1.3, 0.2
-"""A structure that is struck is above `HELD` for as long as it takes to fall from there to `BEYOND`, one that is held aside
-longer. What is later than the first row by less is released at once."""
+"""A struck structure stays above `HELD` only while it falls from there to `BEYOND`; one that is held aside stays
+longer. A release that is later than the first row by less counts as immediate.
+"""
 FALL, WINDOW = (0.8, 0.3), 5
-"""Shares between which the fall behind a release tells its rate, since an impact may bend it further down; and how many times
-as many samples before it are compared with a structure that is held."""
+"""Shares between which the fall after a release gives its rate, since an impact may bend it further down. The second
+number is the multiple of samples before it that are compared with a held structure.
+"""
 
 TIME, DISPLACEMENT, RELATIVE, BASE = "time_s", "displacement_m", "relative_displacement_m", "base_m_s2"
 DEVIATION, SHARE = "deviation_m", "deviation_share"
@@ -30,7 +34,7 @@ OF_HISTORY = (
     "integrate it twice, high-pass filtered well below the natural frequency without a shift in time, and give it as "
     "`displacement (mm)`, its first row at rest or where it is let go; that of the base is `base acceleration (m/s2)`",
 )
-"""What is said of an acceleration of the structure over time."""
+"""Message for an acceleration of the structure over time."""
 COLUMNS = (
     Column({TIME: TIMES}, ("time", "t")),
     Column({DISPLACEMENT: LENGTHS}, ("displacement", "absolute displacement", "x")),
@@ -52,11 +56,12 @@ def parse_history(text: bytes | str, name: str = "history") -> History:
     Parameters
     ----------
     text : bytes or str
-        A table whose first line names the columns with their units: ``time (s)`` in equal steps, ``displacement (mm)`` of
-        the structure or ``relative displacement (mm)`` against its base, ``base acceleration (m/s2)`` where the base moves,
-        and where it is known one standard deviation, ``deviation (mm)`` or, of the largest displacement, ``deviation (%)``.
+        A table whose first line names the columns with their units: ``time (s)`` in equal steps, and
+        ``displacement (mm)`` of the structure or ``relative displacement (mm)`` against its base. If the base moves,
+        ``base acceleration (m/s2)``; if it is known, one standard deviation, ``deviation (mm)`` or, of the largest
+        displacement, ``deviation (%)``.
     name : str
-        What to call it.
+        Name of the measurement.
 
     Raises
     ------
@@ -114,7 +119,7 @@ def _numbers(lines: Lines, names: list[str], factors: list[float]) -> dict[str, 
 
 
 def _cell(name: str, factor: float, cell: str) -> float | Fault:
-    """Read one number and turn it into SI units."""
+    """Read one number and convert it to SI units."""
     try:
         value = float(cell)
     except ValueError:
@@ -128,7 +133,7 @@ def _cell(name: str, factor: float, cell: str) -> float | Fault:
 
 
 def _step(time: np.ndarray, resolution: float, faults: list[Fault]) -> float:
-    """Find the time step; a fault where the steps are not equal."""
+    """Find the time step; a fault if the steps are not equal."""
     step, wrong = equal_step(time, resolution)
     advice = "resample the history, or write the times with more digits"
     if wrong is not None:
@@ -141,9 +146,10 @@ def _step(time: np.ndarray, resolution: float, faults: list[Fault]) -> float:
 
 
 def _released(moved: np.ndarray) -> int | None:
-    """Find the row at which a structure that is held aside is let go; None where it swings before it is farthest away.
+    """Find the row at which a structure that is held aside is released; None if it swings before its largest
+    displacement.
 
-    It is the one for which a constant up to it and a cosine from it on are closest to the samples.
+    It is the row for which a constant before it and a cosine after it fit the samples best.
     """
     share = moved / np.abs(moved).max()
     first = int(np.argmax(np.abs(share) >= HELD))
@@ -167,7 +173,7 @@ def _released(moved: np.ndarray) -> int | None:
 
 
 def _of_start(moved: np.ndarray, base: np.ndarray | None, release: int | None) -> list[Fault]:
-    """Find what is wrong with where the history begins."""
+    """Find faults of the beginning of the history."""
     largest = float(np.abs(moved).max())
     first = abs(float(moved[0]))
     field = DISPLACEMENT

@@ -1,1 +1,1 @@
-"""A store kept whole: verified, swept, copied, made again."""
+"""Maintenance of a store: verify, sweep, back up, rebuild."""

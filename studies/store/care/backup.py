@@ -1,7 +1,7 @@
-"""A copy of a store that is consistent while studies run: what the catalogue says at one moment, and its files.
+"""A copy of a store that is consistent while studies run: the catalogue at one moment, and its files.
 
-A backup is a data directory like any other. Files are copied before the catalogue's rows are written, and those
-in one transaction: a backup that was cut short holds no study, and never a study without its files.
+A backup is a data directory like any other. Files are copied first, then all rows of the catalogue are written in
+one transaction. So an interrupted backup holds no study without its files.
 """
 
 import hashlib
@@ -44,20 +44,20 @@ RECORDS = "records"
 _TRIES = 5  # at a study whose blocks are taken back while it is copied
 
 _Copy = tuple[Row[Any], Sequence[Row[Any]], int]
-"""A study's row, its marks, and the bytes of it that were copied now."""
+"""A study's row, its marks, and the number of bytes copied now."""
 
 
 @dataclass(frozen=True)
 class Copied:
-    """What a backup holds.
+    """Content of a backup.
 
     Parameters
     ----------
     studies, blocks, bytes : int
         Counts.
     damaged : tuple of str
-        What could not be copied because it is damaged, a sentence each: of those studies, records and designs the backup holds
-        what an earlier one held, or nothing.
+        Damaged items that could not be copied, a sentence each: for those studies, records and designs the backup
+        keeps its earlier copy, if any.
     """
 
     studies: int
@@ -69,10 +69,10 @@ class Copied:
 def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copied:
     """Copy every study with its done blocks, the keys, the events, the uploaded records and the designs.
 
-    Studies that run are queued in the copy, with the blocks that they have; nobody holds a claim there. Into an earlier
-    backup of the same store only what is new is copied. Every file is compared with its checksums during the copy. A damaged
+    Running studies are queued in the copy, with their done blocks and without a claim. Only new content is copied
+    into an earlier backup of the same store. Every file is compared with its checksums during the copy. A damaged
     study is reported and keeps its earlier copy; all others are copied. The copy's catalogue changes last, in one
-    transaction: one that is cut short is as it was, and can be gone on with.
+    transaction: an interrupted backup keeps its previous state and can be repeated.
 
     Parameters
     ----------
@@ -81,12 +81,12 @@ def copy_store(source: Store, target: Store, *, for_good: bool = False) -> Copie
     target : Store
         Holds no study yet, or is an earlier backup of `source`, to which nothing was submitted.
     for_good : bool
-        Whether the copy lives on its own and is no backup to be brought up to date.
+        Whether the copy becomes independent and is not updated as a backup.
 
     Returns
     -------
     Copied
-        What the backup holds, and the bytes that were copied now.
+        The content of the backup, and the number of bytes copied now.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def _require_target(source: Store, target: Store, mine: str) -> None:
 
 
 def _require_nothing_lost(source: Store, target: Store) -> None:
-    """Refuse to forget what an earlier backup holds and the source has lost, neither known to it nor deleted."""
+    """Refuse to drop studies of an earlier backup that the source has lost without deleting them."""
     with source.catalogue.reading() as connection:
         rows = connection.execute(select(studies.c.id, studies.c.number)).all()
     known = {cube_name(row.id, row.number) for row in rows}
@@ -198,7 +198,9 @@ def _require_nothing_lost(source: Store, target: Store) -> None:
 
 
 def _copy_records(source: Store, target: Store) -> tuple[int, list[str]]:
-    """Copy the uploaded ground-motion records, which studies to come may name; the bytes that were new, and what is damaged."""
+    """Copy the uploaded ground-motion records, which future studies may name; return the new bytes, and what is
+    damaged.
+    """
     here, there = source.data_dir / RECORDS, target.data_dir / RECORDS
     damaged_records = dict(Records(source.data_dir).damaged())
     size = 0
@@ -217,7 +219,7 @@ def _copy_records(source: Store, target: Store) -> tuple[int, list[str]]:
 
 
 def _copy_designs(source: Store, target: Store) -> tuple[int, list[str]]:
-    """Copy the designs with their answers and reports; the bytes that were new, and what is damaged."""
+    """Copy the designs with their answers and reports; return the new bytes, and what is damaged."""
     here, there = Designs(source.data_dir), Designs(target.data_dir)
     damaged_designs = dict(here.damaged())
     size = 0
@@ -230,7 +232,7 @@ def _copy_designs(source: Store, target: Store) -> tuple[int, list[str]]:
 
 
 def _earlier(source: Store, target: Store, study_id: str) -> _Copy | None:
-    """Give what an earlier backup says of a study that cannot be copied now; None where it has none of that number."""
+    """Give the entry of an earlier backup for a study that cannot be copied now; None if it has none of that number."""
     with source.catalogue.reading() as connection:
         number = connection.execute(select(studies.c.number).where(studies.c.id == study_id, ALIVE)).scalar()
     with target.catalogue.reading() as connection:
@@ -282,7 +284,7 @@ def _copy_files(source: Store, target: Store, row: Row[Any], marks: Sequence[Row
 
 
 def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, bytes]]:
-    """Read the files that are no block's, and make sure that they are as they were written."""
+    """Read the files that belong to no block, and check that they are intact."""
     with telling(shelf, None, "the cube's description"):
         metadata = shelf.get(DESCRIPTION)
         described = describe_cube(metadata)
@@ -303,7 +305,7 @@ def _description(shelf: Shelf, record: Record) -> tuple[Description, dict[str, b
 
 
 def _piece(shelf: Shelf, described: Description, key: str, mark: Row[Any]) -> bytes:
-    """Read one file of a block, and make sure that it is as it was written."""
+    """Read one file of a block, and check that it is intact."""
     with telling(shelf, mark.block, key):
         content = shelf.get(key)
         whole_block(content, described.arrays, described.digest, mark.block, mark.generation)

@@ -1,7 +1,7 @@
-"""The catalogue made again from the cubes: from their descriptions, their marks, and the headers of their blocks.
+"""The catalogue reconstructed from the cubes: from their descriptions, their marks, and the headers of their blocks.
 
-Nothing is removed. What the catalogue lacks is added study by study, each in one transaction. So it may be killed at any
-moment and run again, and ends the same.
+Nothing is removed. Missing entries are added study by study, each in one transaction. So it may be killed at any
+moment and run again, with the same result.
 """
 
 import json
@@ -47,22 +47,22 @@ from damperlab.studies.store.record import BlockOutcome
 
 @dataclass
 class Rebuilt:
-    """What was found.
+    """Findings.
 
     Parameters
     ----------
     studies, blocks : int
         Added to the catalogue.
     known : int
-        Studies that it knew already.
+        Studies that were known.
     restored : int
-        Of these, whose end or provenance it had lost.
+        Known studies whose lost end or provenance was restored.
     deleted : int
-        Studies that were deleted and whose files are still there: they stay deleted.
+        Deleted studies whose files still exist: they stay deleted.
     trouble : list of str
-        Cubes that could not be read, each with why.
+        Cubes that could not be read, with reasons.
     set_aside : str, optional
-        Where a catalogue that could not be read is now.
+        New name of a catalogue that could not be read.
     """
 
     studies: int = 0
@@ -75,7 +75,7 @@ class Rebuilt:
 
 
 def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None) -> Rebuilt:
-    """Add to a catalogue what its cubes hold, making it where it is missing.
+    """Add the content of its cubes to a catalogue, creating it if it is missing.
 
     Parameters
     ----------
@@ -84,12 +84,12 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
     address : str, optional
         Of a PostgreSQL database for the catalogue; by default it is a SQLite file in the folder.
     cubes : str, optional
-        Where the cubes are, `s3://bucket/prefix`; by default where the catalogue says, or in the folder.
+        Location of the cubes, `s3://bucket/prefix`; by default the one in the catalogue, or the folder.
 
     Raises
     ------
     StoreFault
-        If the catalogue is another's and has studies of its own, or the place cannot be read.
+        If the catalogue belongs to other cubes and has studies of its own, or the location cannot be read.
     """
     data_dir = Path(data_dir).expanduser().absolute()
     found = Rebuilt()
@@ -120,7 +120,7 @@ def rebuild(data_dir: Path, address: str | None = None, cubes: str | None = None
 
 
 def _opened(data_dir: Path, address: str | None) -> Catalogue:
-    """Open a catalogue; raise `CatalogueDamaged` where its tables are not those that were made."""
+    """Open a catalogue; raise `CatalogueDamaged` if its tables are damaged."""
     catalogue = open_catalogue(data_dir, address)
     try:
         with catalogue.reading() as connection:
@@ -133,7 +133,7 @@ def _opened(data_dir: Path, address: str | None) -> Catalogue:
 
 
 def _set_damaged_aside(data_dir: Path) -> str | None:
-    """Rename a SQLite catalogue whose file is damaged, with what belongs to it; None where it is not."""
+    """Rename a SQLite catalogue whose file is damaged, with its companion files; None if it is not."""
     file = data_dir / SQLITE_FILE
     if not file.is_file():
         return None
@@ -156,7 +156,7 @@ def _set_aside(file: Path) -> str:
 
 
 def _own(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf:
-    """Let the catalogue be that of the cubes, and give their shelf."""
+    """Assign the cubes to the catalogue, and give their shelf."""
     with catalogue.reading() as connection:
         address = address or fact(connection, "cubes")
         mine = fact(connection, "id")
@@ -297,7 +297,7 @@ def _add(catalogue: Catalogue, shelf: Shelf, study_id: str, number: int, found: 
 
 
 def _drop_damaged(catalogue: Catalogue) -> None:
-    """Remove what no cube can say again: events and keys, of submissions and of access, that are not what was written."""
+    """Remove damaged rows that cubes do not contain: events and keys, of submissions and of access."""
     with catalogue.writing() as connection:
         for table in (keys, events, access_keys):
             own = next(iter(table.primary_key.columns))
@@ -307,9 +307,9 @@ def _drop_damaged(catalogue: Catalogue) -> None:
 
 
 def _headers(shelf: Shelf, described: Description, identity: str, found: Rebuilt) -> Iterator[dict[str, Any]]:
-    """Give the marks that whole blocks carry themselves; of several files of one block the first by name.
+    """Give the marks in the headers of complete blocks; if a block has several files, the first by name.
 
-    An attempt of another solver than the cube's is none of them: the catalogue refused it its mark.
+    A block by another solver than the cube's is left out, as the catalogue refuses it a mark.
     """
     seen: set[int] = set()
     for entry in sorted(shelf.at(BLOCKS).entries(), key=lambda entry: entry.key):

@@ -1,9 +1,9 @@
-"""Files that nobody needs: left by killed attempts, interrupted deletes and exports.
+"""Files without a use: left by killed attempts, interrupted deletes and exports.
 
-Nothing goes that cannot be proved to be this catalogue's own and superseded. A file of a block goes when the block's
-mark names another one. A cube goes when its study was deleted, or when a submission that was cut short left it: the
-catalogue has no study for it, and it holds no result. Such a cube stays for long, lest the catalogue has lost its study.
-All other files are listed, and stay.
+Only files that certainly belong to this catalogue and are superseded are removed. A file of a block is removed if
+the block's mark names another one. A cube is removed if its study was deleted, or if it was left by an interrupted
+submission: then the catalogue has no study for it, and it holds no result. Such a cube is kept for a long time, in
+case the catalogue has lost its study. All other files are listed and kept.
 """
 
 import math
@@ -30,15 +30,17 @@ from damperlab.studies.store.files.shelf import Entry, Shelf
 from damperlab.studies.store.store import Store
 
 LEFT_ALONE_SECONDS = 3600.0
-"""A file younger than this may belong to an attempt or an export that is under way."""
+"""A younger file may belong to a running attempt or export."""
 
 ORPHAN_SECONDS = 7 * 86_400.0
-"""How long a cube stays that was made for no study: until then `rebuild` adds it, should the catalogue have lost its study."""
+"""Age until which a cube without a study is kept: until then `rebuild` adds it, in case the catalogue has lost its
+study.
+"""
 
 
 @dataclass(frozen=True)
 class Swept:
-    """What was removed, or would be.
+    """Removed files, or files to remove.
 
     Parameters
     ----------
@@ -47,9 +49,9 @@ class Swept:
     bytes : int
         Their size.
     what : tuple of str
-        Each of them, and why it goes.
+        Each of them, and the reason.
     unknown : tuple of str
-        What was left alone, because the catalogue does not know whose it is.
+        Files that were kept because their owner is unknown.
     """
 
     paths: int = 0
@@ -68,18 +70,18 @@ class Swept:
 
 
 def sweep(store: Store, study_id: str, older_than: float = 0.0, *, dry_run: bool = False) -> Swept:
-    """Remove the files of a study's blocks that are superseded: the done-mark names another file.
+    """Remove superseded files of a study's blocks: the done-mark names another file.
 
-    Only the owner of the study's claim may call this, or anybody if nobody holds it.
+    Only the owner of the study's claim may call this, or anybody if there is none.
 
     Parameters
     ----------
     store : Store
-        Where the study is.
+        The store of the study.
     study_id : str
-        Its whole id.
+        Its complete id.
     older_than : float
-        Younger files stay [s].
+        Age below which files are kept [s].
     dry_run : bool
         Count alone.
 
@@ -112,26 +114,26 @@ def collect_garbage(
     orphan_seconds: float = ORPHAN_SECONDS,
     dry_run: bool = False,
 ) -> Swept:
-    """Remove what is under a data directory and certainly needed by nobody.
+    """Remove files under a data directory that certainly have no use.
 
-    That are superseded files of studies that nobody works on, cubes whose studies were deleted, exports that were cut
-    short, and cubes without results that have long been no study's. A study that is not deleted loses nothing.
+    These are superseded files of studies without a claim, cubes of deleted studies, interrupted exports, and cubes
+    without results that have long had no study. A study that was not deleted loses nothing.
 
     Parameters
     ----------
     store : Store
         The store.
     older_than : float
-        What changed later than this many seconds ago stays.
+        Files that changed later than this many seconds ago are kept.
     orphan_seconds : float
-        What changed later than this many seconds ago in a cube that is no study's stays.
+        Cubes without a study whose files changed later than this many seconds ago are kept.
     dry_run : bool
-        Say what would be done, and do nothing.
+        Report only, and remove nothing.
 
     Returns
     -------
     Swept
-        What went, and what was left because nobody knows whose it is.
+        Removed files, and those kept because their owner is unknown.
     """
     limit = _limit(older_than)
     with using(store.shelf.address):
@@ -231,7 +233,7 @@ def _unowned_cubes(store: Store, limit: float, orphan_limit: float, dry_run: boo
 
 
 def _describes(shelf: Shelf, study_id: str) -> bool:
-    """Whether a cube says what its study asked, so that it can be entered again."""
+    """Whether a cube contains the definition of its study, so that it can be entered again."""
     try:
         return describe_cube(shelf.get(DESCRIPTION)).digest[:12] == study_id.partition("-")[0]
     except (FileNotFoundError, StoreFault, ValueError):
@@ -239,7 +241,9 @@ def _describes(shelf: Shelf, study_id: str) -> bool:
 
 
 def _take_back(store: Store, number: int) -> bool:
-    """Withdraw a reserved number from a process that may still enter a study with it; False if that process was faster."""
+    """Withdraw a reserved number from a process that may still enter a study with it; False if that process was
+    faster.
+    """
     change = update(studies).where(studies.c.number == number, NEVER_ENTERED).values(state="cancelled")
     with store.catalogue.writing() as connection:
         return connection.execute(change).rowcount == 1
@@ -252,7 +256,7 @@ def _row_is_sound(store: Store, number: int) -> bool:
 
 
 def remove_exports(data_dir: Path, older_than: float = LEFT_ALONE_SECONDS, *, dry_run: bool = False) -> Swept:
-    """Remove exports that a service left when it was killed; services that share the folder may be writing younger ones."""
+    """Remove exports left by a killed service; services that share the folder may be writing younger ones."""
     swept = Swept()
     for folder in (Folder(path) for path in data_dir.glob("export-*/")):
         if folder.made() < _limit(older_than):
@@ -264,7 +268,7 @@ def remove_exports(data_dir: Path, older_than: float = LEFT_ALONE_SECONDS, *, dr
 
 
 def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
-    """Give those of some blocks whose rows in the catalogue are not what was written."""
+    """Give those of some blocks whose rows in the catalogue are damaged."""
     found: set[int] = set()
     with store.catalogue.reading() as connection:
         number = study_row(connection, study_id).number
@@ -276,10 +280,10 @@ def _damaged_marks(store: Store, study_id: str, blocks: set[int]) -> set[int]:
 
 
 def _strays(shelf: Shelf, marks: Marks, limit: float) -> Iterator[tuple[Entry, int | None]]:
-    """Give the files that nobody needs, each with its block where a mark says so.
+    """Give the files without a use, each with its block if a mark names one.
 
-    A file is superseded by the one that the block's mark names, which must be there: an older copy of the catalogue may
-    name one that went when this one took its place.
+    A file is superseded by the one in the block's mark, which must exist: an older copy of the catalogue may name a
+    file that was since removed.
     """
     entries = list(shelf.entries())
     there = {entry.key for entry in entries}

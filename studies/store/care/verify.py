@@ -1,7 +1,7 @@
-"""Whether what a study has stored is what was written: descriptions, coordinates, blocks, marks, and the catalogue.
+"""Verification of a stored study: descriptions, coordinates, blocks, marks, and the catalogue.
 
-Two accounts are kept of every study, by the catalogue and by the cube itself, and each has checksums. So damage is found, and
-repaired from the other account. A block that both have lost is computed again.
+Every study is described twice, by the catalogue and by the cube itself, and each has checksums. So damage is found,
+and repaired from the other description. A block without any intact description is computed again.
 """
 
 import json
@@ -40,24 +40,24 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.vocabulary import ENDED
 
 UNDER_WAY_SECONDS = 5.0
-"""How long a submission may be under way, until its cube counts as one that no study was entered for."""
+"""Time after which a submission counts as interrupted, if its cube has no study."""
 LOOK_SECONDS = 0.1
-"""Between two looks at whether it has ended."""
+"""Interval between checks for its end."""
 _HEADER_COLUMNS = ("points", "failed", "reused", "checksum")
 
 
 @dataclass(frozen=True)
 class Damage:
-    """One thing that is not as it was written.
+    """One damaged item.
 
     Parameters
     ----------
     block : int or None
-        The block; None where it is the study as a whole.
+        The block; None for the study as a whole.
     found : str
         In one sentence.
     part : str
-        What it is of: `block`, the cube's `description`, its list of `marks`, or the study's row in the `catalogue`.
+        Its kind: `block`, the cube's `description`, its list of `marks`, or the study's row in the `catalogue`.
     """
 
     block: int | None
@@ -66,7 +66,7 @@ class Damage:
 
 
 def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: None) -> Iterator[Damage]:
-    """Read everything that a study has stored and compare it with its marks.
+    """Read everything stored for a study and compare it with its marks.
 
     Parameters
     ----------
@@ -75,20 +75,20 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
     record : Record
         The study.
     pause : callable
-        Called before each block, by who is in no hurry.
+        Called before each block, to slow the reading down.
 
     Yields
     ------
     Damage
-        Of the study as a whole, then block by block in the order of their numbers. Of a description that is damaged
-        nothing more can be read.
+        First for the study as a whole, then block by block in the order of their numbers. If a description is
+        damaged nothing further can be read.
 
     Raises
     ------
     StudyNotFound
         If the study is gone.
     StoreAway
-        If the place of the cubes does not answer.
+        If the location of the cubes does not answer.
     """
     with store.catalogue.reading() as connection:
         row = study_row(connection, record.id)
@@ -127,14 +127,15 @@ def verify(store: Store, record: Record, pause: Callable[[], None] = lambda: Non
 
 
 def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> Iterator[str]:
-    """Compare the catalogue with itself and with the cubes that are there, and read the uploaded records: what is found.
+    """Compare the catalogue with itself and with the existing cubes, and read the uploaded records; give the
+    findings.
 
     Parameters
     ----------
     store : Store
-        What is read.
+        The store to read.
     pause : callable
-        Called before each record, by who is in no hurry.
+        Called before each record, to slow the reading down.
 
     Yields
     ------
@@ -144,7 +145,7 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
     Raises
     ------
     StoreFault
-        If it cannot be read, or the place of the cubes cannot.
+        If it cannot be read, or the location of the cubes cannot.
     """
     for line in store.catalogue.integrity():
         yield f"{store.catalogue.name}: {line}; make it again with `damperlab store rebuild`"
@@ -168,10 +169,10 @@ def check_catalogue(store: Store, pause: Callable[[], None] = lambda: None) -> I
 
 
 def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequence[Any], list[str]]:
-    """Give the rows of the studies, and the cubes that belong to none; submissions under way are waited for, but not for long.
+    """Give the rows of the studies, and the cubes without one; wait briefly for pending submissions.
 
-    A submission reserves its number, makes its cube and enters its study. One that stays between was cut short, or the
-    catalogue has lost the last of the three.
+    A submission reserves its number, makes its cube and enters its study. If it stays between these steps it was
+    interrupted, or the catalogue has lost the last of them.
     """
     until = time.monotonic() + UNDER_WAY_SECONDS
     while True:
@@ -186,8 +187,9 @@ def _unknown(store: Store, cubes: Mapping[str, tuple[str, int]]) -> tuple[Sequen
 
 
 def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Iterator[str]:
-    """Compare the cubes with the studies of the catalogue. Find what the catalogue has lost, for example with the tail of its
-    log, and lost cubes."""
+    """Compare the cubes with the studies of the catalogue. Find entries that the catalogue has lost, for example
+    with the tail of its log, and lost cubes.
+    """
     cubes = {name: parsed for name in names if (parsed := parse_cube_name(name))}
     rows, unknown = _unknown(store, cubes)
     alive = {row.id: row.number for row in rows if row.deleted is None}
@@ -229,7 +231,7 @@ def _apart(store: Store, names: Sequence[str], pause: Callable[[], None]) -> Ite
 
 
 def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
-    """Make what is damaged whole again or computable: written anew from the other account, or its marks taken back.
+    """Repair damage or make it computable: copy the other description, or invalidate the marks.
 
     Parameters
     ----------
@@ -243,12 +245,12 @@ def repair(store: Store, record: Record, damages: list[Damage]) -> Record:
     Returns
     -------
     Record
-        As it is then. It is queued if blocks are to be computed, and running it computes those alone.
+        Its state afterwards. It is queued if blocks must be computed, and running it computes only those.
 
     Raises
     ------
     StudyBusy
-        If somebody works on it.
+        If a process works on it.
     StudyFaults
         If a ground-motion record is lost here, and not among the records of the data directory either.
     """
@@ -278,7 +280,7 @@ def _damaged_mark(mark: Row[Any]) -> Damage:
 
 
 def _row(row: Row[Any], sums: Mapping[str, Any]) -> str | None:
-    """Compare a study's row with the sums of its marks; of times the last digit depends on the order."""
+    """Compare a study's row with the sums of its marks; for times the last digit depends on the order."""
     wrong = [
         f"{name} is {getattr(row, name)}, its marks say {value}"
         for name, value in sums.items()
@@ -291,7 +293,7 @@ def _row(row: Row[Any], sums: Mapping[str, Any]) -> str | None:
 
 
 def _description(shelf: Shelf, record: Record, study: Study | Suite) -> tuple[Description | None, str]:
-    """Read the cube's description; None, and why, where it is not what the study's must be."""
+    """Read the cube's description; None, and the reason, if it does not match the study."""
     try:
         described = describe_cube(shelf.get(DESCRIPTION))
         coordinates = {name: one.read(shelf) for name, one in described.coordinates.items()}
@@ -325,7 +327,7 @@ def _parse_json(text: Any) -> Any:
 
 
 def _marks(shelf: Shelf, row: Row[Any], marks: Sequence[Row[Any]]) -> Iterator[Damage]:
-    """Compare the marks that the cube keeps with those of the catalogue."""
+    """Compare the marks stored with the cube with those of the catalogue."""
     try:
         kept = read_marks(shelf)
     except ValueError as error:
@@ -344,7 +346,7 @@ def _marks(shelf: Shelf, row: Row[Any], marks: Sequence[Row[Any]]) -> Iterator[D
 
 
 def _trouble(shelf: Shelf, described: Description, mark: Row[Any]) -> str | None:
-    """Read the file of a block, once, and compare every byte with its checksums, and what it says of itself with its mark."""
+    """Read the file of a block once, compare every byte with its checksums, and compare its header with its mark."""
     if not 0 <= mark.block < math.prod(described.grid):
         return "the study has no such block"
     try:

@@ -1,1 +1,1 @@
-"""The catalogue of a store: its tables, their rows, whose they are, and what they may take."""
+"""The catalogue of a store: its tables, rows, owners, and quotas."""

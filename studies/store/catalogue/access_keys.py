@@ -1,4 +1,4 @@
-"""Keys for access to a service: created, listed, revoked, recognised. The catalogue keeps their hashes alone."""
+"""Keys for access to a service: created, listed, revoked, recognised. The catalogue stores only their hashes."""
 
 import hmac
 import re
@@ -24,27 +24,27 @@ _OWNER = re.compile(r"[^\s\x00-\x1f\x7f](?:[^\x00-\x1f\x7f]{0,98}[^\s\x00-\x1f\x
 
 
 class KeyFault(StoreFault):
-    """A key that cannot be made, or that is not there."""
+    """A key that cannot be created, or that does not exist."""
 
 
 @dataclass(frozen=True)
 class AccessKey:
-    """A key as stored in the catalogue: everything but the secret.
+    """A key as stored in the catalogue, without the secret.
 
     Parameters
     ----------
     id : str
-        The part of the key that is no secret.
+        The public part of the key.
     owner : str
-        Whose studies are submitted with it.
+        Owner of the studies submitted with it.
     scopes : tuple of str
         Of `SCOPES`.
     created, expires, revoked : datetime
-        In UTC; None for what does not happen or has not.
+        In UTC; None if it does not apply or has not happened.
     hash : str
-        SHA-256 of the secret, 64 hex digits: what a session is bound to.
+        SHA-256 of the secret, 64 hex digits, to which a session is bound.
     sound : bool
-        Whether it is what was written; one that is not opens nothing.
+        Whether the row is intact; a damaged one grants nothing.
     """
 
     id: str
@@ -58,12 +58,12 @@ class AccessKey:
 
     @property
     def valid(self) -> bool:
-        """Whether it opens anything now."""
+        """Whether it grants anything now."""
         lasts = self.expires is None or self.expires.timestamp() > time.time()
         return self.sound and self.revoked is None and lasts
 
     def document(self) -> dict[str, Any]:
-        """Give what may be shown, as JSON-able values."""
+        """Give the public fields, as JSON-able values."""
         times = {
             name: None if (at := getattr(self, name)) is None else at.isoformat()
             for name in ("created", "expires", "revoked")
@@ -83,7 +83,7 @@ class AccessKeys:
     Parameters
     ----------
     catalogue : Catalogue
-        Where they are kept.
+        The catalogue.
     """
 
     def __init__(self, catalogue: Catalogue) -> None:
@@ -97,23 +97,23 @@ class AccessKeys:
         Parameters
         ----------
         owner : str
-            Whose it is: one line of at most 100 characters.
+            Its owner: one line of at most 100 characters.
         scopes : tuple of str
-            Of `SCOPES`; a higher one brings along the lower ones.
+            Of `SCOPES`; a higher one includes the lower ones.
         lasts_seconds : float, optional
-            After how long it expires; never if not given.
+            Time until it expires; by default never.
 
         Returns
         -------
         key : AccessKey
-            As it is kept.
+            As stored.
         secret : str
-            The key itself, which nothing keeps and nobody can show again.
+            The key itself, which is not stored and cannot be shown again.
 
         Raises
         ------
         KeyFault
-            If the owner or a scope is none.
+            If the owner or a scope is invalid.
         """
         if not _OWNER.fullmatch(owner):
             raise KeyFault(
@@ -148,13 +148,13 @@ class AccessKeys:
         return [_key(row) for row in rows]
 
     def find(self, key_id: str) -> AccessKey | None:
-        """Give a key by its id; None where there is none."""
+        """Give a key by its id; None if there is none."""
         with self._catalogue.reading() as connection:
             row = connection.execute(select(access_keys).where(access_keys.c.id == key_id)).one_or_none()
         return None if row is None else _key(row)
 
     def revoke(self, key_id: str) -> AccessKey:
-        """Let a key open nothing any more; one that was revoked before stays so.
+        """Revoke a key; a revoked one stays revoked.
 
         Raises
         ------
@@ -179,7 +179,7 @@ class AccessKeys:
         return found
 
     def recognise(self, secret: str) -> AccessKey | None:
-        """Give the valid key that a secret is; None for anything else."""
+        """Give the valid key for a secret; None for anything else."""
         parts = _KEY.fullmatch(secret)
         found = None if parts is None else self.find(parts[1])
         # a key that is not there is compared too, so that the time taken does not tell which ids there are

@@ -1,4 +1,4 @@
-"""What every part of the store stands on: the data directory, the catalogue, where the cubes lie."""
+"""Base of every part of the store: the data directory, the catalogue, the location of the cubes."""
 
 import threading
 from pathlib import Path
@@ -22,7 +22,7 @@ class StoreBase:
     shelf : Shelf
         Of the cubes.
     quota : Quota
-        How much studies may take.
+        Quota of all studies.
     """
 
     def __init__(self, data_dir: Path, catalogue: Catalogue, shelf: Shelf, quota: Quota) -> None:

@@ -1,8 +1,8 @@
 """The catalogue: one row per study and one per done block, in SQLite or PostgreSQL.
 
-SQLite uses WAL, so readers continue while one process writes. synchronous=FULL makes a committed done-mark survive a power
-cut. Every writing transaction begins IMMEDIATE, so it waits for its turn and does not fail half-way. PostgreSQL: an advisory
-lock gives writers the same turns, and readers see one snapshot.
+SQLite uses WAL, so readers continue while one process writes. synchronous=FULL makes a committed done-mark survive a
+power cut. Every writing transaction begins IMMEDIATE, so it waits for the write lock and does not fail half-way.
+PostgreSQL: an advisory lock serialises writers in the same way, and readers see one snapshot.
 """
 
 import math
@@ -38,28 +38,28 @@ from damperlab.studies.store.faults import CatalogueDamaged, StoreFault
 from damperlab.studies.store.files.folder import sync_path
 
 BUSY_SECONDS = 60.0
-"""Default time that a transaction waits for its turn [s]."""
+"""Default time that a transaction waits for the write lock [s]."""
 
 SQLITE_FILE = "catalogue.sqlite"
-"""The catalogue in the data directory, where no database is named."""
+"""The catalogue in the data directory, if no database is named."""
 
 REVISION = 2
-"""Of the tables, as the catalogue keeps it; that of 0.1.0 was 1."""
+"""Revision of the tables, stored in the catalogue; that of 0.1.0 was 1."""
 
 _REVISION_KEY = "revision"
-"""The fact that says it."""
+"""The fact that stores it."""
 
 _WRITER = "-writer"
-"""Ends the name of the file, beside SQLite's own, that says which process writes."""
+"""Suffix of a file, next to SQLite's own, that names the writing process."""
 
 _IDLE_SECONDS = 60
-"""PostgreSQL ends a writer that stood still for so long in a transaction, and with it its turn."""
+"""Time after which PostgreSQL ends a paused writer in a transaction, and releases its lock."""
 
 _STATEMENT_SECONDS = 30
-"""PostgreSQL ends a statement that takes longer."""
+"""Time after which PostgreSQL ends a statement."""
 
 _POOL_SECONDS = 10
-"""How long a thread waits for one of the connections."""
+"""Longest wait of a thread for one of the connections."""
 
 _PATIENCE = {
     "connect_timeout": 5,
@@ -70,13 +70,13 @@ _PATIENCE = {
     "keepalives_count": 3,
     "tcp_user_timeout": 10_000,
 }
-"""How long a connection to PostgreSQL may take to be made, and to show that it lives [s; the last one ms]."""
+"""Longest time to establish a connection to PostgreSQL, and to confirm that it is alive [s; the last one ms]."""
 
 _DAMAGED = ("not a database", "malformed", "no such table", "no such column")
-"""What SQLite says of a file that is not what it wrote, or whose tables are not those that were made."""
+"""SQLite's messages for a file that is damaged, or whose tables have changed."""
 
 _LOST = {"UndefinedTable", "UndefinedColumn"}
-"""What PostgreSQL's driver calls tables that are not those that were made."""
+"""Errors of PostgreSQL's driver for tables that have changed."""
 
 _TROUBLES = {
     "OperationalError",
@@ -92,7 +92,7 @@ _TROUBLES = {
     "PendingRollbackError",
     "ResourceClosedError",
 }
-"""Classes of what goes wrong outside the program, and so do those made from them."""
+"""Base classes of errors outside the program."""
 _FAULTS = (
     DBAPIError,
     DisconnectionError,
@@ -102,19 +102,21 @@ _FAULTS = (
     sqlite3.Error,
     UnicodeDecodeError,
 )
-"""What SQLAlchemy and the drivers raise. `_TROUBLES` tells trouble of the database from defects of the program."""
+"""Exceptions of SQLAlchemy and the drivers. `_TROUBLES` separates trouble of the database from defects of the
+program.
+"""
 _WRITERS_LOCK = 0x64616D70  # any number that every damperlab agrees on
 
 
 class Catalogue:
-    """The catalogue of one data directory; usable from several threads, beside other processes.
+    """The catalogue of one data directory; usable from several threads, in parallel with other processes.
 
     Parameters
     ----------
     url : URL
-        Of the database, `sqlite:///path` or `postgresql://…`; its tables are made or brought up to date.
+        Of the database, `sqlite:///path` or `postgresql://…`; its tables are created or brought up to date.
     wait_seconds : float
-        How long a transaction waits for its turn before it gives up [s].
+        Longest wait of a transaction for the write lock [s].
 
     Raises
     ------
@@ -132,7 +134,7 @@ class Catalogue:
         self.name = url.render_as_string(hide_password=True) if url.host or not url.database else url.database
         """The file, or the address without its password."""
         self.is_file = url.get_backend_name() == "sqlite"
-        """Whether it is a file in its data folder, and goes where that goes."""
+        """Whether it is a file in its data folder, and moves with it."""
         with self._faults():
             self._engine = _sqlite_engine(url, wait_seconds) if self.is_file else _postgresql_engine(url)
             self._greeting = _greeting_engine(url)
@@ -157,13 +159,13 @@ class Catalogue:
             yield connection
 
     def greet(self) -> None:
-        """Return once the database has answered over a connection of its own; raise `StoreFault` where it refuses."""
+        """Return once the database has answered over a separate connection; raise `StoreFault` if it refuses."""
         with self._faults(), self._greeting.connect() as connection:
             connection.exec_driver_sql("SELECT 1 FROM facts")
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
-        """Open one transaction that no other writer shares; it commits at the end, or not at all."""
+        """Open one transaction that excludes other writers; it commits at the end, or not at all."""
         if self.read_only:
             raise StoreFault(
                 Fault(
@@ -193,7 +195,7 @@ class Catalogue:
             self._turn.release()
 
     def _sign(self) -> None:
-        """Record who writes now, for processes that wait in vain. It is no lock."""
+        """Record the present writer, for the message of processes that wait in vain. It is no lock."""
         if self.is_file and self._url.database:
             with suppress(OSError):
                 Path(f"{self._url.database}{_WRITER}").write_text(
@@ -201,7 +203,7 @@ class Catalogue:
                 )
 
     def _writer_told(self) -> str:
-        """Say which process wrote last and, as it seems, still does."""
+        """Name the latest writer that still seems to be writing."""
         try:
             pid, host, since = Path(f"{self._url.database}{_WRITER}").read_text().split()
             seconds = max(0.0, time.time() - float(since))
@@ -210,7 +212,9 @@ class Catalogue:
         return f"process {pid} on {host} has held it for {seconds:.0f} s; if it stands still, end it (kill -9 {pid})"
 
     def integrity(self) -> list[str]:
-        """Let SQLite check its own file; what it finds, nothing where all is well. PostgreSQL is left to its server."""
+        """Let SQLite check its own file; give its findings, empty if all is well. PostgreSQL's check is left to its
+        server.
+        """
         if not self.is_file:
             return []
         with self.reading() as connection:
@@ -248,7 +252,7 @@ class Catalogue:
             sync_path(Path(self._url.database).parent)
 
     def _another(self, found: str | int) -> StoreFault:
-        """Make the fault for a catalogue whose tables are of another revision, or of one that no version has written."""
+        """Make the fault for a catalogue whose tables have another revision, or one of no version."""
         if not isinstance(found, int):
             return self._damaged(f"catalogue revision {found!r}, which no version has written")
         if found < REVISION:
@@ -381,19 +385,19 @@ def _postgresql_engine(url: URL) -> Engine:
 
 
 def _greeting_engine(url: URL) -> Engine:
-    """Connect anew each time: what hangs holds a connection of the pool, or all of them."""
+    """Connect again each time: a hanging connection may block one of the pool, or all of them."""
     return create_engine(url, poolclass=NullPool, connect_args=_patience(url))
 
 
 def _patience(url: URL) -> dict[str, int]:
-    """Settings of a connection to PostgreSQL; what its address itself says wins."""
+    """Settings of a connection to PostgreSQL; those in its address take precedence."""
     if url.get_backend_name() == "sqlite":
         return {}
     return {name: value for name, value in _PATIENCE.items() if name not in url.query}
 
 
 def _revision(connection: Connection) -> str | int | None:
-    """Give the revision of the tables; a text where it is none, and None where there are no tables yet."""
+    """Give the revision of the tables; a text if it is invalid, and None if there are no tables yet."""
     # 0.1.0 kept it where SQLite keeps such a number
     first = connection.dialect.name == "sqlite" and connection.exec_driver_sql("PRAGMA user_version").scalar()
     if first or not inspect(connection).has_table(facts.name):
@@ -405,7 +409,7 @@ def _revision(connection: Connection) -> str | int | None:
 def open_catalogue(
     data_dir: Path, address: str | None = None, wait_seconds: float = BUSY_SECONDS
 ) -> Catalogue:
-    """Open the catalogue of a data directory, making both where they are missing.
+    """Open the catalogue of a data directory, creating both if they are missing.
 
     Parameters
     ----------
@@ -419,7 +423,7 @@ def open_catalogue(
     Raises
     ------
     StoreFault
-        If the folder cannot be made or written, or its catalogue is not ours to read.
+        If the folder cannot be created or written, or its catalogue belongs to another program.
     """
     fault = Fault(
         "data_dir",

@@ -1,8 +1,9 @@
-"""Where the cubes of a catalogue are, and whose they are: the two remember each other.
+"""Location and ownership of a catalogue's cubes: both store each other's identity.
 
-A catalogue that met the cubes of another one would take them for garbage. So a catalogue has an id, and the place of
-its cubes, a folder or a bucket, holds an owner marker with that id, put once and never replaced. What does not fit is
-refused before anything is read or removed: another catalogue, an empty one, an older copy, a disk that is not mounted.
+A catalogue with the cubes of another one would take them for garbage. So a catalogue has an id. The location of its
+cubes, a folder or a bucket, holds an owner marker with that id, which is written once and never replaced. A mismatch
+is refused before anything is read or removed: another catalogue, an empty one, an older copy, a disk that is not
+mounted.
 """
 
 import json
@@ -22,7 +23,7 @@ from damperlab.studies.store.files.folder import Folder
 from damperlab.studies.store.files.shelf import Entry, Shelf
 
 MARKER = "damperlab.json"
-"""The piece that says whose cubes a place holds."""
+"""The piece with the owner of a location's cubes."""
 
 CUBES = "cubes"
 """The shelf of the cubes, in the data directory or under the bucket's prefix."""
@@ -49,7 +50,7 @@ def parse_cube_name(name: str) -> tuple[str, int] | None:
 
 
 def require_catalogue(data_dir: Path) -> None:
-    """Refuse to make a new SQLite catalogue in a folder that belongs to some catalogue already.
+    """Refuse to create a SQLite catalogue in a folder that belongs to some catalogue already.
 
     Raises
     ------
@@ -93,17 +94,17 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
     Parameters
     ----------
     catalogue : Catalogue
-        Asked, and told where it is the first time.
+        The catalogue; it stores the location the first time.
     data_dir : Path
-        Where the cubes are unless another place is named or remembered.
+        Location of the cubes unless another one is named or stored.
     address : str, optional
         `s3://bucket/prefix`.
 
     Raises
     ------
     StoreFault
-        If the place cannot be used, belongs to another catalogue, is not the one where the cubes are, or holds
-        results that the catalogue does not know.
+        If the location cannot be used, belongs to another catalogue, is not that of the cubes, or holds results that
+        the catalogue lacks.
     """
     with catalogue.reading() as connection:
         known = fact(connection, "cubes")
@@ -139,7 +140,7 @@ def shelf_of(catalogue: Catalogue, data_dir: Path, address: str | None) -> Shelf
 
 
 def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) -> None:
-    """Make sure that a data folder belongs to this catalogue; one with its cubes in a bucket may have several folders."""
+    """Check that a data folder belongs to this catalogue; one with its cubes in a bucket may have several folders."""
     folder = Folder(data_dir)
     if not mark and owner_of(folder) is None:
         return
@@ -154,7 +155,9 @@ def _own_data_folder(catalogue: Catalogue, data_dir: Path, mark: bool = True) ->
 
 
 def _own(place: Shelf, mine: str, others: Fault) -> None:
-    """Put the owner marker where there is none; raise `StoreFault` with a fault where the place is another catalogue's."""
+    """Write the owner marker if there is none; raise `StoreFault` with a fault if the location belongs to another
+    catalogue.
+    """
     found = owner_of(place)
     with using(place.address):
         if found is None and not mark_owner(place, mine):
@@ -174,7 +177,7 @@ def catalogue_id(catalogue: Catalogue) -> str:
 
 
 def owner_of(place: Shelf) -> str | None:
-    """Give the id of the catalogue that a place belongs to; None where it says nothing.
+    """Give the id of the catalogue that owns a location; None if there is no marker.
 
     Raises
     ------
@@ -205,7 +208,7 @@ def owner_of(place: Shelf) -> str | None:
 
 
 def mark_owner(place: Shelf, owner: str) -> bool:
-    """Put the owner marker where there is none; say whether the place is this owner's now."""
+    """Write the owner marker if there is none; say whether the location belongs to this owner now."""
     return place.put_new(MARKER, _marker(owner))
 
 
@@ -252,7 +255,7 @@ def _own_folder(catalogue: Catalogue, folder: Folder, used: bool) -> None:
 
 
 def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: bool, marked: bool) -> None:
-    """Refuse a folder without a marker where it cannot be this catalogue's."""
+    """Refuse a folder without a marker if it cannot belong to this catalogue."""
     if holds and not used and not marked:
         raise StoreFault(
             Fault(
@@ -279,7 +282,7 @@ def _require_own_cubes(catalogue: Catalogue, folder: Folder, holds: bool, used: 
 
 
 def no_cubes(catalogue: Catalogue, folder: Folder) -> StoreFault:
-    """Make the fault for a folder in which a catalogue had cubes, and that has lost its marker and all of them."""
+    """Make the fault for a folder of a catalogue's cubes that has lost its marker and all cubes."""
     return StoreFault(
         Fault(
             "data_dir",
@@ -296,7 +299,9 @@ def _holds_cubes(shelves: Iterable[str]) -> bool:
 
 
 def disk_gone(shelf: Shelf) -> str | None:
-    """Say that the folder of the cubes is not the one that was opened, as when its disk was unmounted; None for a bucket."""
+    """Report that the folder of the cubes was exchanged since it was opened, for example unmounted; None for a
+    bucket.
+    """
     if not isinstance(shelf, Folder):
         return None
     try:
@@ -325,12 +330,12 @@ def holds_results(cube: Shelf) -> bool:
 
 
 def is_of_block(entry: Entry) -> bool:
-    """Whether a piece of a cube is of a block, whose name holds its generation."""
+    """Whether a piece of a cube belongs to a block, whose name contains its generation."""
     return "~" in entry.key
 
 
 def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
-    """Make sure that a bucket holds this catalogue's cubes; `elsewhere` is where they were when last seen."""
+    """Check that a bucket holds this catalogue's cubes; `elsewhere` is their last known location."""
     if elsewhere is not None and owner_of(bucket) is None:
         raise StoreFault(
             Fault(
@@ -352,7 +357,7 @@ def _own_bucket(bucket: Shelf, mine: str, elsewhere: str | None) -> None:
 
 
 def fact(connection: Connection, key: str) -> str | None:
-    """Give what the catalogue remembers about itself under a key."""
+    """Give the catalogue's own fact under a key."""
     found = connection.execute(select(facts.c.value).where(facts.c.key == key)).scalar()
     return None if found is None else str(found)
 
@@ -363,7 +368,7 @@ def forget(connection: Connection, key: str) -> None:
 
 
 def remember(connection: Connection, key: str, value: str) -> str:
-    """Let the catalogue remember something about itself, in place of what it knew under that key."""
+    """Store a fact about the catalogue itself, replacing the one under that key."""
     forget(connection, key)
     connection.execute(insert(facts).values(key=key, value=value))
     return value

@@ -1,4 +1,4 @@
-"""How much the studies of a store may take, counted when one is submitted: before compression, as if it were done."""
+"""Quota of the studies in a store, checked at submission: before compression, as if they were complete."""
 
 from dataclasses import dataclass
 from typing import Optional
@@ -14,14 +14,14 @@ _ADVICE = "delete studies that are not needed (`damperlab delete`), ask for fewe
 
 @dataclass(frozen=True)
 class Taken:
-    """What the studies of a store take, those included that are deleted and whose files are still there.
+    """Usage of the studies in a store, including deleted ones whose files still exist.
 
     Parameters
     ----------
     points, bytes : int
-        When every study is done, before compression.
+        When every study is complete, before compression.
     unfinished : int
-        Studies that wait or run; 0 where that was not asked.
+        Waiting and running studies; 0 if not counted.
     """
 
     points: int
@@ -29,24 +29,24 @@ class Taken:
     unfinished: int = 0
 
     def plus(self, points: int, size: int, count: int = 1) -> "Taken":
-        """Give what is taken with so many more points, bytes and studies."""
+        """Give the usage with additional points, bytes and studies."""
         return Taken(self.points + points, self.bytes + size, self.unfinished + count)
 
 
 @dataclass(frozen=True)
 class Quota:
-    """The most that studies may take together; None for as much as there is room for.
+    """Limits of all studies together; None for no limit.
 
     Parameters
     ----------
     points, bytes : int, optional
-        Bytes before compression, so that it can be known before a point is computed.
+        Bytes before compression, known before a point is computed.
     unfinished : int, optional
-        Studies that wait or run.
+        Waiting and running studies.
     of_owner : Quota, optional
         The same for the studies of each owner of keys.
     setting : str
-        What the settings that say so begin with.
+        Prefix of the settings for quotas.
     """
 
     points: int | None = None
@@ -61,17 +61,17 @@ class Quota:
         return not self.points is self.bytes is self.unfinished is None
 
     def require(self, before: Taken, after: Taken) -> None:
-        """Refuse studies for which too little is left.
+        """Refuse studies that exceed the remaining quota.
 
         Parameters
         ----------
         before, after : Taken
-            Without them and with them.
+            Usage without them and with them.
 
         Raises
         ------
         QuotaReached
-            Saying how much they would take and how much is left; `TooManyUnfinished` where waiting makes room.
+            With their usage and the remaining quota; `TooManyUnfinished` if waiting frees some.
         """
         for unit, limit, used, wanted in (
             ("points", self.points, before.points, after.points - before.points),
@@ -98,14 +98,14 @@ class Quota:
 
 
 class Ledger:
-    """What is taken while studies are entered in one transaction: by all together, and by each owner.
+    """Usage while studies are entered in one transaction: in total, and by each owner.
 
     Parameters
     ----------
     connection : Connection
-        At the beginning of the transaction's writing.
+        At the start of the transaction.
     quota : Quota
-        What may be taken.
+        The limits.
     """
 
     def __init__(self, connection: Connection, quota: Quota) -> None:
@@ -114,7 +114,7 @@ class Ledger:
         self._sums: dict[str | None, Taken] = {}
 
     def enter(self, owner: str | None, points: int, size: int, count: int) -> None:
-        """Count studies of one owner that are about to be entered; where they are too many, none is counted.
+        """Count studies of one owner before they are entered; if they are too many, none is counted.
 
         Raises
         ------
@@ -134,7 +134,7 @@ class Ledger:
 
 
 def taken(connection: Connection, owner: str | None = None, *, unfinished: bool = False) -> Taken:
-    """Add up what the studies take; of one owner, if one is named."""
+    """Add up the usage of all studies, or of one owner."""
     c = studies.c
     sums = select(func.coalesce(func.sum(c.points_total), 0), func.coalesce(func.sum(c.bytes_total), 0))
     # of a study whose files are gone an empty row stays

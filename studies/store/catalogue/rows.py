@@ -26,18 +26,18 @@ ALIVE = studies.c.deleted.is_(None)
 LAST_SECONDS = 60.0
 """Time before the files of a deleted study may be removed: another process may have another clock."""
 NEVER_ENTERED = and_(studies.c.id == "", studies.c.digest == "")
-"""Numbers that were reserved for studies while their cubes were made; a study that is entered takes the row over."""
+"""Numbers reserved for studies while their cubes are created; an entered study takes over the row."""
 RESERVED = and_(NEVER_ENTERED, studies.c.state == "queued")
-"""Those of them that nobody has taken for garbage."""
+"""Those that were not withdrawn as garbage."""
 
 
 def in_trash() -> ColumnElement[bool]:
-    """Tell of a row whether its study was deleted and can still be restored."""
+    """Say whether a row's study was deleted and can still be restored."""
     return and_(studies.c.deleted > time.time() + LAST_SECONDS, studies.c.definition != "")
 
 
 def alive_row(connection: Connection, study_id: str) -> Row[Any] | None:
-    """Find a study by its whole id; None if there is none."""
+    """Find a study by its complete id; None if there is none."""
     row = connection.execute(select(studies).where(studies.c.id == study_id, ALIVE)).one_or_none()
     if row is not None:
         require_row(studies, row, study_id)
@@ -45,7 +45,7 @@ def alive_row(connection: Connection, study_id: str) -> Row[Any] | None:
 
 
 def study_row(connection: Connection, study_id: str) -> Row[Any]:
-    """Find a study by its whole id; raise `StudyNotFound` if there is none."""
+    """Find a study by its complete id; raise `StudyNotFound` if there is none."""
     row = alive_row(connection, study_id)
     if row is None:
         raise unknown_study(connection, study_id)
@@ -53,15 +53,15 @@ def study_row(connection: Connection, study_id: str) -> Row[Any]:
 
 
 VALUES = 500
-"""Values, or rows, in one statement."""
+"""Most values, or rows, in one statement."""
 FIRST_DIGITS = 4
-"""Fewest digits of an id that stand for it: fewer are as likely a name that was mistyped."""
+"""Fewest digits of an id that identify it: fewer are as likely a mistyped name."""
 NAMES_COMPARED = 1000
-"""Names of the newest studies among which one is looked for that was mistyped."""
+"""Newest studies whose names are searched for a mistyped one."""
 
 
 def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
-    """Find the newest version of what a definition asks for; None if there is none."""
+    """Find the newest version of a definition; None if there is none."""
     query = select(studies).where(studies.c.digest == digest, ALIVE)
     row = connection.execute(query.order_by(studies.c.version.desc()).limit(1)).one_or_none()
     if row is not None:
@@ -70,13 +70,13 @@ def newest_row(connection: Connection, digest: str) -> Row[Any] | None:
 
 
 def asked_for(purpose: str) -> ColumnElement[bool]:
-    """Tell of a row whether a program asked for the study for this purpose."""
+    """Say whether a program submitted a row's study for this purpose."""
     # not null first, so that the negation of it is true of a study that somebody asked for
     return and_(studies.c.purpose.is_not(None), studies.c.purpose == purpose)
 
 
 def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
-    """Make the fault for a study that is not there: when it was deleted, which one was probably meant, a few others."""
+    """Make the fault for a missing study: when it was deleted, which one was probably meant, a few others."""
     order = studies.c.number.desc()
     there = select(studies.c.id, studies.c.name).where(ALIVE).order_by(order).limit(NAMES_COMPARED)
     # studies that programs asked for are named where there are no others
@@ -113,7 +113,7 @@ def unknown_study(connection: Connection, ref: str) -> StudyNotFound:
 
 
 def too_few_digits(ref: str, fits: Sequence[Row[Any]]) -> StudyNotFound:
-    """Make the fault for the first digits of an id that are too few, or fit several studies."""
+    """Make the fault for the first digits of an id that are too few, or match several studies."""
     known = ", ".join(f"{row.id} ({row.name})" for row in fits[:3])
     if len(ref) < FIRST_DIGITS:
         allowed = f"a name, or at least the first {FIRST_DIGITS} digits of an id; this begins {known}"
@@ -132,7 +132,7 @@ def marks_of(
     Raises
     ------
     CatalogueDamaged
-        If the study has no such block as one of them.
+        If the study has no block of an index.
     """
     c = done_blocks.c
     query = select(c.block, c.generation).where(c.study == row.number)
@@ -154,11 +154,11 @@ SUMS = {
     "seconds": "seconds",
     "kernel_seconds": "kernel_seconds",
 }
-"""The columns of a study that keep the sums of columns of its done-marks."""
+"""The columns of a study with sums of columns of its done-marks."""
 
 
 def sums_of_marks(connection: Connection, number: int) -> dict[str, Any]:
-    """Add up the done-marks of a study; by the names of the columns that keep the sums."""
+    """Add up the done-marks of a study, by the names of the columns for the sums."""
     b = done_blocks.c
     columns = [func.coalesce(func.sum(b[column]), 0).label(name) for name, column in SUMS.items()]
     query = select(func.count().label("blocks_done"), *columns).where(b.study == number)
@@ -166,7 +166,9 @@ def sums_of_marks(connection: Connection, number: int) -> dict[str, Any]:
 
 
 def lost_marks(row: Row[Any], found: int) -> str | None:
-    """Say that a study has not as many done-marks as its row counts, or is done without them all; None where it is well."""
+    """Report that a study's number of done-marks differs from its row, or that it is done with marks missing; None
+    if all is well.
+    """
     if found != row.blocks_done:
         return f"{found} done-marks where {row.blocks_done} blocks are done"
     if row.state == "done" and found < row.blocks_total:
@@ -175,7 +177,7 @@ def lost_marks(row: Row[Any], found: int) -> str | None:
 
 
 def claim_owner(row: Row[Any]) -> str | None:
-    """Say whose claim on the study holds now."""
+    """Give the present owner of the claim on the study."""
     # no checksum is over it: of what is no time nobody knows more than that it is over
     ends = row.claim_expires if isinstance(row.claim_expires, float) else 0.0
     return str(row.claim_owner) if row.claim_owner is not None and ends >= time.time() else None
@@ -195,7 +197,7 @@ def _seconds_left(row: Row[Any]) -> float | None:
 
 
 def record_of(row: Row[Any]) -> Record:
-    """Give a study's row as a record."""
+    """Convert a study's row into a record."""
     require_row(studies, row, row.id)
     created = utc(row.created)
     assert created is not None
@@ -240,12 +242,12 @@ def record_of(row: Row[Any]) -> Record:
 
 
 def cursor_of(number: int) -> str:
-    """Give the cursor of the page that follows the study of this number."""
+    """Give the cursor of the page after the study of this number."""
     return base64.urlsafe_b64encode(f"before {number}".encode()).decode().rstrip("=")
 
 
 def number_before(cursor: str) -> int:
-    """Read a cursor back; raise `StoreFault` if it is none."""
+    """Read a cursor; raise `StoreFault` if it is invalid."""
     try:
         text = base64.urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode()
         word, number = text.split(" ")
@@ -259,25 +261,27 @@ def number_before(cursor: str) -> int:
 
 
 def pieces(items: Iterable[Item]) -> Iterator[list[Item]]:
-    """Cut what may be long into lists that one statement takes."""
+    """Split long lists into parts that one statement takes."""
     every = list(items)
     for start in range(0, len(every), VALUES):
         yield every[start : start + VALUES]
 
 
 def log_event(connection: Connection, study_id: str, what: str) -> None:
-    """Note among a study's events what has happened to it now."""
+    """Add an event to a study's log."""
     connection.execute(insert(events).values(study=study_id, at=time.time(), what=what))
 
 
 def last_event(connection: Connection, study_id: str) -> float | None:
-    """Give when the catalogue last noted anything of a study, in seconds since 1970."""
+    """Give the time of a study's latest event, in seconds since 1970."""
     found = connection.execute(select(func.max(events.c.at)).where(events.c.study == study_id)).scalar()
     return found if isinstance(found, float) else None
 
 
 def advance_counters(connection: Connection) -> None:
-    """Let the next number be a new one after rows came with theirs: PostgreSQL's counters do not learn from them."""
+    """Advance the counter of numbers after rows were inserted with their own: PostgreSQL's counters do not notice
+    them.
+    """
     if connection.dialect.name != "postgresql":
         return
     for table in (studies, events):

@@ -1,7 +1,7 @@
 """Checksums of the catalogue's rows: a flipped bit in the database is reported, and never read as a result.
 
-A transaction removes the checksum of each row that it writes, and adds the new one at its end (`Catalogue.writing`). So a row
-without a checksum is being written. A writer reads a row before it changes it, and so compares it.
+A transaction removes the checksum of each row that it writes, and adds the new one at its end (`Catalogue.writing`).
+So a row without a checksum is being written. A writer reads a row before changing it, and so checks it.
 """
 
 from collections.abc import Iterable
@@ -44,7 +44,7 @@ _AT_ONCE = 1000
 
 
 def row_sum(table: Table, row: Row[Any]) -> int:
-    """Give the checksum of a row: CRC-32C of its columns that are not as they are by default."""
+    """Give the checksum of a row: CRC-32C of its columns that differ from their defaults."""
     told = [
         (column.name, _plain(column, row._mapping[column.name]), default) for column, default in _told(table)
     ]
@@ -63,7 +63,7 @@ def _told(table: Table) -> tuple[tuple[Column[Any], Any], ...]:
 
 
 def is_sound(table: Table, row: Row[Any]) -> bool:
-    """Whether a whole row of a table is what was written."""
+    """Whether a complete row of a table is intact."""
     if row.crc is not None:
         return bool(row.crc == row_sum(table, row))
     # one that is being written, and not one of zeros, which SQLite reads as nothing in every column
@@ -71,13 +71,13 @@ def is_sound(table: Table, row: Row[Any]) -> bool:
 
 
 def require_row(table: Table, row: Row[Any], study_id: str) -> None:
-    """Raise `CatalogueDamaged` unless a whole row of a table is what was written."""
+    """Raise `CatalogueDamaged` unless a complete row of a table is intact."""
     if not is_sound(table, row):
         raise damaged_row(table, study_id)
 
 
 def damaged_row(table: Table, study_id: str) -> CatalogueDamaged:
-    """Make the fault for a row that is not what was written."""
+    """Make the fault for a damaged row."""
     return catalogue_damaged(
         study_id,
         f"a row of {table.name} whose checksum is not that of its contents",
@@ -86,7 +86,7 @@ def damaged_row(table: Table, study_id: str) -> CatalogueDamaged:
 
 
 def watch(statement: Any, connection: Connection) -> Any:
-    """Let a statement that writes rows take their checksums away, and remember which tables it touched."""
+    """Make a writing statement remove the checksums of its rows, and remember the touched tables."""
     if not isinstance(statement, Insert | Update) or statement.table not in SUMMED:
         return statement
     if connection.get_execution_options().get("seals") or statement.get_execution_options().get("seals"):
@@ -96,7 +96,7 @@ def watch(statement: Any, connection: Connection) -> Any:
 
 
 def seal_rows(connection: Connection, tables: Iterable[Table] | None = None) -> None:
-    """Give every row without a checksum its own, in the tables that were touched or in those named."""
+    """Give every row without a checksum a new one, in the touched tables or in those named."""
     touched = connection.info.pop(_TOUCHED, set())
     for table in SUMMED if tables is None else tables:
         if tables is not None or table.name in touched:
@@ -104,7 +104,7 @@ def seal_rows(connection: Connection, tables: Iterable[Table] | None = None) -> 
 
 
 def forget_touched(connection: Connection) -> None:
-    """Begin a transaction: nothing was touched."""
+    """Begin a transaction: no table is touched yet."""
     connection.info.pop(_TOUCHED, None)
 
 
@@ -133,7 +133,7 @@ def _seal(connection: Connection, table: Table) -> None:
 
 
 def _plain(column: Column[Any], value: Any) -> Any:
-    """Give a value as every database gives it back."""
+    """Convert a value to the form that every database returns."""
     if value is None:
         return None
     kind = (

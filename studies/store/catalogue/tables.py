@@ -90,7 +90,7 @@ Index(
     postgresql_where=studies.c.deleted.is_(None),
 )
 WAITING = and_(text("state IN ('queued', 'running')"), studies.c.deleted.is_(None))
-"""The studies that are not ended; in words that the index below has, so that it is used."""
+"""The studies that have not ended; in the same words as the index below, so that it is used."""
 Index(
     "waiting",
     studies.c.priority.desc(),

@@ -1,4 +1,4 @@
-"""Work that many threads ask for at once, done in one go by the thread whose turn it is for all that wait."""
+"""Work requested by many threads together, done in one batch by the thread whose turn it is."""
 
 import threading
 from collections.abc import Callable, Sequence
@@ -18,18 +18,18 @@ class _Waiting(Generic[Asked, Answer]):
 
 
 class Turns(Generic[Asked, Answer]):
-    """Work by turns: the thread whose turn it is does all work that has arrived meanwhile.
+    """Work in batches: the thread whose turn it is does all work that has arrived meanwhile.
 
-    The more arrives, the less each costs: a transaction and its wait for the disk are shared.
+    The more arrives, the cheaper each item: a transaction and its wait for the disk are shared.
 
     Parameters
     ----------
     work : callable
-        Takes what was asked, in the order in which it came, and gives an answer to each, or an exception in its place.
+        Takes the items in the order of arrival, and gives an answer to each, or an exception instead.
     most : int
-        What may weigh in one turn at most, unless it is one thing alone.
+        Most weight in one batch, unless it is a single item.
     weigh : callable
-        Says what something weighs.
+        Gives the weight of an item.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class Turns(Generic[Asked, Answer]):
         self._taken = False
 
     def ask(self, asked: Asked) -> Answer:
-        """Have one thing done; raises what came of it where that is an exception."""
+        """Process one item; raises its result if that is an exception."""
         mine = _Waiting[Asked, Answer](asked)
         with self._lock:
             self._queue.append(mine)

@@ -1,8 +1,8 @@
 """The files of a cube's blocks: their names, and the faults of unreadable ones.
 
-Every attempt at a block writes files of its own, which carry the attempt's generation in their names. The
-block's done-mark names one generation, and by that one transaction all readers switch to it. No file is ever
-overwritten, so a reader never meets half of one attempt and half of another.
+Every attempt at a block writes files of its own, which carry the attempt's generation in their names. The block's
+done-mark names one generation, and that transaction switches all readers to it. No file is ever overwritten, so a
+reader never mixes two attempts.
 """
 
 from collections.abc import Iterator, Mapping
@@ -19,11 +19,11 @@ Marks = Mapping[int, str]
 
 
 class BlockDamaged(StoreFault):
-    """What a study has stored is lost or is not what was written: a block with a done-mark, or a cube's description."""
+    """Stored data of a study are lost or damaged: a block with a done-mark, or a cube's description."""
 
 
 def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDamaged:
-    """Make the fault for a block that cannot be read; the index is None where `what` is no part of a block."""
+    """Make the fault for a block that cannot be read; the index is None if `what` is no part of a block."""
     study_id = shelf.name.removesuffix(".zarr").rpartition("-")[0]
     where = f"{'' if index is None else f'block {index} of '}study {study_id}"
     return BlockDamaged(
@@ -40,14 +40,14 @@ def damaged(shelf: Shelf, index: int | None, what: str, found: str) -> BlockDama
 
 @contextmanager
 def telling(shelf: Shelf, index: int | None, what: str, lost: str = "its file is lost") -> Iterator[None]:
-    """Put what reading raises into a user's words.
+    """Translate errors of reading for a user.
 
     Raises
     ------
     BlockDamaged
-        Of the block, or of what is no part of one: the file is not there, or is not what was written.
+        If the block, or another part of the cube, is missing or damaged.
     StoreFault
-        If it cannot be read, which says nothing of what is stored.
+        If it cannot be read, so that the state of the data is unknown.
     """
     try:
         yield
@@ -60,14 +60,14 @@ def telling(shelf: Shelf, index: int | None, what: str, lost: str = "its file is
 
 
 def chunk_place(key: str, grid: tuple[int, ...]) -> tuple[str, int] | None:
-    """Read a chunk's key: the variable and the block's index; None for any other key, as of a coordinate."""
+    """Read a chunk's key: the variable and the block's index; None for any other key, for example of a coordinate."""
     variable, slash, name = key.partition("/c.")
     place = read_place(name, grid) if slash else None
     return None if place is None else (variable, int(np.ravel_multi_index(place, grid)))
 
 
 def read_place(name: str, grid: tuple[int, ...]) -> tuple[int, ...] | None:
-    """Read where a chunk lies in a grid of them, as in `0.0.2`; None where that is nowhere in it."""
+    """Read the position of a chunk in the grid, as in `0.0.2`; None if it is outside."""
     parts = name.split(".")
     if len(parts) != len(grid) or not all(
         part.isascii() and part.isdigit() and len(part) < 10 for part in parts

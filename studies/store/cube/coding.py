@@ -1,7 +1,7 @@
-"""How a variable's chunks become bytes and back, as Zarr has it, without Zarr's own machinery between them.
+"""Encoding and decoding of a variable's chunks in Zarr's format, without Zarr's own machinery.
 
 Zarr spends most of its time between chunks: a slice across the leading dimensions touches hundreds, and a block of
-eighteen variables writes eighteen. What is encoded here any Zarr reader decodes, and the other way round.
+eighteen variables writes eighteen. Any Zarr reader decodes the result, and the other way round.
 """
 
 import hashlib
@@ -33,18 +33,18 @@ class Compressor:
 
 @dataclass(frozen=True)
 class StoredArray:
-    """One array of a cube, as its metadata describe it.
+    """One array of a cube, from its metadata.
 
     Parameters
     ----------
     name : str
         The variable.
     shape, chunks : tuple of int
-        Of the array, and of every one of its chunks.
+        Shape of the array, and of each of its chunks.
     dtype : dtype
         Little-endian.
     fill : number
-        Stands where nothing is stored.
+        Value of points that are not stored.
     compressor : Compressor
         With its settings.
     attributes : dict
@@ -60,7 +60,7 @@ class StoredArray:
     attributes: dict[str, Any]
 
     def encode(self, values: np.ndarray) -> bytes:
-        """Encode a chunk; at the array's end it may be smaller than the others, and is filled up."""
+        """Encode a chunk; at the array's end it may be smaller than the others, and is padded."""
         if values.shape != self.chunks:
             whole = np.full(self.chunks, self.fill, self.dtype)
             whole[tuple(map(slice, values.shape))] = values
@@ -81,14 +81,14 @@ class StoredArray:
         Raises
         ------
         ValueError, RuntimeError
-            If the bytes are not what was written.
+            If the bytes are damaged.
         """
         return np.frombuffer(blosc.decompress(without_checksum(content)), self.dtype).reshape(self.chunks)
 
 
 @dataclass(frozen=True)
 class StoredCoordinate:
-    """The values along one dimension, as a cube's metadata describe them.
+    """The values along one dimension, from a cube's metadata.
 
     Parameters
     ----------
@@ -97,11 +97,11 @@ class StoredCoordinate:
     size : int
         Number of values.
     text : bool
-        Whether they are texts and not doubles.
+        Whether they are texts instead of doubles.
     value : float, optional
-        The value of a dimension that has but one: it stands in the metadata, and no piece holds it.
+        The value of a dimension with only one: it is stored in the metadata, not in a piece.
     key : str
-        Of the one chunk.
+        Codecs of the only chunk.
     attributes : dict
         Unit and meaning.
     """
@@ -114,7 +114,7 @@ class StoredCoordinate:
     attributes: dict[str, Any]
 
     def decode(self, content: bytes) -> np.ndarray:
-        """Decode the one chunk; raise `ValueError` if it is not what was written."""
+        """Decode the only chunk; raise `ValueError` if it is damaged."""
         body = without_checksum(content)
         values = np.array(_texts(body)) if self.text else np.frombuffer(body, "<f8")
         if len(values) != self.size:
@@ -122,7 +122,7 @@ class StoredCoordinate:
         return values
 
     def read(self, shelf: Shelf) -> np.ndarray:
-        """Give the values, from the cube's shelf where they are more than one."""
+        """Give the values, from the cube's shelf if there are several."""
         return self.decode(shelf.get(self.key)) if self.value is None else np.array([self.value])
 
 
@@ -152,30 +152,30 @@ def with_checksum(body: bytes) -> bytes:
 
 
 def without_checksum(content: bytes) -> bytes:
-    """Take the CRC-32C off; raise `ValueError` if it is not that of the bytes before it."""
+    """Remove the CRC-32C; raise `ValueError` if it does not match the bytes before it."""
     if not checksum_holds(content):
         raise ValueError("the checksum of the file is not that of its contents")
     return content[:-CHECKSUM_BYTES]
 
 
 def checksum_holds(content: bytes) -> bool:
-    """Say whether the bytes of a chunk are intact, as far as their checksum shows without decoding."""
+    """Say whether the checksum of a chunk matches, without decoding it."""
     body, checksum = content[:-CHECKSUM_BYTES], content[-CHECKSUM_BYTES:]
     return bool(body) and google_crc32c.value(body) == int.from_bytes(checksum, "little")
 
 
 def checksum(values: Mapping[str, np.ndarray]) -> str:
-    """Hash the values of a block, before they are encoded and after they were read back.
+    """Hash the values of a block, before encoding and after reading back.
 
     Parameters
     ----------
     values : mapping of array
-        Every stored variable, in the type in which it is stored; their order does not count.
+        Every stored variable, in its stored type; their order does not count.
 
     Returns
     -------
     str
-        BLAKE2b of 16 bytes in hexadecimal. Equal for equal bits: of two NaN, the kind counts.
+        BLAKE2b of 16 bytes in hexadecimal. Equal for equal bits, including the kind of a NaN.
     """
     digest = hashlib.blake2b(digest_size=16)
     for name in sorted(values):

@@ -1,8 +1,8 @@
-"""The cube of one study: made once, and written a block at a time.
+"""The cube of one study: created once, and written block by block.
 
-A block's file is whole from the moment it can be seen, but only a done-mark makes it the block's: a reader is shown
-blocks with a mark alone (`damperlab.studies.store.cube.opened`). A file that is lost or damaged is an error for its reader
-and never a fill value.
+A block's file is complete as soon as it is visible, but only a done-mark assigns it to the block: a reader sees only
+blocks with a mark (`damperlab.studies.store.cube.opened`). A lost or damaged file is an error for its reader and
+never a fill value.
 """
 
 import hashlib
@@ -25,7 +25,7 @@ from damperlab.studies.variables import Status
 
 
 def bytes_per_point(study: AnyStudy) -> int:
-    """Bytes that one point of the study takes before compression."""
+    """Bytes of one point of the study before compression."""
     return sum(np.dtype(v.dtype).itemsize for v in stored_variables(study))
 
 
@@ -35,7 +35,7 @@ def block_grid(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int, ...
 
 
 def lost_attachments(shelf: Shelf, study: AnyStudy) -> list[str]:
-    """Give the keys of the files that a study brought along and that are gone, or not as they were written.
+    """Give the keys of the study's own files that are missing or damaged.
 
     Raises
     ------
@@ -59,20 +59,20 @@ def write_region(
     generation: str = "",
     told: Mapping[str, Any] | None = None,
 ) -> BlockOutcome:
-    """Write the region of one block and wait until it is safe; its done-mark may be set afterwards.
+    """Write the region of one block and wait until it is synced; its done-mark may be set afterwards.
 
     Parameters
     ----------
     cube_path : str
-        Where the cube is, `Store.cube_path`.
+        Location of the cube, `Store.cube_path`.
     block : Block
         The block, aligned with the chunks of the cube.
     values : mapping of array
         Every stored variable by name, each of the block's shape.
     generation : str
-        Tells this attempt's file from those of every other; the done-mark must name it.
+        Distinguishes this attempt's file from all others; the done-mark must name it.
     told : mapping, optional
-        What else the block's file and its done-mark shall say of it, by the names of `BlockOutcome`.
+        Further content of the block's file and its done-mark, by the names of `BlockOutcome`.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def write_region(
     ValueError
         If a variable has another shape than the block.
     OSError
-        If the disk refuses, a full one for instance, or the cube's description is damaged.
+        If the disk refuses, for example because it is full, or the cube's description is damaged.
     """
     shelf = open_shelf(cube_path)
     described = description_of(shelf)

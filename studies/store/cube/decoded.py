@@ -1,7 +1,7 @@
-"""Chunks read and decoded, the last ones kept, so that slices of a large cube are quick.
+"""Cache of decoded chunks, so that slices of a large cube are fast.
 
-A chunk is never overwritten and its name carries its generation, so cached values do not become stale. In a folder its size
-and time are checked all the same, so a file that was lost or damaged later is noticed.
+A chunk is never overwritten and its name contains its generation, so cached values never become stale. In a folder,
+size and time are checked anyway, so a file that was lost or damaged later is noticed.
 """
 
 import threading
@@ -17,16 +17,16 @@ from damperlab.studies.store.cube.coding import StoredArray
 from damperlab.studies.store.files.shelf import Shelf
 
 KEPT_BYTES = 64 * 2**20
-"""Decoded chunks that a process keeps, whatever the size of its cubes."""
+"""Size of the cache of decoded chunks in a process."""
 
 
 class DecodedChunks:
-    """The chunks that were decoded last, up to a number of bytes; for any number of threads.
+    """The most recently decoded chunks, up to a number of bytes; usable from several threads.
 
     Parameters
     ----------
     limit : int
-        Most bytes that are kept.
+        Most bytes in the cache.
     """
 
     def __init__(self, limit: int = KEPT_BYTES) -> None:
@@ -36,14 +36,14 @@ class DecodedChunks:
         self._lock = threading.Lock()
 
     def get(self, shelf: Shelf, key: str, load: Callable[[], np.ndarray], part: str = "") -> np.ndarray:
-        """Give what a file, or a part of it, holds, loading it where it is not kept.
+        """Give the content of a file, or of a part of it, loading it if it is not cached.
 
         Raises
         ------
         OSError
             If it cannot be read.
         ValueError, RuntimeError
-            If its bytes are not what was written.
+            If its bytes are damaged.
         """
         kept_as = (shelf.address, key, part, shelf.stamp(key))
         with self._lock:
@@ -62,7 +62,7 @@ class DecodedChunks:
         return found
 
     def clear(self) -> None:
-        """Keep nothing of what was read so far."""
+        """Clear the cache."""
         with self._lock:
             self._kept.clear()
             self._bytes = 0
@@ -78,7 +78,7 @@ def read_outer(
     chunk: Callable[[tuple[int, ...]], np.ndarray | None],
     readers: int = 1,
 ) -> np.ndarray:
-    """Index an array along each dimension on its own, chunk by chunk.
+    """Index an array along each dimension separately, chunk by chunk.
 
     Parameters
     ----------
@@ -87,9 +87,9 @@ def read_outer(
     key : tuple
         For each dimension an integer, a slice, or an array of integers.
     chunk : callable
-        Gives the decoded chunk at a place of the grid of chunks, or None where everything is fill value.
+        Gives the decoded chunk at an index in the grid of chunks, or None if it has only fill values.
     readers : int
-        How many chunks are asked for side by side.
+        Number of chunks requested in parallel.
 
     Returns
     -------
@@ -129,7 +129,7 @@ def _found(
     chunk: Callable[[tuple[int, ...]], np.ndarray | None],
     readers: int,
 ) -> Iterator[tuple[Any, Any, np.ndarray | None]]:
-    """Give for every chunk that is touched where it lands, what of it is taken, and what it holds."""
+    """Give for every touched chunk its target, the part that is taken, and its content."""
     turned = (tuple(zip(*box, strict=True)) for box in boxes)
     if readers == 1:
         yield from ((into, taken, chunk(place)) for place, into, taken in turned)
@@ -142,14 +142,14 @@ def _found(
 
 
 def _compact(index: np.ndarray) -> Any:
-    """Write a run of ascending neighbours as a slice, which numpy copies faster."""
+    """Convert a run of consecutive indices to a slice, which numpy copies faster."""
     if index[-1] - index[0] == index.size - 1 and (np.diff(index) == 1).all():
         return slice(int(index[0]), int(index[-1]) + 1)
     return index
 
 
 def _outer(parts: tuple[Any, ...], shape: tuple[int, ...]) -> tuple[Any, ...]:
-    """Make an index that treats each dimension on its own."""
+    """Make an index that treats each dimension separately."""
     spelled = [
         np.arange(extent)[part] if isinstance(part, slice) else part
         for part, extent in zip(parts, shape, strict=True)

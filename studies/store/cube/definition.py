@@ -1,4 +1,4 @@
-"""A study read back from what a store kept of it: the same coordinates to the last bit, or none at all."""
+"""A study read from its stored definition: the same coordinates to the last bit, or an error."""
 
 from dataclasses import replace
 from typing import Any
@@ -11,7 +11,7 @@ from damperlab.studies.store.files.shelf import Shelf
 
 
 class DefinitionDamaged(StoreFault):
-    """What a store kept of a study is not what was submitted."""
+    """The stored definition of a study differs from the submitted one."""
 
 
 def parse_stored(definition: Any, digest: str) -> Study | Suite:
@@ -20,9 +20,9 @@ def parse_stored(definition: Any, digest: str) -> Study | Suite:
     Parameters
     ----------
     definition : dict
-        As the catalogue or the cube holds it.
+        The definition in the catalogue or the cube.
     digest : str
-        Of the study when it was submitted; it counts every coordinate.
+        Digest of the study at submission; it covers every coordinate.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def parse_stored(definition: Any, digest: str) -> Study | Suite:
 
 
 def with_attachments(study: Study | Suite, shelf: Shelf) -> Study | Suite:
-    """Give a study together with the files that it brought to its cube.
+    """Give a study together with the files in its cube.
 
     Raises
     ------

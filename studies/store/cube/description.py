@@ -1,7 +1,7 @@
-"""A cube's description of itself, its one `zarr.json`: written when the study is submitted, read by everything else.
+"""A cube's description of itself, its one `zarr.json`: written at submission, read by everything else.
 
-It is Zarr's metadata of a group with every array in it, so that one read opens a cube. The arrays' chunks are in the blocks'
-files (`packed.py`). Their codec is `damperlab.block`; it names the codecs of a single variable.
+It is Zarr's metadata of a group with every array, so that one read opens a cube. The arrays' chunks are in the
+blocks' files (`packed.py`). Their codec is `damperlab.block`; it names the codecs of a single variable.
 """
 
 import json
@@ -38,13 +38,13 @@ _CODEC_NAMES = ("bytes", "blosc", "crc32c")
 
 
 def stored_variables(study: AnyStudy) -> tuple[Variable, ...]:
-    """Give the variables that a study keeps: its metrics and always the status, in the registry's order."""
+    """Give the variables that a study stores: its metrics and always the status, in the registry's order."""
     return tuple(v for v in study.variables.values() if v.name in study.metrics or v.name == "status")
 
 
 @dataclass(frozen=True)
 class Description:
-    """What a cube's metadata say.
+    """Content of a cube's metadata.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Description:
     coordinates : mapping
         By name.
     reuse : bool
-        Whether the study may take points from others.
+        Whether the study may reuse points of others.
     """
 
     attributes: Mapping[str, Any]
@@ -90,11 +90,11 @@ def first_pieces(
     chunk : tuple of int
         Extent of a block.
     provenance : mapping of str
-        Kept with the cube; its `solver_version` becomes an attribute of its own.
+        Stored with the cube; its `solver_version` becomes a separate attribute.
     reuse : bool
-        Whether the study may take points from others.
+        Whether the study may reuse points of others.
     created : float
-        When it was submitted, in seconds since 1970.
+        Time of submission, in seconds since 1970.
     """
     coordinates = study.coordinates
     members = {name: _coordinate(name, values, study) for name, values in coordinates.items()}
@@ -127,7 +127,7 @@ def first_pieces(
 
 
 def as_complete(metadata: bytes, complete: bool) -> bytes:
-    """Rewrite a description to say whether every block of the cube is there."""
+    """Rewrite a description to say whether the cube has every block."""
     require_seal(metadata)
     old, new = (_INCOMPLETE, _COMPLETE) if complete else (_COMPLETE, _INCOMPLETE)
     return seal(metadata.replace(old, new))
@@ -140,7 +140,7 @@ def describe_cube(metadata: bytes) -> Description:
     Raises
     ------
     ValueError
-        If it is not what was written, or a cube of damperlab 0.1.0.
+        If it is damaged, or a cube of damperlab 0.1.0.
     """
     if CODEC.encode() in metadata or is_sealed(metadata):
         require_seal(metadata)
@@ -154,7 +154,9 @@ def describe_cube(metadata: bytes) -> Description:
 
 @lru_cache(maxsize=64)
 def plain_metadata(metadata: bytes) -> bytes:
-    """Rewrite a description for a reader that is handed one variable of a block as a chunk, as over HTTP; it names nobody."""
+    """Rewrite a description for a reader that receives one variable of a block as a chunk, as over HTTP; it contains
+    no user names.
+    """
     document = json.loads(metadata)
     attributes = document.get("attributes", {})
     attributes.pop(_OWN, None)
@@ -170,7 +172,7 @@ def plain_metadata(metadata: bytes) -> bytes:
 
 
 def node_metadata(metadata: bytes, name: str) -> bytes:
-    """Give the metadata of one array, out of those of the group."""
+    """Give the metadata of one array, from those of the group."""
     return json.dumps(json.loads(metadata)["consolidated_metadata"]["metadata"][name]).encode()
 
 

@@ -1,4 +1,4 @@
-"""A cube opened for reading: lazily, with the blocks that are done, and an error where a file is lost or damaged."""
+"""A cube opened for reading: lazily, with the blocks that are done, and an error if a file is lost or damaged."""
 
 from collections.abc import Mapping
 from functools import partial
@@ -33,16 +33,16 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
     Parameters
     ----------
     shelf : Shelf
-        Where the cube is.
+        The cube's shelf.
     marks : mapping
         The generation of every block that is done.
 
     Returns
     -------
     Dataset
-        Of numpy arrays read on demand. The marks say what was done when they were taken: no file is written
-        twice, so what is read later agrees with them, and newer blocks stay hidden. Reading raises
-        `BlockDamaged` where a done block cannot be read, and `StoreFault` where nothing can.
+        Of numpy arrays read on demand. The marks describe one moment: no file is written twice, so later reads are
+        consistent with them, and newer blocks stay hidden. Reading raises `BlockDamaged` if a done block cannot be
+        read, and `StoreFault` if nothing can.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def open_cube(shelf: Shelf, marks: Marks) -> xr.Dataset:
 def _along_amplitudes(
     described: Description, shelf: Shelf, marks: Marks, variables: Mapping[str, xr.Variable]
 ) -> dict[str, xr.Variable]:
-    """Give the results in units of a study over base amplitudes, each read with its ratio."""
+    """Give the results in units of a study over base amplitudes, each computed from its ratio when read."""
     found = {}
     cube = xr.Dataset(variables, attrs=described.attributes)
     for each in results_along(cube):
@@ -114,7 +114,9 @@ class _Along(BackendArray):
 def read_region(
     shelf: Shelf, described: Description, array: StoredArray, marks: Marks, region: tuple[slice, ...]
 ) -> np.ndarray:
-    """Read a part of one array; what is not done reads as not computed, and what cannot be read raises as in `open_cube`."""
+    """Read a part of one array; points that are not done read as not computed, and read errors are raised as in
+    `open_cube`.
+    """
     return _CheckedArray(shelf, described, array, marks).read(region)
 
 
@@ -134,11 +136,11 @@ class _CheckedArray(BackendArray):
         return explicit_indexing_adapter(key, self.shape, IndexingSupport.OUTER, self.read)
 
     def read(self, key: tuple[Any, ...]) -> np.ndarray:
-        """Read along each dimension on its own."""
+        """Read along each dimension separately."""
         return read_outer(self._array, key, self._chunk, self._shelf.readers)
 
     def _chunk(self, place: tuple[int, ...]) -> np.ndarray | None:
-        """Give a decoded chunk; None where its block is not done."""
+        """Give a decoded chunk; None if its block is not done."""
         index = 0
         for at, count in zip(place, self._grid, strict=True):
             index = index * count + at

@@ -1,4 +1,4 @@
-"""One file a block: a header that is the block's own done-mark, then every variable, each with its checksum.
+"""One file per block: a header that is also the block's done-mark, then every variable, each with its checksum.
 
     8 bytes   DAMPBLK1
     4 bytes   length of the header in bytes, little-endian
@@ -26,7 +26,7 @@ BLOCKS = "blocks"
 _MAGIC = b"DAMPBLK1"
 _FRAME = struct.Struct("<8sII")
 LONGEST_HEADER = _FRAME.size + (1 << 20)
-"""More than any header takes."""
+"""More than the size of any header."""
 
 
 def block_key(index: int, generation: str) -> str:
@@ -45,21 +45,21 @@ def parse_block_key(key: str) -> tuple[int, str] | None:
 
 @dataclass(frozen=True)
 class Header:
-    """What a block's file says of itself.
+    """Content of a block's header.
 
     Parameters
     ----------
     mark : mapping
-        `digest`, `block`, `generation`, `checksum`, `points`, `failed`, and what else its writer knew.
+        `digest`, `block`, `generation`, `checksum`, `points`, `failed`, and further values of the writer.
     parts : mapping
-        Of each variable the first byte in the file, and the number of bytes.
+        For each variable the offset of its first byte in the file, and the number of bytes.
     """
 
     mark: Mapping[str, Any]
     parts: Mapping[str, tuple[int, int]]
 
     def require(self, digest: str, index: int, generation: str) -> None:
-        """Raise `ValueError` unless this is the file of that block."""
+        """Raise `ValueError` unless the file belongs to that block."""
         told = self.mark.get("digest"), self.mark.get("block"), self.mark.get("generation")
         if told != (digest, index, generation):
             raise ValueError(f"the file is of block {told[1]} of study {str(told[0])[:12]}")
@@ -79,12 +79,12 @@ def pack(mark: Mapping[str, Any], parts: Mapping[str, bytes]) -> bytes:
 
 
 def parse_header(content: bytes) -> Header | None:
-    """Read the header from the first bytes of a file; None where they are too few.
+    """Read the header from the first bytes of a file; None if they are too few.
 
     Raises
     ------
     ValueError
-        If they are not what was written.
+        If they are damaged.
     """
     if len(content) < _FRAME.size:
         return None
@@ -110,7 +110,7 @@ def read_header(shelf: Shelf, key: str) -> tuple[Header, bytes]:
     OSError
         If the file cannot be read.
     ValueError
-        If it is not as it was written.
+        If it is damaged.
     """
     for length in (shelf.first_bytes, LONGEST_HEADER):
         content = shelf.read(key, 0, length)
@@ -121,7 +121,7 @@ def read_header(shelf: Shelf, key: str) -> tuple[Header, bytes]:
 
 
 def read_part(shelf: Shelf, digest: str, index: int, generation: str, variable: str) -> bytes:
-    """Read one variable of a block as encoded. The decoder compares its checksum.
+    """Read one variable of a block in encoded form. The decoder compares its checksum.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def read_part(shelf: Shelf, digest: str, index: int, generation: str, variable: 
 def whole_block(
     content: bytes, variables: Collection[str], digest: str, index: int, generation: str
 ) -> Header:
-    """Read the header of a block's file; raise `ValueError` unless it is the block's, with every byte as it was written."""
+    """Read the header of a block's file; raise `ValueError` unless it belongs to the block and every byte is intact."""
     header = parse_header(content)
     if header is None:
         raise ValueError("the file is cut short")

@@ -1,1 +1,1 @@
-"""A cube handed to others: as one file, over a network, to Zarr itself."""
+"""Forms of a cube for others: as one file, over a network, for Zarr itself."""

@@ -1,4 +1,4 @@
-"""An export described for other programs: the metadata of an RO-Crate 1.1 (https://w3id.org/ro/crate/1.1), beside the file."""
+"""Metadata of an export for other programs: an RO-Crate 1.1 (https://w3id.org/ro/crate/1.1), beside the file."""
 
 import hashlib
 import json
@@ -18,7 +18,7 @@ _STUDY, _SOFTWARE = "#study", "#damperlab"
 
 
 def crate_beside(export: Path) -> str:
-    """Name the file that a crate beside an export describes; empty where there is none."""
+    """Name the file that a crate beside an export describes; empty if there is none."""
     path = export.parent / FILE
     if not path.exists():
         return ""
@@ -35,7 +35,7 @@ def write_crate(cube: xr.Dataset, export: Path) -> Path:
     Parameters
     ----------
     cube : Dataset
-        What was exported; names that shall not be handed on are left out of it.
+        The exported cube; names that must not be published are left out.
     export : Path
         The file.
 

@@ -20,21 +20,21 @@ from damperlab.studies.vocabulary import ExportFormat
 
 
 def without_names(cube: xr.Dataset) -> xr.Dataset:
-    """Give a cube whose provenance names no user, host or owner of a key: a file may be handed on."""
+    """Give a cube whose provenance contains no user, host or key owner, since a file may be published."""
     provenance = json.loads(cube.attrs.get("provenance", "{}"))
     kept = {name: value for name, value in provenance.items() if name not in PRIVATE}
     return cube.assign_attrs(provenance=json.dumps(kept))
 
 
 def write_file(cube: xr.Dataset, path: Path, written_as: ExportFormat) -> None:
-    """Write a cube; the file appears under its name when it is whole.
+    """Write a cube; the file appears under its name when it is complete.
 
     Parameters
     ----------
     cube : Dataset
         A study's cube, `Store.cube`.
     path : Path
-        The file, replaced if it is there.
+        The file; an existing one is replaced.
     written_as : str
         In which format.
 

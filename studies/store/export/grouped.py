@@ -1,9 +1,9 @@
 """The blocks of a complete cube, many to a chunk, for readers over a network.
 
-A block is what a worker computes in two seconds, often a thousand points; a plane of a cube of ten million points then
-touches hundreds, and each costs a request. So a complete cube is shown with larger chunks, joined when they are requested.
-Their keys differ from those of blocks (Zarr's encoding `v2`: without the `c`). So a reader that opened the cube before it was
-complete still gets single blocks.
+A worker computes a block in two seconds, often a thousand points. A plane of a cube of ten million points touches
+hundreds of them, and each costs a request. So a complete cube has larger chunks, which are joined on request. Their
+keys differ from those of blocks (Zarr's encoding `v2`: without the `c`). So a reader that opened the cube before it
+was complete still gets single blocks.
 """
 
 import json
@@ -35,7 +35,7 @@ class Group:
     described : Description
         Of the cube.
     array : StoredArray
-        Of its variable, with the blocks as chunks.
+        Metadata of its variable, with the blocks as chunks.
     chunks : tuple of int
         Extent of a chunk of this kind; a multiple of a block's.
     place : tuple of int
@@ -57,7 +57,7 @@ class Group:
         return [int(np.ravel_multi_index(place, grid)) for place in product(*ranges)]
 
     def tag(self, marks: Marks) -> str:
-        """Name its content: the generations of its blocks."""
+        """Name its content, by the generations of its blocks."""
         names = "\n".join(f"{index} {marks[index]}" for index in self.blocks())
         return blake2b(names.encode(), digest_size=8).hexdigest()
 
@@ -96,7 +96,7 @@ def grouped_chunks(shape: tuple[int, ...], chunk: tuple[int, ...]) -> tuple[int,
 
 @lru_cache(maxsize=64)
 def grouped_metadata(metadata: bytes) -> bytes:
-    """Rewrite a `zarr.json`, of the cube or of one variable, for chunks of this kind; coordinates stay."""
+    """Rewrite a `zarr.json`, of the cube or of one variable, for chunks of this kind; coordinates are unchanged."""
     document = json.loads(metadata)
     members = document.get("consolidated_metadata", {}).get("metadata", {})
     for node in (document, *members.values()):

@@ -1,4 +1,4 @@
-"""A cube as one Parquet file, written and handed on piece by piece, so that memory does not grow with it."""
+"""A cube as one Parquet file, written and sent piece by piece, so that memory does not grow with it."""
 
 import json
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from damperlab.studies.store.export.table import column_attributes, columns
 
 
 class _Pieces:
-    """A file that holds what was written only until it is taken."""
+    """A file object whose content is removed when it is taken."""
 
     closed = False
 
@@ -17,24 +17,24 @@ class _Pieces:
         self._pieces: list[bytes] = []
 
     def write(self, piece: bytes) -> int:
-        """Take a piece in."""
+        """Append a piece."""
         self._pieces.append(bytes(piece))
         return len(piece)
 
     def flush(self) -> None:
-        """Nothing is held back."""
+        """Nothing is buffered."""
 
     def close(self) -> None:
         """Nothing is open."""
 
     def take(self) -> bytes:
-        """Give what was written since the last time."""
+        """Give the bytes written since the last call."""
         taken, self._pieces = b"".join(self._pieces), []
         return taken
 
 
 def parquet_pieces(cube: xr.Dataset) -> Iterator[bytes]:
-    """Give a cube as Parquet: one row a point in C order, the coordinates, then the variables.
+    """Give a cube as Parquet: one row per point in C order, the coordinates, then the variables.
 
     Every column has its units and description as metadata, and the file has the study's attributes.
 

@@ -1,24 +1,24 @@
-"""Cut a cube into pieces that fit in memory, to read all of it."""
+"""Split a cube into pieces that fit in memory, to read all of it."""
 
 from collections.abc import Iterator
 from itertools import product
 from math import prod
 
 BUDGET = 2**18
-"""Points that are held at once; at eighteen variables some tens of megabytes."""
+"""Points in memory together; at eighteen variables some tens of megabytes."""
 
 
 def slabs(
     shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET
 ) -> Iterator[tuple[slice, ...]]:
-    """Cut along chunk borders, so that every chunk is read once; for reductions, where order does not matter.
+    """Split along chunk borders, so that every chunk is read once; for reductions, where order does not matter.
 
     Parameters
     ----------
     shape, chunk : tuple of int
         Of the array.
     budget : int
-        Most points of a slab; one chunk is taken whole even if it is larger.
+        Most points of a slab; a larger single chunk is still taken.
 
     Yields
     ------
@@ -34,9 +34,9 @@ def slabs(
 
 
 def rows(shape: tuple[int, ...], chunk: tuple[int, ...], budget: int = BUDGET) -> Iterator[tuple[slice, ...]]:
-    """Cut so that slab after slab the points come in C order, last dimension fastest.
+    """Split so that slab after slab the points come in C order, last dimension fastest.
 
-    A chunk that is longer than a slab along a leading dimension is read once per slab that it meets.
+    A chunk that is longer than a slab along a leading dimension is read once for each slab that it meets.
 
     Parameters
     ----------

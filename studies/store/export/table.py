@@ -1,4 +1,4 @@
-"""A cube as a table: one row a point, piece by piece, and that as CSV."""
+"""A cube as a table: one row per point, piece by piece, and the same as CSV."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -23,22 +23,22 @@ def dimensions_of(cube: xr.Dataset) -> tuple[str, ...]:
 
 
 def coordinates_beside(cube: xr.Dataset) -> tuple[str, ...]:
-    """Name the ratios of a cube over base amplitudes: coordinates that are no dimensions."""
+    """Name the ratios of a cube over base amplitudes: coordinates that are not dimensions."""
     of_cavity = [name for name in BEFORE if name not in cube.sizes]
     return tuple(str(name) for name in cube.coords if cube[name].ndim > 1 or name in of_cavity)
 
 
 def chunks_of(variable: xr.DataArray) -> tuple[int, ...]:
-    """Give the chunks in which a variable is stored."""
+    """Give the stored chunks of a variable."""
     # of a cube that was cut, the encoding still tells the chunks of the whole
     stored = variable.encoding.get("chunks", variable.shape)
     return tuple(min(step, extent) for step, extent in zip(stored, variable.shape, strict=True))
 
 
 def csv_lines(cube: xr.Dataset) -> Iterator[str]:
-    """Give a cube as CSV: one row a point in C order, the coordinates, then the variables, each also in units.
+    """Give a cube as CSV: one row per point in C order, the coordinates, then the variables, each also in units.
 
-    Numbers have the 17 digits that bring every float64 back; a missing value is `nan`, codes are integers.
+    Numbers have 17 digits, which reproduce every float64; a missing value is `nan`, codes are integers.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def csv_lines(cube: xr.Dataset) -> Iterator[str]:
     Yields
     ------
     str
-        The header line, then pieces of whole lines.
+        The header line, then pieces of complete lines.
     """
     described = column_attributes(cube)
     yield ",".join(described) + "\n"
@@ -73,7 +73,7 @@ def column_attributes(cube: xr.Dataset) -> dict[str, tuple[np.dtype[Any], dict[s
 
 
 def columns(cube: xr.Dataset) -> Iterator[dict[str, np.ndarray]]:
-    """Give a cube as pieces of a table: one row a point in C order.
+    """Give a cube as pieces of a table: one row per point in C order.
 
     Parameters
     ----------
@@ -101,6 +101,6 @@ def columns(cube: xr.Dataset) -> Iterator[dict[str, np.ndarray]]:
 
 
 def _spread(piece: xr.Dataset, name: str, dimensions: tuple[str, ...]) -> np.ndarray:
-    """Give a coordinate of some dimensions over all of them."""
+    """Broadcast a coordinate of some dimensions over all of them."""
     spread, _ = xr.broadcast(piece[name], piece["status"])
     return np.asarray(spread.transpose(*dimensions).values)

@@ -1,8 +1,8 @@
-"""How Zarr itself reads a cube's folder: the codec of arrays whose chunks lie in the files of the blocks.
+"""The codec with which Zarr itself reads a cube's folder, for arrays whose chunks are in the files of the blocks.
 
 Registered as an entry point, so that `xarray.open_zarr(folder)` finds it wherever damperlab is installed, without an
-import. It only reads. Of a complete cube the marks say which files count; of one under way, every whole block that is
-there is shown, and all other points read as not computed. What is damaged is an error.
+import. It only reads. In a complete cube the marks name the valid files. In an unfinished one, every complete block
+is shown, and all other points read as not computed. Damage is an error.
 """
 
 from contextlib import suppress
@@ -39,7 +39,7 @@ class BlockCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
     variable : str
         Its name in the blocks' files.
     codecs : tuple of dict
-        How it is encoded there, as Zarr names it.
+        Its encoding there, in Zarr's terms.
     """
 
     variable: str
@@ -50,7 +50,7 @@ class BlockCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> "BlockCodec":
-        """Make it from its metadata."""
+        """Create it from its metadata."""
         configuration = data["configuration"]
         return cls(configuration["variable"], tuple(configuration["codecs"]))
 
@@ -59,11 +59,11 @@ class BlockCodec(ArrayBytesCodecPartialDecodeMixin, ArrayBytesCodec):
         return {"name": CODEC, "configuration": {"variable": self.variable, "codecs": list(self.codecs)}}
 
     def evolve_from_array_spec(self, array_spec: Any) -> "BlockCodec":
-        """Be the same for every array."""
+        """Return the same codec for every array."""
         return self
 
     def compute_encoded_size(self, input_byte_length: int, chunk_spec: Any) -> int:
-        """Give some size: it is not fixed."""
+        """Return some size: it is not fixed."""
         return input_byte_length
 
     async def _decode_single(self, chunk_bytes: Buffer, chunk_spec: Any) -> NDBuffer:
@@ -103,7 +103,7 @@ class _Seen:
 
 
 async def _look(store: Store, cube: str) -> _Seen:
-    """Find out which file holds each block: by the marks, or by the files' own headers where there are none yet."""
+    """Find the file of each block: by the marks, or by the files' own headers if there are no marks yet."""
     content = await _get(store, cube + DESCRIPTION)
     try:
         description = describe_cube(content)

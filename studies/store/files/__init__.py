@@ -1,1 +1,1 @@
-"""Where the bytes of a store lie: a folder, or a bucket of an object store."""
+"""Location of a store's bytes: a folder, or a bucket of an object store."""

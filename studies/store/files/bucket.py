@@ -1,6 +1,6 @@
-"""A shelf in a bucket of an object store that speaks S3's protocol.
+"""A shelf in a bucket of an object store with S3's protocol.
 
-Address and keys come from the environment alone, as for any program that uses S3: AWS_ENDPOINT_URL, AWS_REGION,
+Address and keys come only from the environment, as for any program that uses S3: AWS_ENDPOINT_URL, AWS_REGION,
 AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, … They are not stored, logged or sent to workers.
 """
 
@@ -19,11 +19,11 @@ from damperlab.studies.store.files.shelf import AT_ONCE, Entry, Shelf, ShelfAway
 
 CONNECT_SECONDS = 5
 REQUEST_SECONDS = 20
-"""Longest single request [s]: one that the server leaves open for longer is tried again."""
+"""Longest single request [s]: a longer one is repeated."""
 RETRIES = 50
-"""More than fit into the time: a server that refuses at once is given as long as one that is slow."""
+"""More than fit into the time: a server that refuses immediately gets as long as a slow one."""
 RETRY_SECONDS = 10
-"""No request is tried again when this much time has gone by since the first try [s]."""
+"""No request is repeated after this time since the first attempt [s]."""
 _BACKOFF_SECONDS = (0.1, 5.0)
 
 _KEYS = (
@@ -33,7 +33,7 @@ _KEYS = (
     {"AWS_CONTAINER_CREDENTIALS_FULL_URI"},
     {"AWS_METADATA_ENDPOINT"},
 )
-"""Variables that name keys, or where to get some; each set is enough."""
+"""Variables with keys, or with sources of keys; any one is sufficient."""
 
 _ALLOWED = "s3://bucket or s3://bucket/prefix"
 
@@ -44,7 +44,7 @@ class Bucket(Shelf):
     Parameters
     ----------
     client : obstore's S3Store
-        For the whole bucket.
+        Empty for the complete bucket.
     bucket, prefix : str
         Where.
     """
@@ -59,11 +59,11 @@ class Bucket(Shelf):
         self._prefix = prefix
 
     def __reduce__(self) -> tuple[Callable[[str], "Bucket"], tuple[str]]:
-        """Pickle the address alone: another process opens it with its own keys."""
+        """Pickle only the address: another process opens it with its own keys."""
         return open_bucket, (self.address,)
 
     def at(self, name: str) -> "Bucket":
-        """Give the names that begin with one more part."""
+        """Give the shelf of the names with one more part."""
         return Bucket(self._client, self._bucket, self._full(name))
 
     def get(self, key: str) -> bytes:
@@ -72,22 +72,22 @@ class Bucket(Shelf):
             return bytes(self._client.get(self._full(key)).bytes())
 
     def read(self, key: str, start: int, length: int) -> bytes:
-        """Read a range of an object; one that begins behind its end is empty."""
+        """Read a range of an object; beyond its end, it is empty."""
         with _told(self, key):
             return _range(self._client, self._full(key), start, length)
 
     def stamp(self, key: str) -> tuple[int, ...]:
-        """Give nothing: no object is ever overwritten, and every look would be a request."""
+        """Give nothing: objects are never overwritten, and every check would be a request."""
         return ()
 
     def put(self, key: str, content: bytes) -> None:
-        """Put an object; it is whole, or not there, at any time."""
+        """Write an object; it is complete or absent at any time."""
         with _told(self, key):
             # in several parts it could leave unfinished ones behind, which no list shows
             self._client.put(self._full(key), content, use_multipart=False)
 
     def put_new(self, key: str, content: bytes) -> bool:
-        """Put an object if there is none of its name (If-None-Match); say whether there was none."""
+        """Write an object if none has its name (If-None-Match); say whether there was none."""
         from obstore.exceptions import AlreadyExistsError
 
         with _told(self, key):
@@ -99,11 +99,11 @@ class Bucket(Shelf):
         return True
 
     def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
-        """Put objects; a prefix needs no making."""
+        """Write objects; a prefix need not be created."""
         self.put_all(pieces)
 
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
-        """Put the first objects of several prefixes, all side by side."""
+        """Write the first objects of several prefixes, all in parallel."""
         self.put_all(
             {f"{name}/{key}": content for name, pieces in shelves.items() for key, content in pieces.items()}
         )
@@ -128,7 +128,7 @@ class Bucket(Shelf):
             yield str(prefix).rstrip("/").rpartition("/")[2]
 
     def made(self) -> float:
-        """Give 0: a prefix is made of the objects that have it."""
+        """Give 0: a prefix exists only through its objects."""
         return 0.0
 
     def remove(self, key: str) -> None:
@@ -137,7 +137,7 @@ class Bucket(Shelf):
             self._client.delete(self._full(key))
 
     def clear(self) -> None:
-        """Remove every object, and what says what they were at last."""
+        """Remove every object, and those that describe the others last."""
         steps: dict[tuple[bool, bool], list[str]] = {}
         for entry in self.entries():
             steps.setdefault(removed_last(entry.key), []).append(self._full(entry.key))
@@ -171,8 +171,7 @@ def open_bucket(address: str) -> Bucket:
     Raises
     ------
     StoreFault
-        If it is no address of a bucket, the library is not installed, or the environment names no server
-        that may be used.
+        If it is no address of a bucket, the library is not installed, or the environment names no allowed server.
     """
     found = re.fullmatch(r"s3://([a-z0-9][a-z0-9.-]{1,61}[a-z0-9])(?:/([A-Za-z0-9!_.*'()/-]*))?", address)
     prefix = (found[2] or "").strip("/") if found else ""
@@ -226,7 +225,7 @@ def _client(bucket: str, variables: tuple[tuple[str, str], ...]) -> Any:
 
 
 def _require_keys() -> None:
-    """Refuse to go without keys, unless asked to: the library would ask the cloud's metadata address for some."""
+    """Refuse missing keys, unless requested: the library would ask the cloud's metadata address for some."""
     given = {name for name, value in os.environ.items() if value}
     unsigned = os.environ.get("AWS_SKIP_SIGNATURE", "").lower() in ("true", "1")
     asked = os.environ.get("AWS_EC2_METADATA_DISABLED", "").lower() == "false"
@@ -267,7 +266,7 @@ def _plain_http_allowed() -> bool:
 
 @contextmanager
 def _told(shelf: Bucket, key: str) -> Iterator[None]:
-    """Turn the library's errors into those of a disk, in one line, without what it says to its developers."""
+    """Translate the library's errors into those of a disk, in one line, without its messages for developers."""
     from obstore.exceptions import BaseError, PermissionDeniedError, UnauthenticatedError
 
     where = f"{shelf.address}/{key}".rstrip("/")
@@ -287,7 +286,7 @@ def _told(shelf: Bucket, key: str) -> Iterator[None]:
 
 
 def _first_line(error: BaseException) -> str:
-    """Say what went wrong as briefly as the library's text allows; it holds addresses, and no keys."""
+    """Describe the error as briefly as the library's text allows; it contains addresses, but no keys."""
     text = str(error).partition("\n")[0]
     text = re.sub(r", max_retries: \d+, retry_timeout: \S+", "", text)
     code = re.search(r"<Code>(\w+)</Code>", str(error))

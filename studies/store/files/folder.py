@@ -1,4 +1,4 @@
-"""A shelf that is a folder: whole files renamed into place, and synced together with their folders."""
+"""A shelf that is a folder: files appear completely by renaming, and are synced together with their folders."""
 
 import math
 import os
@@ -13,12 +13,12 @@ from damperlab.studies.store.files.shelf import AT_ONCE, Entry, Shelf, removed_l
 
 
 class Folder(Shelf):
-    """A folder and what lies below it.
+    """A folder and its content.
 
     Parameters
     ----------
     address : path-like
-        The folder, which need not be there.
+        The folder, which may be absent.
     """
 
     def __init__(self, address: str | os.PathLike[str]) -> None:
@@ -48,16 +48,16 @@ class Folder(Shelf):
             os.close(descriptor)
 
     def stamp(self, key: str) -> tuple[int, ...]:
-        """Give a file's time and size, so that one that was lost or damaged is not overlooked."""
+        """Give a file's time and size, so that a loss or damage is noticed."""
         now = os.stat(f"{self.address}/{key}")  # noqa: PTH116
         return now.st_mtime_ns, now.st_size
 
     def put(self, key: str, content: bytes) -> None:
-        """Write a file, whose folder must be there, and wait until both are on the disk."""
+        """Write a file into an existing folder, and wait until both are on the disk."""
         self._place(key, content, os.replace)
 
     def put_new(self, key: str, content: bytes) -> bool:
-        """Write a file unless there is one of its name: a hard link is never made over another file."""
+        """Write a file unless one has its name: a hard link never replaces a file."""
         try:
             self._place(key, content, os.link)
         except FileExistsError:
@@ -82,12 +82,12 @@ class Folder(Shelf):
             sync_path(target.parent)
 
     def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
-        """Write files into a folder that may not be there yet."""
+        """Write files into a folder that may not exist yet."""
         self._fill(pieces, shelves)
         sync_path(self._path.parent)
 
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
-        """Make folders with their first files, and wait for the disk once for all of them."""
+        """Create folders with their first files, and wait for the disk once for all of them."""
 
         def make_one(name: str, pieces: Mapping[str, bytes]) -> None:
             self.at(name)._fill(pieces, below)
@@ -103,7 +103,7 @@ class Folder(Shelf):
         sync_path(self._path)
 
     def _fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str]) -> None:
-        """Write files, and wait until they are on the disk; the name of the folder itself may not be."""
+        """Write files, and wait until they are on the disk, but not for the name of the folder itself."""
         folders = {(self._path / key).parent for key in pieces} | {self._path / name for name in shelves}
         for folder in folders:
             folder.mkdir(parents=True, exist_ok=True)
@@ -131,7 +131,7 @@ class Folder(Shelf):
             yield from [path.name for path in self._path.iterdir() if path.is_dir()]
 
     def made(self) -> float:
-        """Say when the folder was made, or a file in it last came or went."""
+        """Give the time when the folder was created, or a file in it was last added or removed."""
         try:
             return self._path.stat().st_mtime
         except FileNotFoundError:
@@ -142,7 +142,7 @@ class Folder(Shelf):
         (self._path / key).unlink(missing_ok=True)
 
     def clear(self) -> None:
-        """Remove the folder, and what says what it was at last."""
+        """Remove the folder, and the files that describe it last."""
         with suppress(FileNotFoundError):
             if not self._path.is_symlink():
                 for file in sorted(self._path.iterdir(), key=lambda file: removed_last(file.name)):
@@ -164,7 +164,7 @@ def sync_path(path: str | os.PathLike[str]) -> None:
     Raises
     ------
     OSError
-        If the path is gone or the disk reports a failure.
+        If the path is absent or the disk reports a failure.
     """
     descriptor = os.open(path, os.O_RDONLY)
     try:

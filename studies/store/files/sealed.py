@@ -1,17 +1,17 @@
-"""JSON pieces that carry a checksum of all their bytes: a cube's description, and the list of its marks."""
+"""JSON pieces with a checksum of all their bytes: a cube's description, and the list of its marks."""
 
 import re
 
 import google_crc32c
 
 PLACEHOLDER = "00000000"
-"""Stands where the checksum goes: `"crc32c": "00000000"`, once in the document."""
+"""Placeholder of the checksum: `"crc32c": "00000000"`, once in the document."""
 
 _FIELD = re.compile(rb'"crc32c": "([0-9a-f]{8})"')
 
 
 def seal(content: bytes) -> bytes:
-    """Put the CRC-32C of a document, taken with the placeholder, in the placeholder's place."""
+    """Compute the CRC-32C of a document with the placeholder, and insert it there."""
     blank = _FIELD.sub(f'"crc32c": "{PLACEHOLDER}"'.encode(), content)
     if len(_FIELD.findall(blank)) != 1:
         raise ValueError("the document has no one place for its checksum")
@@ -24,6 +24,6 @@ def is_sealed(content: bytes) -> bool:
 
 
 def require_seal(content: bytes) -> None:
-    """Raise `ValueError` unless a document's bytes are those that its checksum was made of."""
+    """Raise `ValueError` unless a document's bytes match its checksum."""
     if not is_sealed(content) or seal(content) != content:
         raise ValueError("its checksum is not that of its contents")

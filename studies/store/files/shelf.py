@@ -1,7 +1,7 @@
-"""Where cubes lie: named pieces of bytes, in a folder or in a bucket of an object store.
+"""Location of cubes: named pieces of bytes, in a folder or in a bucket of an object store.
 
-What is put is on the disk, or acknowledged by the server, when the call returns, and whole from the moment it can
-be seen. Everything that stores or reads cubes goes through this door, so that both kinds keep the same promises.
+A written piece is on the disk, or acknowledged by the server, when the call returns, and complete as soon as it is
+visible. All reading and writing of cubes uses this interface, so both kinds give the same guarantees.
 """
 
 from abc import ABC, abstractmethod
@@ -10,15 +10,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 AT_ONCE = 16
-"""Pieces that are put or read side by side: each waits for a disk or a server, and hardly computes."""
+"""Pieces written or read in parallel: each waits for a disk or a server, and hardly computes."""
 
 
 TOMBSTONE = "deleted.json"
-"""The key of the piece that says that a cube's study was deleted: a lost catalogue does not bring it back."""
+"""The key of the piece that records the deletion of a cube's study, so that a lost catalogue does not restore it."""
 
 
 class ShelfAway(OSError):
-    """An object store does not answer, or says that it cannot now: it may pass by itself."""
+    """An object store does not answer, or is temporarily unavailable."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Entry:
     size : int
         Bytes.
     changed : float
-        When it was put, in seconds since 1970 by the clock of the disk or the server.
+        Time of writing, in seconds since 1970 by the clock of the disk or the server.
     """
 
     key: str
@@ -41,35 +41,36 @@ class Entry:
 
 
 def removed_last(key: str) -> tuple[bool, bool]:
-    """Give the order in which a shelf loses its pieces, so that a cube is never taken for whole or its study for alive.
+    """Give the order in which a shelf loses its pieces, so that an incomplete cube never counts as complete or its
+    study as existing.
 
-    What describes the others goes after them, and what says that the study was deleted after that.
+    Pieces that describe others follow them, and the record of the deletion is last.
     """
     return key.endswith(".json"), key.endswith(TOMBSTONE)
 
 
 class Shelf(ABC):
-    """A place for pieces of bytes by name; names have parts, as paths have.
+    """A location for pieces of bytes by name; names have parts, like paths.
 
-    Every method raises `FileNotFoundError` for what is not there, `PermissionError` where it is not allowed,
-    `ShelfAway` for an object store that does not answer, and any other `OSError` as the disk has it.
+    Every method raises `FileNotFoundError` for an absent piece, `PermissionError` without permission, `ShelfAway`
+    for an object store that does not answer, and any other `OSError` of the disk.
 
     Parameters
     ----------
     address : str
-        A folder's path, or the URL of a place in a bucket; it travels to the workers, and holds no secret.
+        A folder's path, or the URL of a location in a bucket; it is sent to the workers, and contains no secret.
     """
 
     readers = 1
-    """How many pieces are best read side by side."""
+    """Best number of pieces to read in parallel."""
     first_bytes = 4096
-    """Best number of bytes to read at once if only the beginning of a piece is needed."""
+    """Best number of bytes to read if only the beginning of a piece is needed."""
 
     def __init__(self, address: str) -> None:
         self.address = address
 
     def __eq__(self, other: object) -> bool:
-        """Tell shelves by their addresses."""
+        """Compare shelves by their addresses."""
         return isinstance(other, Shelf) and self.address == other.address
 
     def __hash__(self) -> int:
@@ -83,7 +84,7 @@ class Shelf(ABC):
 
     @abstractmethod
     def at(self, name: str) -> "Shelf":
-        """Give the shelf below this one, which need not be there."""
+        """Give the shelf below this one, which may be absent."""
 
     @abstractmethod
     def get(self, key: str) -> bytes:
@@ -91,31 +92,31 @@ class Shelf(ABC):
 
     @abstractmethod
     def read(self, key: str, start: int, length: int) -> bytes:
-        """Read a part of a piece; less where it ends earlier."""
+        """Read a part of a piece; less if it ends earlier."""
 
     @abstractmethod
     def stamp(self, key: str) -> tuple[int, ...]:
-        """Tell one content under a name from the next, as far as that costs no request."""
+        """Distinguish successive contents of a name, as far as that costs no request."""
 
     @abstractmethod
     def put(self, key: str, content: bytes) -> None:
-        """Put a piece, replacing what has its name; it never makes a shelf that is not there where it can tell."""
+        """Write a piece, replacing one of the same name; never create an absent shelf if this can be detected."""
 
     @abstractmethod
     def put_new(self, key: str, content: bytes) -> bool:
-        """Put a piece unless there is one of its name; say whether that is now what was to be put."""
+        """Write a piece unless one has its name; say whether the name now has this content."""
 
     @abstractmethod
     def fill(self, pieces: Mapping[str, bytes], shelves: Iterable[str] = ()) -> None:
-        """Put the first pieces on a shelf, which is made where it is missing, and so are some shelves below it."""
+        """Write the first pieces on a shelf, which is created if it is absent, together with some shelves below it."""
 
     @abstractmethod
     def make(self, shelves: Mapping[str, Mapping[str, bytes]], below: Iterable[str] = ()) -> None:
-        """Make new shelves below this one, by name with their first pieces, each with some shelves of its own below it."""
+        """Create new shelves below this one, by name with their first pieces, each with some shelves below it."""
 
     @abstractmethod
     def entries(self) -> Iterator[Entry]:
-        """List every piece; those that come or go meanwhile may be missing."""
+        """List every piece; those added or removed meanwhile may be missing."""
 
     @abstractmethod
     def shelves(self) -> Iterator[str]:
@@ -123,18 +124,20 @@ class Shelf(ABC):
 
     @abstractmethod
     def made(self) -> float:
-        """Say when the shelf itself was made or last changed, in seconds since 1970; 0 where it is but a name."""
+        """Give the time when the shelf itself was created or last changed, in seconds since 1970; 0 if it is only a
+        name.
+        """
 
     @abstractmethod
     def remove(self, key: str) -> None:
-        """Remove a piece; one that is gone is no error."""
+        """Remove a piece; an absent one is no error."""
 
     @abstractmethod
     def clear(self) -> None:
         """Remove every piece, and the shelf itself."""
 
     def put_all(self, pieces: Mapping[str, bytes]) -> None:
-        """Put several pieces side by side, and wait for all."""
+        """Write several pieces in parallel, and wait for all."""
         with ThreadPoolExecutor(AT_ONCE) as pool:
             for _ in pool.map(self.put, pieces, pieces.values()):
                 pass

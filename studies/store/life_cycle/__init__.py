@@ -1,1 +1,1 @@
-"""What becomes of a study in a store: entered, looked up, claimed, its blocks marked, remarked on, deleted."""
+"""Life of a study in a store: entered, found, claimed, marked, annotated, deleted."""

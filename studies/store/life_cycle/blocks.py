@@ -1,4 +1,4 @@
-"""Which blocks are done: the marks, set once a block is safe and taken back where it was damaged."""
+"""The done-marks of blocks: set once a block is synced, and invalidated if it is damaged."""
 
 import json
 import time
@@ -57,22 +57,22 @@ class Blocks(Lookup):
     def mark(self, study_id: str, *outcomes: BlockOutcome, owner: str | None = None) -> bool:
         """Set the done-marks of blocks whose regions are on the disk; a block that has one keeps its first.
 
-        With this transaction every reader that looks from now on sees the blocks, whole and in this generation.
+        After this transaction every new reader sees the blocks, complete and in this generation.
 
         Parameters
         ----------
         study_id : str
             The whole id.
         outcomes : BlockOutcome
-            What became of the blocks; all are marked, or none.
+            Results of the blocks; all are marked, or none.
         owner : str, optional
-            Who claims to work on the study. An owner that was thought dead and is not may hold results whose
-            files the next one has swept: with its name given, they are refused.
+            Owner of the claim on the study. An owner that was wrongly thought dead may hold results whose files its
+            successor has removed: with its name given, they are refused.
 
         Returns
         -------
         bool
-            False where the claim is somebody else's, and nothing was marked.
+            False if another owner has the claim, and nothing was marked.
 
         Raises
         ------
@@ -128,10 +128,10 @@ class Blocks(Lookup):
         return True
 
     def retry(self, study_id: str) -> Record:
-        """Take the marks of blocks back that were given up, so that the study can be run again for them.
+        """Invalidate the marks of failed blocks, so that the study can be run again for them.
 
-        A point that failed numerically is an answer, and the same solver would repeat it to the last bit. Only blocks that
-        failed as a whole, for example by a worker that died, may end otherwise.
+        A numerical failure of a point is an answer, and the same solver would repeat it to the last bit. Only blocks
+        that failed as a whole, for example because a worker died, may end otherwise.
 
         Parameters
         ----------
@@ -150,9 +150,9 @@ class Blocks(Lookup):
         StudyBusy
             If somebody works on it.
         NothingToDo
-            If no block was given up, or the study is of another solver.
+            If no block failed, or the study belongs to another solver.
         TooManyUnfinished
-            If as many studies wait or run as may.
+            If the limit of waiting and running studies is reached.
         """
         record, blocks = self.find(study_id), self.given_up(study_id)
         if not blocks or record.outdated:
@@ -161,7 +161,9 @@ class Blocks(Lookup):
         return self.set_state(study_id, "queued", "")
 
     def given_up(self, study_id: str) -> Sequence[int]:
-        """Give the indices of the blocks that failed as a whole, and hold no answer; raise `StudyNotFound` for no study."""
+        """Give the indices of the blocks that failed as a whole, and hold no answer; raise `StudyNotFound` for no
+        study.
+        """
         b = done_blocks.c
         with self.catalogue.reading() as connection:
             number = study_row(connection, study_id).number
@@ -177,20 +179,20 @@ class Blocks(Lookup):
         in_turn: bool = False,
         owner: str | None = None,
     ) -> Record:
-        """Take done-marks back, all in one transaction: the blocks read as not computed and can be run again.
+        """Invalidate done-marks, all in one transaction: the blocks read as not computed and can be run again.
 
         Parameters
         ----------
         study_id : str
             The whole id.
         blocks : sequence of int
-            Indices of blocks; those without a mark count for nothing.
+            Indices of blocks; those without a mark are ignored.
         why : str
-            Kept among the study's events.
+            Recorded among the study's events.
         in_turn : bool
-            Whether the study, which is queued by this, counts as one that somebody submits.
+            Whether the study, which this queues, counts as a submission.
         owner : str, optional
-            Who works on the study and computes them next; its state stays as it is.
+            The owner that works on the study and computes them next; its state is unchanged.
 
         Raises
         ------
@@ -199,7 +201,7 @@ class Blocks(Lookup):
         StudyBusy
             If somebody works on it.
         TooManyUnfinished
-            If as many studies wait or run as may, and it is to count.
+            If the limit of waiting and running studies is reached, and it counts.
         """
 
         def look(connection: Connection) -> Row[Any]:

@@ -1,4 +1,4 @@
-"""Claims: one owner works on a study at a time, and a claim that is not renewed ends."""
+"""Claims: only one owner works on a study, and a claim without renewal ends."""
 
 import time
 from collections import Counter
@@ -15,7 +15,7 @@ from damperlab.studies.store.catalogue.tables import WAITING, studies
 from damperlab.studies.store.faults import StudyBusy
 
 CLAIM_SECONDS = 60.0
-"""How long a claim holds without being renewed [s]."""
+"""Duration of a claim without renewal [s]."""
 
 
 FEW_POINTS = 16
@@ -24,16 +24,16 @@ FEW_POINTS = 16
 
 @dataclass(frozen=True)
 class Waiting:
-    """A study that nobody works on and somebody should.
+    """A study without an owner that waits to be run.
 
     Parameters
     ----------
     id : str
         Its whole id.
     small : bool
-        Whether it is one block of a few points, and was never begun.
+        Whether it is one block of a few points, and was never started.
     owner : str, optional
-        Who submitted it; None where nobody asked who that is.
+        Its submitter; None without keys.
     priority : int
         See `Record`.
     """
@@ -47,20 +47,20 @@ class Waiting:
 class Claims(StoreBase):
     """The claims on the studies of a store.
 
-    A claim ends when its time is over by the wall clock. It also ends when the observer has not seen it renewed for that long
-    by a steady clock: setting a clock back keeps no dead owner alive. One that was set forward may end the claim of a living
-    one; what that owner still has to say is then refused (`Blocks.mark`).
+    A claim ends when its time is over by the wall clock. It also ends if the observer's steady clock shows no
+    renewal for that long: setting a clock back does not preserve a dead owner's claim. A clock set forward may end
+    the claim of a living owner, whose later writes are then refused (`Blocks.mark`).
     """
 
     def claim(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
-        """Take a study to work on; False while another owner's claim holds.
+        """Claim a study; False while another owner's claim is valid.
 
         Parameters
         ----------
         study_id, owner : str
             The study, and a name that no other runner has.
         seconds : float, optional
-            The claim ends by itself unless it is renewed within this time [s]; by default `CLAIM_SECONDS`.
+            Duration without renewal [s]; by default `CLAIM_SECONDS`.
         """
         with self.catalogue.writing() as connection:
             row = alive_row(connection, study_id)
@@ -70,28 +70,29 @@ class Claims(StoreBase):
             return True
 
     def renew(self, study_id: str, owner: str, seconds: float | None = None) -> bool:
-        """Hold a claim for longer; False if it went to somebody else, and then the work must stop."""
+        """Renew a claim; False if another owner has it, and then the work must stop."""
         return self._if_owned(study_id, owner, owner, _end(seconds))
 
     def release(self, study_id: str, owner: str) -> None:
-        """Give a claim up; nothing happens if it is somebody else's."""
+        """Release a claim; nothing happens if another owner has it."""
         self._if_owned(study_id, owner, None, None)
 
     def abandoned(self, study_id: str) -> bool:
-        """Whether nobody works on a study; ask now and then, to see whether its claim is renewed."""
+        """Whether no process works on a study; call it repeatedly to see whether its claim is renewed."""
         with self.catalogue.reading() as connection:
             row = alive_row(connection, study_id)
         return row is not None and not self._holds(row)
 
     def unclaimed(self, dead: Callable[[str], bool], most: int | None = None) -> list[Waiting]:
-        """Give the queued and running studies that nobody works on: of the highest priority first, and of these the oldest.
+        """Give the queued and running studies without an owner: those of the highest priority first, and of these
+        the oldest.
 
         Parameters
         ----------
         dead : callable
-            Whether an owner can be seen to be gone before its claim ends.
+            Whether an owner can be recognised as dead before its claim ends.
         most : int, optional
-            Of each submitter no more are looked for.
+            Most studies of each submitter to look for.
         """
         c = studies.c
         # few columns, page by page: ten thousand studies may wait, and each that comes makes somebody look
@@ -164,7 +165,7 @@ def _end(seconds: float | None) -> float:
 
 
 def require_free(row: Row[Any], what: str) -> None:
-    """Refuse to do `what` to a study that somebody works on; raise `StudyBusy`."""
+    """Refuse the action `what` on a study with an owner; raise `StudyBusy`."""
     owner = claim_owner(row)
     if owner is not None:
         raise StudyBusy(

@@ -1,4 +1,6 @@
-"""Studies enter a store: each once, however often it is submitted, and simultaneous ones in one transaction."""
+"""Submission of studies: each is entered once, however often it is submitted, and simultaneous ones in one
+transaction.
+"""
 
 import json
 import math
@@ -63,20 +65,20 @@ _Answer = TypeVar("_Answer")
 
 @dataclass(frozen=True)
 class Submission:
-    """What is handed in.
+    """The submitted content.
 
     Parameters
     ----------
     study, plan : AnyStudy, Plan
-        What is asked, and how its grid is cut.
+        The study, and the division of its grid.
     provenance : dict of str
         See `damperlab.studies.store.provenance.provenance`.
     reuse : bool
-        Whether points that earlier studies hold may be taken from them.
+        Whether it may reuse points of earlier studies.
     key : str, optional
-        A name that the caller gave this submission; it stands for this definition from now on.
+        A name that the caller gave this submission; it identifies this definition from now on.
     priority : int
-        See `Record`; a study that is there already keeps its own.
+        See `Record`; an existing study keeps its own.
     """
 
     study: AnyStudy
@@ -105,11 +107,11 @@ class Entry:
     chunk : tuple of int
         Extent of a block.
     provenance : dict of str
-        Of what will compute it.
+        Provenance of the solver.
     reuse : bool
-        Whether points may be taken from earlier studies.
+        Whether it may reuse points of earlier studies.
     version : int
-        1 for a study as it was submitted.
+        1 for a study as submitted.
     priority : int
         See `Record`.
     """
@@ -128,11 +130,11 @@ class Entry:
 
     @property
     def bytes(self) -> int:
-        """What it takes when it is done, before compression."""
+        """Usage of the complete study, before compression."""
         return self.study.points * bytes_per_point(self.study)
 
     def columns(self) -> dict[str, Any]:
-        """Give what its row says of it."""
+        """Give the values for its row."""
         study = self.study
         return {
             "id": self.id,
@@ -159,7 +161,7 @@ Entered = list[tuple[Record, bool]]
 
 
 class Entering(StoreBase):
-    """How studies enter a store."""
+    """The part of the store that enters studies."""
 
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
@@ -175,23 +177,24 @@ class Entering(StoreBase):
         key: str | None = None,
         priority: int = 0,
     ) -> tuple[Record, bool]:
-        """Keep a study and make its empty cube, unless the same definition is there already; see `Submission`.
+        """Store a study and create its empty cube, unless the same definition exists already; see `Submission`.
 
         Returns
         -------
         record : Record
             The study's record, new or found.
         created : bool
-            Whether it is new. Of any number of processes that submit one definition at once, one makes it.
+            Whether it is new. Among any number of processes that submit one definition simultaneously, one creates
+            it.
 
         Raises
         ------
         StoreFault
             If the cube cannot be written.
         QuotaReached
-            If the study would take more than is left.
+            If the study would exceed the remaining quota.
         KeyTaken
-            If the key was given to another definition before.
+            If the key belongs to another definition.
         """
         # seen without a turn at writing first: the same study is asked for again and again
         if key is None:
@@ -202,12 +205,12 @@ class Entering(StoreBase):
         return self.submit_all([Submission(study, plan, provenance, reuse, key, priority)])[0]
 
     def submit_all(self, submissions: Sequence[Submission]) -> Entered:
-        """Keep several studies, all or none, as `submit` does; what other threads hand in shares the transaction."""
+        """Store several studies, all or none, as `submit` does; submissions of other threads share the transaction."""
         # whose they are is known here: another thread may enter them
         return self._turns.ask([replace(one, provenance=signed(one.provenance)) for one in submissions])
 
     def _submit_lists(self, lists: Sequence[Sequence[Submission]]) -> list[Entered | Exception]:
-        """Enter what several threads have handed in; what refuses one list leaves the others alone."""
+        """Enter the submissions of several threads; the refusal of one list does not affect the others."""
 
         def decide(connection: Connection) -> tuple[list[Entry], Callable[[list[Record]], list[Any]]]:
             asked = _Asked(connection, lists)
@@ -256,24 +259,25 @@ class Entering(StoreBase):
     def enter(
         self, decide: Callable[[Connection], tuple[list[Entry], Callable[[list[Record]], _Answer]]], what: str
     ) -> _Answer:
-        """Enter studies: numbers are reserved in one transaction, cubes made, and rows written in another one.
+        """Enter studies: one transaction reserves numbers, cubes are created, and another transaction writes the
+        rows.
 
-        No cube is made inside a transaction: a disk or a server that takes long keeps nobody from writing. A visible study
-        has its cube, which was made before. What is killed in between leaves a reserved number and a cube without results,
-        which `collect_garbage` takes away.
+        No cube is created inside a transaction: a slow disk or server blocks no writer. A visible study has its
+        cube, which was created before. A kill in between leaves a reserved number and a cube without results, which
+        `collect_garbage` removes.
 
         Parameters
         ----------
         decide : callable
-            Called in each transaction; gives what is to be entered as the catalogue is then, and what makes the answer
-            of the records.
+            Called in each transaction; gives the studies to enter for the present catalogue, and a function for the
+            answer.
         what : str
-            Noted among the studies' events.
+            Recorded among the studies' events.
 
         Raises
         ------
         StoreFault
-            If a cube cannot be written; nothing is left of any then.
+            If a cube cannot be written; then none is left.
         """
         made: dict[str, _Made] = {}
         entered: set[str] = set()
@@ -303,7 +307,7 @@ class Entering(StoreBase):
         return answered
 
     def _reserve(self, connection: Connection, entries: Sequence[Entry]) -> list["_Made"]:
-        """Take new numbers: rows of nobody, as of studies that were deleted and whose files are gone."""
+        """Reserve new numbers, with rows like those of deleted studies whose files were removed."""
         now = time.time()
         numbers: list[int] = []
         for some in pieces([_reserved(now)] * len(entries)):
@@ -317,7 +321,7 @@ class Entering(StoreBase):
             self.shelf.make(cubes, (BLOCKS,))
 
     def _discard(self, several: Sequence["_Made"]) -> None:
-        """Take cubes and numbers back that no study was entered for; what cannot be removed is garbage."""
+        """Withdraw cubes and numbers without a study; those that cannot be removed are garbage."""
         with suppress(StoreFault, OSError):
             # a rebuild may have entered the study of a reserved number: only what is still nobody's is taken away
             ours: set[int] = set()
@@ -331,14 +335,14 @@ class Entering(StoreBase):
             self._give_back(ours)
 
     def _give_back(self, numbers: Iterable[int]) -> None:
-        """Let the catalogue forget numbers that were reserved for nothing; none is given twice all the same."""
+        """Remove unused reserved numbers from the catalogue; no number is given twice anyway."""
         with suppress(StoreFault):
             for some in pieces(numbers):
                 with self.catalogue.writing() as connection:
                     connection.execute(delete(studies).where(studies.c.number.in_(some), NEVER_ENTERED))
 
     def _publish(self, connection: Connection, several: Sequence["_Made"], what: str) -> list[Record]:
-        """Write the rows of studies whose cubes are there."""
+        """Write the rows of studies whose cubes exist."""
         if not several:
             return []
         c = studies.c
@@ -366,7 +370,7 @@ class Entering(StoreBase):
         return [found[each.number] for each in several]
 
     def _make_way(self, fresh: Sequence["_Made"]) -> None:
-        """Make sure that nothing lies where cubes are about to be made; raise `StoreFault` where results do."""
+        """Check that the locations of new cubes are empty; raise `StoreFault` if they hold results."""
         names = [each.name for each in fresh]
         try:
             gone = disk_gone(self.shelf)
@@ -387,7 +391,7 @@ class Entering(StoreBase):
             raise
 
     def _clear(self, name: str) -> bool:
-        """Remove what a submission that was cut short left under a name; False where results lie there."""
+        """Remove the remains of an interrupted submission under a name; False if there are results."""
         shelf = self.shelf.at(name)
         entries = list(shelf.entries())
         if any(is_of_block(entry) for entry in entries):
@@ -397,7 +401,7 @@ class Entering(StoreBase):
         return True
 
     def _require_newest(self) -> None:
-        """Refuse to go on with an older copy of the catalogue, which an earlier submission found out."""
+        """Refuse to continue with an older copy of the catalogue, detected by an earlier submission."""
         with self.catalogue.reading() as connection:
             name = fact(connection, UNKNOWN_RESULTS)
             parsed = parse_cube_name(name or "")
@@ -439,14 +443,14 @@ class _Asked:
 
     @contextmanager
     def _noting(self, name: str) -> Iterator[None]:
-        """Keep the damage of a row for its own submission; it does not concern the others."""
+        """Assign the damage of a row to its own submission; it does not affect the others."""
         try:
             yield
         except CatalogueDamaged as error:
             self._damaged[name] = error
 
     def require_sound(self, some: Iterable[Submission]) -> None:
-        """Raise `CatalogueDamaged` for a damaged row, and `KeyTaken` where a key stands for another definition."""
+        """Raise `CatalogueDamaged` for a damaged row, and `KeyTaken` if a key belongs to another definition."""
         for one in some:
             for name in (one.study.digest, one.key):
                 if name in self._damaged:
@@ -465,13 +469,13 @@ class _Asked:
                 )
 
     def take_keys(self, some: Iterable[Submission]) -> None:
-        """Let the keys of a list stand for its definitions."""
+        """Assign the keys of a list to its definitions."""
         new = {one.key: one.study.digest for one in some if one.key and one.key not in self._keys}
         self._new |= new
         self._keys |= new
 
     def keep_keys(self) -> None:
-        """Write what was taken."""
+        """Write the usage."""
         rows = ({"key": key, "digest": digest, "at": time.time()} for key, digest in self._new.items())
         for some in pieces(rows):
             self._connection.execute(insert(keys), some)
@@ -487,11 +491,11 @@ class _Made:
 
     @property
     def name(self) -> str:
-        """Of its shelf."""
+        """Address of its shelf."""
         return cube_name(self.entry.id, self.number)
 
     def files(self) -> dict[str, bytes]:
-        """Give those of the cube while it has no block."""
+        """Give the pieces of the cube without blocks."""
         entry = self.entry
         first = first_pieces(
             entry.study, entry.chunk, entry.provenance, reuse=entry.reuse, created=self.created
@@ -500,7 +504,7 @@ class _Made:
 
 
 def _still_reserved(connection: Connection, several: Iterable[_Made]) -> set[int]:
-    """Give the numbers that nobody has taken for garbage meanwhile."""
+    """Give the numbers that were not withdrawn as garbage meanwhile."""
     found: set[int] = set()
     for some in pieces(each.number for each in several):
         query = select(studies.c.number).where(studies.c.number.in_(some), RESERVED)
@@ -520,7 +524,7 @@ def _row(made: _Made, revision: int) -> dict[str, Any]:
 
 
 def box_of(study: AnyStudy) -> list[list[Any]]:
-    """Give the lowest and the highest value along every dimension of numbers, in the cube's order."""
+    """Give the lowest and the highest value along every numeric dimension, in the cube's order."""
     return [
         [float(values[0]), float(values[-1])]
         for values in study.coordinates.values()

@@ -1,4 +1,4 @@
-"""Studies looked up: one by its name, all page by page, the state of one and what happened to it."""
+"""Finding studies: one by its name, all page by page, the state of one and its events."""
 
 import math
 import time
@@ -34,16 +34,16 @@ from damperlab.studies.vocabulary import ENDED, STATES
 PAGE_LIMIT = 1000
 """Most records on one page."""
 MOST_LOOKED_AT = 5000
-"""Studies whose axes are looked at for one page."""
+"""Most studies whose axes are examined for one page."""
 
 
 class Lookup(StoreBase):
-    """What the catalogue says about studies."""
+    """The catalogue's information about studies."""
 
     def find(self, ref: str) -> Record:
-        """Look a study up by its id, its name (the newest so named), or the first digits of its id, in this order.
+        """Find a study by its id, its name (the newest of that name), or the first digits of its id, in this order.
 
-        Of several versions, or where the first was deleted, the first digits find the newest.
+        Among several versions, or if the first was deleted, the first digits find the newest.
 
         Raises
         ------
@@ -69,13 +69,13 @@ class Lookup(StoreBase):
             return record_of(max(fits, key=lambda row: row.version))  # of versions the newest
 
     def existed(self, study_id: str) -> bool:
-        """Whether there is a study of this whole id, or was one before it was deleted."""
+        """Whether a study of this complete id exists, or existed before it was deleted."""
         with self.catalogue.reading() as connection:
             found = connection.execute(select(studies.c.number).where(studies.c.id == study_id).limit(1))
             return found.first() is not None
 
     def newest(self, digest: str) -> Record | None:
-        """Give the newest version of what a definition asks for; None if it was never asked, or deleted."""
+        """Give the newest version of a definition; None if it was never submitted, or was deleted."""
         with self.catalogue.reading() as connection:
             row = newest_row(connection, digest)
         return None if row is None else record_of(row)
@@ -101,10 +101,10 @@ class Lookup(StoreBase):
         limit : int
             Most records on the page, 1 to `PAGE_LIMIT`.
         cursor : str, optional
-            The cursor of the page before. Studies that come meanwhile do not shift the pages.
+            The cursor of the page before. Studies submitted meanwhile do not shift the pages.
         wanted : Wanted
-            Which studies. Where a range of an axis is wanted, a page may be short though others follow: no more than
-            `MOST_LOOKED_AT` studies are looked at for one.
+            Filter of the studies. With a range of an axis, a page may be short although others follow: at most
+            `MOST_LOOKED_AT` studies are examined for one.
 
         Raises
         ------
@@ -168,14 +168,13 @@ class Lookup(StoreBase):
         state : str
             One of `STATES`.
         message : str, optional
-            Kept with the study; None keeps the one that is there, an empty one removes it.
+            Stored with the study; None keeps the present one, an empty one removes it.
         only_from : tuple of str
-            Nothing changes unless the study is in one of these states; the record that comes back says
-            which it is in.
+            The change happens only in one of these states; the returned record has the resulting state.
         owner : str, optional
-            Who claims to work on the study; nothing changes where the claim is somebody else's.
+            Owner of the claim; nothing changes if another owner has it.
         at_once : bool
-            Whether to write the marks of a study that ends before this returns. If not, `keep_late_marks` writes them.
+            Whether to write the marks of an ending study before this returns. If not, `keep_late_marks` writes them.
             The marks of a study that is done are always written before.
 
         Raises
@@ -183,7 +182,7 @@ class Lookup(StoreBase):
         StudyNotFound
             If there is no such study.
         TooManyUnfinished
-            If it has ended, shall be queued again, and as many wait or run as may.
+            If it has ended, is to be queued again, and the limit of waiting and running studies is reached.
         """
         if state not in STATES:
             raise ValueError(f"{state!r} is none of {STATES}")
@@ -231,7 +230,9 @@ class Lookup(StoreBase):
         return record_of(study_row(connection, study_id))
 
     def _require_turn(self, connection: Connection, row: Row[Any]) -> None:
-        """Refuse to queue a study that has ended where as many wait or run as may; raise `TooManyUnfinished`."""
+        """Refuse to queue an ended study if the limit of waiting and running studies is reached; raise
+        `TooManyUnfinished`.
+        """
         if row.state in ENDED:
             Ledger(connection, self.quota).enter(row.submitted_by, 0, 0, 1)
 
@@ -245,20 +246,20 @@ class Lookup(StoreBase):
         owner: str,
         message: str | None = None,
     ) -> None:
-        """Say what a running study does before its blocks; nothing changes where the claim is somebody else's.
+        """Set the activity of a running study before its blocks; nothing changes if another owner has the claim.
 
         Parameters
         ----------
         study_id : str
             The whole id.
         phase : str or None
-            One of `PREPARATIONS`; None once its blocks are computed: the pace of the study is taken from then on.
+            One of `PREPARATIONS`; None once its blocks are computed, from when the pace is measured.
         done, total : int, optional
-            How much of the phase is over, where that can be counted.
+            Progress of the phase, if it can be counted.
         owner : str
-            Who works on the study.
+            Owner that works on the study.
         message : str, optional
-            What it waits for, or works without; empty for nothing, and by default as it was.
+            Reason for waiting, or missing resource; empty for none, and by default unchanged.
         """
         if phase not in (None, *PREPARATIONS):
             raise ValueError(f"{phase!r} is none of {PREPARATIONS}")
@@ -272,7 +273,7 @@ class Lookup(StoreBase):
             connection.execute(update(studies).where(*ours).values(change))
 
     def note(self, study_id: str, what: str) -> None:
-        """Note among a study's events what has happened."""
+        """Add an event to a study's log."""
         with self.catalogue.writing() as connection:
             log_event(connection, study_id, _sayable(what))
 
@@ -288,7 +289,7 @@ class Lookup(StoreBase):
             # what is there says enough: an end that can be resumed needs no room on a full disk
 
     def events(self, study_id: str) -> list[tuple[float, str]]:
-        """Give what has happened to a study, oldest first: seconds since 1970, and what."""
+        """Give the events of a study, oldest first: seconds since 1970, and text."""
         query = select(events).where(events.c.study == study_id).order_by(events.c.number)
         with self.catalogue.reading() as connection:
             rows = connection.execute(query).all()

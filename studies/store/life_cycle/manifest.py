@@ -1,8 +1,8 @@
-"""The marks of a cube, kept beside its blocks: with them the catalogue's entry of a study can be made again.
+"""The marks of a cube, stored with its blocks, from which the catalogue's entry of a study can be restored.
 
-The description says what was asked and every block's file what it holds. What became of the study is added when it
-ends, in one piece with a checksum. It is not changed while blocks are marked, so it never says less than before: later blocks
-have their own marks. It is removed before marks are taken back.
+The description has the definition, and every block's file its content. The end of the study is added when it
+happens, in one piece with a checksum. It does not change while blocks are marked, so it never becomes outdated:
+later blocks have their own marks. It is removed before marks are invalidated.
 """
 
 import json
@@ -25,14 +25,14 @@ MARKS = "marks.json"
 """The key of the marks."""
 
 PUT_OFF = "marks of "
-"""Begins the fact that names a study that has ended, and whose marks are yet to be written beside its blocks."""
+"""Prefix of the fact that names an ended study whose marks are yet to be written with its blocks."""
 
 NOT_KEPT = frozenset({"number", "definition", "provenance", "claim_owner", "claim_expires", "deleted", "crc"})
-"""What of a study's row is in its description, or means nothing to another catalogue."""
+"""Columns of a study's row that its description contains, or that mean nothing to another catalogue."""
 
 
 def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> None:
-    """Write a study's marks beside its blocks, and whether it is complete into its description.
+    """Write a study's marks with its blocks, and its completeness into its description.
 
     Parameters
     ----------
@@ -67,7 +67,9 @@ def keep_marks(store: StoreBase, study_id: str, changes: Mapping[str, Any]) -> N
 
 
 def put_off_marks(connection: Connection, study_id: str) -> None:
-    """Note in a transaction that the marks of a study are to be written later. The writer recognises the note by its text."""
+    """Note in a transaction that the marks of a study are to be written later. The writer recognises the note by its
+    text.
+    """
     remember(connection, f"{PUT_OFF}{study_id}", uuid.uuid4().hex)
 
 
@@ -77,13 +79,13 @@ def marks_put_off(connection: Connection, study_id: str) -> bool:
 
 
 def drop_marks(shelf: Shelf) -> None:
-    """Take a study's marks away, before blocks of it are taken back."""
+    """Remove a study's marks, before blocks of it are invalidated."""
     _say_complete(shelf, False)
     shelf.remove(MARKS)
 
 
 def put_tombstone(shelf: Shelf, deleted: float) -> None:
-    """Say beside a cube's blocks that its study was deleted, and when; the files may lie there for a while yet.
+    """Record with a cube's blocks that its study was deleted, and when; the files may remain for a while.
 
     Raises
     ------
@@ -94,7 +96,7 @@ def put_tombstone(shelf: Shelf, deleted: float) -> None:
 
 
 def read_tombstone(shelf: Shelf) -> float | None:
-    """Say when a cube's study was deleted, in seconds since 1970; None where it was not.
+    """Give the time when a cube's study was deleted, in seconds since 1970; None if it was not.
 
     Raises
     ------
@@ -112,7 +114,7 @@ def read_tombstone(shelf: Shelf) -> float | None:
 
 
 def read_marks(shelf: Shelf) -> tuple[dict[str, Any], list[dict[str, Any]]] | None:
-    """Give what the marks say of the study, and one dictionary a block; None where there are no marks.
+    """Give the study's data in the marks, and one dictionary per block; None if there are no marks.
 
     Raises
     ------
@@ -129,7 +131,7 @@ def read_marks(shelf: Shelf) -> tuple[dict[str, Any], list[dict[str, Any]]] | No
 
 
 def parse_marks(content: bytes) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Read the content of the marks; raise `ValueError` if it is not what was written."""
+    """Read the content of the marks; raise `ValueError` if it is damaged."""
     require_seal(content)
     document = json.loads(content)
     columns = document["columns"]
@@ -137,16 +139,16 @@ def parse_marks(content: bytes) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 
 
 def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -> bool:
-    """Whether the marks tell of an end that the catalogue has lost, as with the tail of its log.
+    """Whether the marks record an end that the catalogue has lost, for example with the tail of its log.
 
     Parameters
     ----------
     kept : mapping
-        What the marks say of the study; empty where there are none.
+        The study's data in the marks; empty if there are none.
     row : Row
-        What the catalogue says.
+        The catalogue's data.
     last_event : float, optional
-        When it last noted anything of the study, in seconds since 1970: one that was resumed since has not lost its end.
+        Time of the study's latest event, in seconds since 1970: a study that was resumed later has not lost its end.
     """
     finished = kept.get("finished")
     if kept.get("state") not in ENDED or finished is None or row.finished == finished:
@@ -155,7 +157,7 @@ def lost_end(kept: Mapping[str, Any], row: Row[Any], last_event: float | None) -
 
 
 def study_columns() -> frozenset[str]:
-    """Names of the columns that the marks may bring back; an older program may have known fewer."""
+    """Names of the columns that the marks may restore; an older program may have had fewer."""
     return frozenset(studies.c.keys()) - NOT_KEPT
 
 

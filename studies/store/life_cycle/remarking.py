@@ -1,4 +1,4 @@
-"""Tags and notes in the catalogue; they are no part of what a study asks, and change no result."""
+"""Tags and notes in the catalogue; they are not part of the definition, and change no result."""
 
 import json
 from collections.abc import Callable
@@ -16,19 +16,19 @@ from damperlab.studies.vocabulary import ENDED
 
 
 class Remarking(Lookup):
-    """How remarks are kept."""
+    """Storage of remarks."""
 
     def remark(self, study_id: str, remarks: Remarks, *, at_once: bool = True) -> Record:
-        """Keep what somebody says of a study: in the catalogue, and beside the blocks of one that has ended.
+        """Store a user's remarks about a study: in the catalogue, and with the blocks of an ended one.
 
         Parameters
         ----------
         study_id : str
             Its whole id.
         remarks : Remarks
-            What is said; what it leaves out stays as it is.
+            The remarks; missing ones are unchanged.
         at_once : bool
-            Whether to write it beside the blocks before this returns. If not, `keep_late_marks` writes it.
+            Whether to write it with the blocks before this returns. If not, `keep_late_marks` writes it.
 
         Raises
         ------
@@ -52,12 +52,12 @@ class Remarking(Lookup):
         return record_of(row)
 
     def keep_late_marks(self, stop: Callable[[], bool] = lambda: False) -> None:
-        """Write marks beside the blocks of studies that have ended, where that was put off or cut short.
+        """Write marks with the blocks of ended studies, if that was postponed or interrupted.
 
         Raises
         ------
         StoreFault
-            If some cannot be written; they are put off again.
+            If some cannot be written; they are postponed again.
         """
         failed: StoreFault | None = None
         for key in self._put_off():

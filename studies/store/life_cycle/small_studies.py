@@ -1,4 +1,4 @@
-"""Many small studies at once: claimed, marked and ended in a transaction for all of them."""
+"""Many small studies together: claimed, marked and ended in one transaction."""
 
 import json
 import time
@@ -17,19 +17,20 @@ from damperlab.studies.store.record import BlockOutcome, Record
 
 
 class SmallBatches(Blocks, Claims):
-    """Studies of one block, worked on together by one owner."""
+    """Studies of one block that one owner computes together."""
 
     def take(self, ids: Sequence[str], owner: str, identity: str) -> list[Record]:
-        """Claim those studies that wait, were never begun and are recorded for what computes here; they run then.
+        """Claim and start those studies that wait, were never started, and are recorded for this solver and
+        processor.
 
         Parameters
         ----------
         ids : sequence of str
             Whole ids.
         owner : str
-            Who works on them.
+            Their owner.
         identity : str
-            Of the solver that will.
+            Provenance of its solver.
         """
         taken = []
         now = time.time()
@@ -47,13 +48,13 @@ class SmallBatches(Blocks, Claims):
         return taken
 
     def renew_all(self, owner: str) -> None:
-        """Hold every claim of an owner for longer."""
+        """Renew every claim of an owner."""
         change = update(studies).where(studies.c.claim_owner == owner, ALIVE)
         with self.catalogue.writing() as connection:
             connection.execute(change.values(claim_expires=time.time() + CLAIM_SECONDS))
 
     def finish(self, owner: str, outcomes: Mapping[str, BlockOutcome]) -> None:
-        """Mark the one block of each study and end it; what cannot be written on a full disk stays with its mark."""
+        """Mark the one block of each study and end it; marks that a full disk prevents are written later."""
         with self.catalogue.writing() as connection:
             marked = [
                 each for each, outcome in outcomes.items() if self._mark_one(connection, each, outcome, owner)
@@ -69,7 +70,7 @@ class SmallBatches(Blocks, Claims):
                     self._set_claim(connection, row.number, None, None)
 
     def put_back(self, owner: str) -> list[str]:
-        """Queue what an owner has not ended, and give up its claims; their ids."""
+        """Queue the unfinished studies of an owner, and release its claims; give their ids."""
         c = studies.c
         with self.catalogue.writing() as connection:
             rows = connection.execute(select(c.id, c.number).where(c.claim_owner == owner, ALIVE)).all()

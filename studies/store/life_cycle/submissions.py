@@ -1,4 +1,4 @@
-"""Studies come and go: entered again for another solver, deleted by a tombstone first."""
+"""Submission for another solver, and deletion by a tombstone."""
 
 import json
 import time
@@ -38,22 +38,22 @@ _AT_ONCE = 5000  # marks that are removed in one transaction
 
 
 class Submissions(Entering):
-    """How studies are entered again, begun and left."""
+    """How studies are entered again, started and left."""
 
     def recompute(self, study_id: str, provenance: dict[str, str]) -> tuple[Record, bool]:
-        """Enter a study once more, to be computed by today's solver beside what is there.
+        """Enter a study once more, for today's solver, and keep the old version.
 
         Parameters
         ----------
         study_id : str
-            The whole id of any version.
+            The complete id of any version.
         provenance : dict of str
             Of today's solver.
 
         Returns
         -------
         record : Record
-            The new version, or the newest one where that is today's solver's, or waits for it, already.
+            The new version. Or the newest one, if that already belongs to today's solver, or waits for it.
         created : bool
             Whether it is new.
 
@@ -92,23 +92,23 @@ class Submissions(Entering):
         return self.enter(decide, "entered to be computed again")
 
     def begin(self, study_id: str, facts: Mapping[str, str], owner: str | None = None) -> Record:
-        """Record what computes a study, before its first block: one cube, one solver on one kind of processor.
+        """Record the solver of a study before its first block: one cube, one solver on one kind of processor.
 
-        A study that waited while the solver changed holds nothing of the older one yet, and is simply recorded anew.
+        If the solver changed while a study waited, it has no older results yet, and is simply recorded again.
 
         Parameters
         ----------
         study_id : str
             The whole id.
         facts : mapping of str
-            What the workers say; `identity` is what counts.
+            Provenance from the workers; `identity` decides.
         owner : str, optional
             Who claims to work on the study; nothing changes where the claim is somebody else's.
 
         Returns
         -------
         Record
-            As it is then. Where blocks are done its provenance is what it was, and the caller compares.
+            As it is then. If blocks are done, its provenance is unchanged, and the caller compares.
 
         Raises
         ------
@@ -139,7 +139,7 @@ class Submissions(Entering):
         return record_of(now)
 
     def _describe(self, row: Row[Any], provenance: Mapping[str, str]) -> None:
-        """Write what a cube says of its study; raise `StoreFault` where it cannot be written."""
+        """Write the study's data into its cube; raise `StoreFault` if it cannot be written."""
         record = record_of(row)
         study = parse_stored(record.definition, record.digest)
         shelf = self.cube_shelf(row.id, row.number)
@@ -147,14 +147,14 @@ class Submissions(Entering):
             shelf.fill(first_pieces(study, record.chunk, provenance, reuse=record.reuse, created=row.created))
 
     def delete(self, study_id: str, keep_seconds: float = 0.0) -> None:
-        """Forget a study; `bury` removes its files afterwards, which may take long.
+        """Delete a study; `bury` removes its files afterwards, which may take long.
 
         Parameters
         ----------
         study_id : str
             Its whole id.
         keep_seconds : float
-            How long it stays in the trash, from where `undelete` restores it.
+            Time in the trash, from where `undelete` restores it.
 
         The study is gone once its tombstone is committed. The next call of `bury`, in this process or another, removes the
         files. A service calls it in the background, as do `damperlab delete` and `damperlab store gc`.
@@ -164,7 +164,7 @@ class Submissions(Entering):
         StudyNotFound
             If there is no such study.
         StudyBusy
-            If somebody works on it and it has not ended. Of one that has, a runner may still be putting things away.
+            If a process works on it and it has not ended. For an ended study, a runner may still be cleaning up.
         """
         with self.catalogue.writing() as connection:
             row = study_row(connection, study_id)
@@ -178,7 +178,7 @@ class Submissions(Entering):
             put_tombstone(self.cube_shelf(study_id, row.number), until)
 
     def trashed(self, study_id: str) -> Record:
-        """Give a deleted study that can be restored; raise `StudyNotFound` where there is none."""
+        """Give a deleted study that can be restored; raise `StudyNotFound` if there is none."""
         with self.catalogue.reading() as connection:
             return record_of(_trashed_row(connection, study_id))
 
@@ -212,8 +212,8 @@ class Submissions(Entering):
     def bury(self, before: float | None = None, stop: Callable[[], bool] = lambda: False) -> None:
         """Remove the files of studies that were deleted before a time, in seconds since 1970, by default now.
 
-        A tombstone loses its marks and its definition last, so that a removal that was cut short is found again;
-        an empty row stays, which keeps the study's number and revisions from coming again.
+        A tombstone loses its marks and its definition last, so that an interrupted removal is found again. An empty
+        row remains, so that the study's number and revisions are never used twice.
         """
         c = studies.c
         before = time.time() if before is None else before
@@ -235,7 +235,7 @@ class Submissions(Entering):
                 connection.execute(update(studies).where(c.number == row.number).values(empty))
 
     def _forget_marks(self, number: int) -> bool:
-        """Remove some marks of a study that was deleted, and say whether there may be more: others want to write too."""
+        """Remove some marks of a deleted study, and say whether there may be more: other writers must not wait long."""
         b = done_blocks.c
         with self.catalogue.writing() as connection:
             some = select(b.block).where(b.study == number).order_by(b.block).limit(_AT_ONCE)
@@ -265,7 +265,7 @@ def _restorable_row(connection: Connection, study_id: str) -> Row[Any]:
 
 
 def _may_begin(row: Row[Any], facts: Mapping[str, str], owner: str | None) -> bool:
-    """Whether what computes a study is yet to be recorded, and by this owner."""
+    """Whether the solver of a study is yet to be recorded, and by this owner."""
     known = json.loads(row.provenance).get("identity") == facts["identity"]
     return not known and not row.blocks_done and owner in (None, row.claim_owner)
 

@@ -1,4 +1,4 @@
-"""Which studies of a catalogue are listed."""
+"""Filter of the studies in a list."""
 
 import json
 import math
@@ -22,25 +22,26 @@ _OF_TEXTS = ("record",)  # dimensions that have no place in a study's box
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
-    """What a study must be to be listed; None where that does not matter.
+    """Conditions of a listed study; None for no condition.
 
     Parameters
     ----------
     state : str, optional
         Its state.
     name : str, optional
-        A text that its name holds; ASCII letters fit in either case.
+        A text contained in its name; the case of ASCII letters is ignored.
     tag : str, optional
         One of its tags.
     axis : str, optional
-        A dimension that it has, or a quantity of its physical block that stands for one.
+        A dimension of it, or the quantity of its physical block that corresponds to one.
     low, high : float, optional
-        The least and the greatest value of `axis` that counts: its values from the first to the last must reach into that.
+        The least and the greatest value of `axis`: the study's values, from the first to the last, must reach into
+        that range.
     designs : bool
-        Whether the studies that designs and refinements ask for count too; where not, those do all the same that have the
-        tag, the name, or the state other than done asked for.
+        Whether to include studies submitted by designs and refinements. Otherwise they appear only if they have the
+        requested tag, name, or state other than done.
     trash : bool
-        Whether those are meant that were deleted and can be restored, and not those that are there.
+        Whether to list deleted studies that can be restored, instead of the existing ones.
 
     Raises
     ------
@@ -58,7 +59,7 @@ class Wanted:
     trash: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what no study can be."""
+        """Refuse conditions that no study can satisfy."""
         for fault in self._faults():
             raise StoreFault(fault)
 
@@ -86,7 +87,7 @@ class Wanted:
         return faults
 
     def clauses(self) -> list[ColumnElement[bool]]:
-        """Give what the database can tell of it."""
+        """Give the conditions that the database can check."""
         found: list[ColumnElement[bool]] = [in_trash() if self.trash else ALIVE]
         if self.state is not None:
             found.append(studies.c.state == self.state)
@@ -101,7 +102,7 @@ class Wanted:
 
     @property
     def looks_inside(self) -> bool:
-        """Whether rows must be read to tell more."""
+        """Whether rows must be read for further conditions."""
         return self.axis is not None
 
     def fits(self, row: Row[Any]) -> bool:
@@ -117,7 +118,7 @@ class Wanted:
         return bool(reaches and (self.high is None or first <= self.high))
 
     def _ends_in_units(self, definition: dict[str, Any]) -> list[float] | None:
-        """Give the least and the greatest of what a study in ratios says of its axis in units; None where that is nothing."""
+        """Give the least and the greatest value in units of a study in ratios; None if it has none."""
         physical = definition.get("physical") or {}
         # the excitation frequency has one name in the physical block, and another as a coordinate
         own = {coordinate: name for name, coordinate in ALIASES.items()}

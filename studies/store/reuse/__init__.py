@@ -1,1 +1,1 @@
-"""What earlier studies are good for: their points, what their blocks took, and what another solver changed."""
+"""Reuse of earlier studies: their points, the run times of their blocks, and differences between solvers."""

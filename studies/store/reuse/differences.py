@@ -1,4 +1,4 @@
-"""What a later solver changed: two versions of one study compared point by point."""
+"""Differences between solvers: two versions of one study compared point by point."""
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
@@ -18,7 +18,7 @@ from damperlab.studies.store.store import Store
 from damperlab.studies.variables import Status
 
 NOT_RESULTS = ("run_time",)
-"""Measured, not computed: it never repeats."""
+"""Measured, not computed: it is never reproducible."""
 
 
 @dataclass
@@ -30,11 +30,11 @@ class Difference:
     variable : str
         Its name.
     points : int
-        Points at which it differs, in one bit or more; NaN equals NaN.
+        Points with a difference, in one bit or more; NaN equals NaN.
     largest_relative : float, optional
         Largest \\|a − b\\| / max(\\|a\\|, \\|b\\|) of numbers that are finite in both; None for codes, and where there is none.
     at : dict, optional
-        Coordinates of the largest, of codes the first, difference.
+        Coordinates of the largest difference, for codes of the first.
     older, newer : float, optional
         The two values there.
     """
@@ -60,11 +60,11 @@ class Differences:
     compared : int
         Computed in both.
     only_older, only_newer : int
-        Computed in one of them.
+        Points computed in only one of them.
     differing : int
         Points at which any variable differs; run times are not compared.
     variables : list of Difference
-        Those that both store.
+        Variables that both store.
     """
 
     older: str
@@ -85,7 +85,7 @@ DifferencesDocument = TypeAliasType("DifferencesDocument", Annotated[dict[str, A
 
 
 def differences_of(store: Store, newer: Record, older: Record | None = None) -> Differences:
-    """Compare two versions of a study, piece by piece: of large cubes a part is in memory at a time.
+    """Compare two versions of a study, piece by piece, so that only a part of large cubes is in memory.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def differences_of(store: Store, newer: Record, older: Record | None = None) -> 
     newer : Record
         The later one.
     older : Record, optional
-        The other; by default the newest version before that has results.
+        The other version; by default the newest earlier one with results.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def _no_other(found: str, told: str) -> NothingToDo:
 
 
 def words(found: Differences) -> Iterable[str]:
-    """Say how two versions differ, in a sentence each."""
+    """Describe the differences of two versions, in a sentence each."""
     yield (
         f"{found.newer} beside {found.older}: {found.compared} of {found.points} points are computed in both, "
         f"{found.differing} of them differ."

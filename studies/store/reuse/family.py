@@ -1,4 +1,4 @@
-"""The latest studies of a family that are done: what they have taken tells what another one will."""
+"""The latest completed studies of a family: their run times predict that of another one."""
 
 from sqlalchemy import select
 
@@ -8,18 +8,18 @@ from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
 
 MOST_STUDIES = 8
-"""Studies of the family that are looked at, the latest first."""
+"""Most studies of the family examined, the latest first."""
 
 
 def done_of_family(store: Store, family: str) -> list[Record]:
-    """Look up the latest studies of a family that are done.
+    """Find the latest completed studies of a family.
 
     Parameters
     ----------
     store : Store
-        Where the studies are.
+        The store.
     family : str
-        As `damperlab.studies.digest.family_digest` names it; there is none of the empty one.
+        From `damperlab.studies.digest.family_digest`; the empty family has no studies.
     """
     c = studies.c
     query = select(studies).where(c.family == family, c.family != "", ALIVE, c.state == "done")

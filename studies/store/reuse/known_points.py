@@ -1,4 +1,4 @@
-"""Points of a block that earlier studies hold. A worker reads them without the catalogue."""
+"""Points of a block that earlier studies have. A worker reads them without the catalogue."""
 
 from dataclasses import dataclass
 
@@ -14,14 +14,14 @@ from damperlab.studies.variables import Status
 
 @dataclass(frozen=True)
 class Source:
-    """Where points of one block lie in the cube of one earlier study.
+    """Position of points of one block in the cube of one earlier study.
 
     Parameters
     ----------
     cube_path : str
         That study's cube.
     generations : dict
-        Of its done blocks that hold points of this block.
+        Generations of its done blocks that contain points of this block.
     theirs, ours : tuple of ndarray of int
         Along each dimension the indices in that cube, and the indices within this block.
     """
@@ -35,7 +35,7 @@ class Source:
 def known_points(
     sources: tuple[Source, ...], study: AnyStudy, block: Block
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Read what is known of a block; a source that is gone or damaged gives nothing.
+    """Read the known points of a block; a missing or damaged source gives nothing.
 
     Parameters
     ----------
@@ -47,9 +47,9 @@ def known_points(
     Returns
     -------
     known : ndarray of bool, block.shape
-        Which points are known.
+        Mask of the known points.
     values : dict of ndarray, each block.shape
-        Every stored variable, right where `known` is true.
+        Every stored variable, valid where `known` is true.
     """
     from damperlab.studies.store.cube.opened import open_cube  # brings xarray along
 

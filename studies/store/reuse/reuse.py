@@ -1,4 +1,6 @@
-"""Where earlier studies hold points already: same solver, same settings, coordinates equal to the last bit."""
+"""Sources of known points: earlier studies with the same solver, the same settings, and coordinates equal to the
+last bit.
+"""
 
 import json
 import math
@@ -22,19 +24,19 @@ from damperlab.studies.store.store import Store
 
 
 class Overlaps:
-    """What a study has in common with earlier ones; asked block by block as they are sent to be computed.
+    """Overlap of a study with earlier ones; queried block by block.
 
-    Every study of the family is looked for by the box that its grid fills, an entry of the catalogue; the definitions
-    of those alone are read whose box meets this study's.
+    The catalogue has the box of each study's grid. Only definitions of studies whose box meets this study's are
+    read.
 
     Parameters
     ----------
     store : Store
         Where the studies are.
     record : Record
-        The study that is about to be computed.
+        The study to compute.
     boxes : Boxes, optional
-        Of the study's family, where they have been read for several studies.
+        Boxes of the study's family, if they were read for several studies.
     """
 
     def __init__(self, store: Store, record: Record, boxes: "Boxes | None" = None) -> None:
@@ -52,7 +54,7 @@ class Overlaps:
         self._corners = np.array(corners, np.int64).reshape(len(corners), len(record.shape), 2)
 
     def of(self, block: Block) -> tuple[Source, ...]:
-        """Say where points of a block are known; nothing for a block of new points alone."""
+        """Give the sources of known points of a block; empty for a block of only new points."""
         found = []
         first = np.array(block.start)
         last = first + np.array(block.shape) - 1
@@ -87,14 +89,14 @@ class Overlaps:
 
 
 class Boxes:
-    """The boxes that the grids of one family's studies fill, as the catalogue has them at one moment.
+    """The boxes of the grids of one family's studies, from the catalogue at one moment.
 
     Parameters
     ----------
     store : Store
         Where the studies are.
     record : Record
-        One of the family.
+        A study of the family.
     """
 
     def __init__(self, store: Store, record: Record) -> None:
@@ -124,7 +126,7 @@ class Boxes:
             yield from (record_of(row) for row in found if row.id != record.id)
 
     def study(self, record: Record) -> AnyStudy:
-        """Read the definition of one of the family's studies, once for all that ask for it."""
+        """Read the definition of one of the family's studies, once for all requests."""
         if record.digest not in self._read:
             self._read[record.digest] = parse_stored(record.definition, record.digest)
         return self._read[record.digest]

@@ -9,14 +9,14 @@ from damperlab.worker.fit.history.spread import Spread
 from damperlab.worker.fit.history.trials import Place, Trials
 
 SURPRISE = 1e-3
-"""Chance with which a longer beginning is passed over though its parameters are right."""
+"""Probability that a longer beginning is rejected although its parameters are right."""
 DEVIATIONS = 3.0
-"""Standard deviations of the difference of two variances up to which they count as one."""
+"""Standard deviations of the difference of two variances up to which they count as equal."""
 
 
 @dataclass(frozen=True)
 class Beginning:
-    """A beginning, and what was found of it.
+    """A beginning, and its result.
 
     Parameters
     ----------
@@ -25,9 +25,9 @@ class Beginning:
     places : list of Place
         The best parameters over it, the best first.
     spread : Spread
-        How far they may be off.
+        Their uncertainty.
     tried : tuple of Place
-        Places drawn about the best, over the same samples.
+        Places drawn around the best, over the same samples.
     """
 
     rows: int
@@ -41,11 +41,11 @@ class Beginning:
         return self.places[0]
 
     def above(self, place: Place, trials: Trials) -> float:
-        """Chi-square of a place over this beginning, less that of the best."""
+        """Chi-square of a place over this beginning, minus that of the best."""
         return (place.squares - self.best.squares) / trials.variance(self.best.squares, self.rows)
 
     def scatters_like(self, place: Place, rows: int, trials: Trials) -> bool:
-        """Whether residuals over a longer beginning are no larger than over this one, as far as chance allows."""
+        """Whether residuals over a longer beginning are no larger than over this one, within chance."""
         count = place.shares.size
         here, there = (one.squares / (size - count) for one, size in ((self.best, self.rows), (place, rows)))
         allowed = 1.0 + DEVIATIONS * np.sqrt(2.0 / (self.rows - count) + 2.0 / (rows - count))
@@ -54,8 +54,8 @@ class Beginning:
     def agrees(self, place: Place, rows: int, trials: Trials) -> bool:
         """Whether parameters of a longer beginning describe this one about as well as its own do.
 
-        In the rugged landscape of late impacts there are places that fit a longer beginning somehow; they fit its first
-        part worse.
+        In the rugged landscape of late impacts some places fit a longer beginning by chance; they fit its first part
+        worse.
         """
         over_this = trials.place(place.shares, self.rows)
         limit = chdtri(place.shares.size, SURPRISE)

@@ -1,7 +1,8 @@
-"""Parameters of a prototype estimated from a time history: least squares over a beginning that grows.
+"""Parameters of a prototype from a time history: least squares over a growing beginning.
 
-Impacts make late parts of a history depend on the parameters in a rugged way, so that a sum of squares over all of it has
-countless minima. A beginning of a few periods has few; each longer one is searched from the best places of the one before.
+Late parts of a history depend on the parameters in a rugged way because of impacts, so a sum of squares over all of
+it has countless minima. A beginning of a few periods has few; each longer one is searched from the best places of
+the previous one.
 """
 
 from collections.abc import Callable
@@ -23,21 +24,21 @@ from damperlab.worker.warm import warm
 START = {1: 96, 2: 400, 3: 1200, 4: 2000, 5: 3000, 6: 4000}
 """Places that fill the ranges, by the number of parameters."""
 PERIODS, GROWTH = 2.0, 1.25
-"""Of the structure in the shortest beginning; and how much longer each next one is."""
+"""Periods of the structure in the shortest beginning, and the growth factor."""
 LEAST_ROWS = 12
 """Samples for each parameter in the shortest beginning."""
 LOOKED_BACK = 6
-"""Beginnings whose spreads places are drawn from."""
+"""Number of beginnings whose spreads are used for drawing places."""
 BEGUN, KEPT, DRAWN, TRIED = 24, 10, 240, 8
-"""Places that are followed from the first beginning, and on; drawn about the best where it is left, and descended from."""
+"""Places refined from the first beginning on; drawn around the best at the end, and refined."""
 ROUNDS, GAIN = 4, 0.1
-"""In which the places about the best are looked at, and the gain in chi-square below which that ends."""
+"""Rounds around the best, and the gain in chi-square below which they end."""
 AS_GOOD = 25.0
-"""Difference of chi-square up to which a place is followed on."""
+"""Difference of chi-square up to which a place is kept."""
 SAME = 1e-4
-"""Largest difference of places that count as one, in shares of the ranges."""
+"""Largest difference of places that count as equal, as fractions of the ranges."""
 NEAR = 0.1
-"""Share of the largest displacement that a coarse residual is measured by."""
+"""Unit of a coarse residual, as a share of the largest displacement."""
 
 
 def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | None = None) -> FittedHistory:
@@ -48,7 +49,7 @@ def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | Non
     question : HistoryQuestion
         Of `damperlab.studies.fit.history.asking.make_history_question`.
     progress : callable, optional
-        Told how many histories have been computed.
+        Called with the number of computed histories.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | Non
     Raises
     ------
     StudyFaults
-        Where no beginning of the history, however short, is predictable with parameters that describe it.
+        If no beginning of the history, however short, is predictable with parameters that describe it.
     """
     for scene in scenes_of(question):
         warm(scene)
@@ -84,7 +85,9 @@ def fit_history(question: HistoryQuestion, progress: Callable[[int], None] | Non
 
 
 def _settled(trials: Trials, held: Beginning, before: list[Spread]) -> Beginning | None:
-    """Look about until no better place is found: where the structure stops or is struck, minima lie side by side."""
+    """Search around the best until no better place is found: minima lie close together where the structure stops or
+    is struck.
+    """
     tried: list[Place] = []
     for _ in range(ROUNDS):
         more = _drawn(trials, [*before, held.spread], held.rows)
@@ -101,7 +104,7 @@ def _settled(trials: Trials, held: Beginning, before: list[Spread]) -> Beginning
 
 
 def beginnings(question: HistoryQuestion) -> list[int]:
-    """Numbers of rows of the beginnings, all rows last."""
+    """Numbers of rows of the beginnings; the last has all rows."""
     whole = question.measured.rows
     periods = PERIODS / (question.frequency_hz * question.measured.step_s)
     rows = max(periods, LEAST_ROWS * len(question.free))
@@ -113,7 +116,7 @@ def beginnings(question: HistoryQuestion) -> list[int]:
 
 
 def _begin(trials: Trials, rows: int) -> list[Place]:
-    """Fill the ranges, and choose the places that come nearest over the first beginning and over all of it."""
+    """Fill the ranges, and choose the places that are nearest over the first beginning and over all of it."""
     count = len(trials.question.free)
     # without the corner with which the sequence begins
     spread = Halton(count, scramble=False).random(START[count] + 1)[1:]
@@ -129,7 +132,7 @@ def _begin(trials: Trials, rows: int) -> list[Place]:
 
 
 def _kept(trials: Trials, places: list[Place], rows: int, most: int) -> list[Place]:
-    """Leave out places that are the same, and those that chi-square excludes; but for the second best."""
+    """Drop equal places, and those that chi-square excludes; but keep the second best."""
     unit = trials.variance(places[0].squares, rows)
     kept: list[Place] = []
     for each in places:
@@ -140,7 +143,7 @@ def _kept(trials: Trials, places: list[Place], rows: int, most: int) -> list[Pla
 
 
 def _drawn(trials: Trials, spreads: list[Spread], rows: int) -> list[Place]:
-    """Draw places within what shorter beginnings leave open."""
+    """Draw places within the uncertainty of shorter beginnings."""
     generator = np.random.default_rng([trials.question.seed, rows])
     of = spreads[-LOOKED_BACK:]
     draws = np.concatenate([each.draw(DRAWN // len(of), generator) for each in of])
@@ -148,7 +151,7 @@ def _drawn(trials: Trials, spreads: list[Spread], rows: int) -> list[Place]:
 
 
 def _descended(trials: Trials, places: list[Place], rows: int) -> list[Place]:
-    """Descend from the best of some places."""
+    """Refine the best of some places."""
     return [trials.descend(each.shares, rows) for each in _sorted(places)[:TRIED]]
 
 
@@ -157,7 +160,7 @@ def _sorted(places: list[Place]) -> list[Place]:
 
 
 def _follows(trials: Trials, place: Place, rows: int) -> bool:
-    """Whether the parameters explain more than half of what moves; else any would do as well."""
+    """Whether the parameters explain more than half of the motion; otherwise any others would do as well."""
     moved = trials.question.measured.displacement_m[:rows] / trials.unit[:rows]
     return place.squares < 0.5 * float((moved**2).sum())
 

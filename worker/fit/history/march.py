@@ -24,11 +24,11 @@ from damperlab.worker.solver.segment_log import START, V, empty_log
 Column = NDArray[np.float64]
 
 EVENTS_PER_PERIOD = 200
-"""Of the structure, beyond which a set of parameters is given up: no displacement shows so many."""
+"""Events per period of the structure above which a set of parameters is rejected: no displacement shows so many."""
 LEAST = 1e-9
-"""Least value of what is estimated and may be 0: a range that begins there is marched by one kernel."""
+"""Least value of a parameter that may be 0, so that one kernel integrates a range that begins there."""
 NOMINAL_KG = 1.0
-"""Mass of the structure where nothing is given in units of force or mass: displacements do not depend on it."""
+"""Mass of the structure if nothing is given in units of force or mass: displacements do not depend on it."""
 
 
 def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: int | None = None) -> Column:
@@ -37,16 +37,16 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
     Parameters
     ----------
     question : HistoryQuestion
-        What is known, and the samples.
+        The known values, and the samples.
     values : mapping of float
-        The parameters that are estimated.
+        The estimated parameters.
     rows : int, optional
-        How many samples; all by default.
+        Number of samples; by default all.
 
     Returns
     -------
     ndarray, shape (rows,)
-        In m, against the base or not as measured; NaN throughout where the march failed.
+        In m, against the base or not as measured; all NaN if the integration failed.
     """
     measured = question.measured
     given = question.given(values)
@@ -78,7 +78,7 @@ def displacement(question: HistoryQuestion, values: Mapping[str, float], rows: i
 
 
 def built(question: HistoryQuestion, given: Mapping[str, float]) -> tuple[Structure, Damper]:
-    """Turn numbers in a study's names into a structure and its damper."""
+    """Convert numbers in a study's names into a structure and its damper."""
     mass = given.get("mass_kg", NOMINAL_KG)
     structure = Structure(mass, given["natural_frequency_hz"], given.get("damping_ratio", 0.0))
     if "damping_n_s_per_m" in given:
@@ -100,7 +100,7 @@ def built(question: HistoryQuestion, given: Mapping[str, float]) -> tuple[Struct
 
 
 def scenes_of(question: HistoryQuestion) -> list[Scene]:
-    """Scenes that a fit of a time history needs: one, whatever the ranges."""
+    """The only scene of a fit of a time history, whatever the ranges."""
     given = question.given(question.values(np.full(len(question.free), 0.5)))
     structure, damper = built(question, given)
     scale = Scale(1.0, structure.omega, structure.mass_kg)
@@ -108,7 +108,7 @@ def scenes_of(question: HistoryQuestion) -> list[Scene]:
 
 
 def _shaken(question: HistoryQuestion, structure: Structure, rows: int) -> tuple[RecordBase, Scale]:
-    """Cut the base's motion into windows that begin at samples, on the scale of what moves the structure."""
+    """Divide the base's motion into panels that begin at samples, on the scale of the structure."""
     measured = question.measured
     step = structure.omega * measured.step_s
     if measured.base_m_s2 is None:

@@ -1,4 +1,4 @@
-"""How far parameters may be from the best ones, and whether a response changes evenly over that."""
+"""Uncertainty of the parameters, and whether a response changes smoothly over it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,16 +10,16 @@ from damperlab.worker.fit.history.trials import PRIOR, STEP, Matrix, Place, Tria
 from damperlab.worker.fit.singular_values import principal
 
 REACH = 2.0
-"""Standard deviations to either side over which a response has to change evenly."""
+"""Standard deviations to either side over which a response must change smoothly."""
 LITTLE = 0.05
-"""Standard deviation, as a share of the range, from which a parameter counts as known by a shorter beginning."""
+"""Standard deviation, as a share of the range, below which a shorter beginning determines a parameter."""
 FLATTEST, STEEPEST = 0.25, 4.0
-"""Rise of chi-square over that which a linear response has: outside, the response is not predictable."""
+"""Allowed rise of chi-square relative to that of a linear response: outside, the response is not predictable."""
 
 
 @dataclass(frozen=True)
 class Spread:
-    """The parameters' covariance by its principal directions, in shares of the ranges.
+    """The parameters' covariance by its principal directions, as fractions of the ranges.
 
     Parameters
     ----------
@@ -43,18 +43,18 @@ class Spread:
 
     @property
     def covariance(self) -> Matrix:
-        """Of the parameters, where the residuals are white."""
+        """Covariance of the parameters, if the residuals are white."""
         return product(self.directions * self.sizes**2, self.directions.T)
 
     def draw(self, number: int, generator: np.random.Generator) -> Matrix:
-        """Draw places, half of them three times as far as they are likely: shape (number, parameters)."""
+        """Draw places, half of them with three times the spread: shape (number, parameters)."""
         far = self.sizes * generator.standard_normal((number, self.sizes.size))
         far[::2] *= 3.0
         return self.centre + product(far, self.directions.T)
 
     @classmethod
     def at(cls, trials: Trials, place: Place, rows: int) -> "Spread":
-        """Make it from differences over one standard deviation, so that small jumps of a response are passed over."""
+        """Compute it from differences over one standard deviation, so that small jumps of a response do not matter."""
         residual = trials.residual(place.shares, rows)
         scatter = np.sqrt(trials.variance(float((residual**2).sum()), rows))
         sizes = np.full(place.shares.size, STEP)
@@ -68,12 +68,12 @@ class Spread:
 
 
 def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = None) -> Spread | None:
-    """Find how far the parameters may be off; None where the response does not change evenly over that.
+    """Find the uncertainty of the parameters; None if the response does not change smoothly over it.
 
-    Along each principal direction, `REACH` standard deviations to either side, chi-square has to rise about as it would if
-    the response were linear. Where it rises less the direction is made longer by what is missing. It has to do so over what a
-    shorter beginning left open as well (`before`), where that was little: only then is the longer one's best place the one
-    that the shorter one's leads to, and not one of the countless others that impacts make.
+    Along each principal direction, `REACH` standard deviations to either side, chi-square must rise about as for a
+    linear response. If it rises less, the direction is lengthened accordingly. If a shorter beginning left little
+    uncertainty (`before`), chi-square must do so over that range as well. Only then does the best place of the
+    longer one follow from that of the shorter one, and is not one of the countless others that impacts create.
     """
     spread = Spread.at(trials, place, rows)
     sizes = spread.sizes.copy()
@@ -91,7 +91,9 @@ def spread_at(trials: Trials, place: Place, rows: int, before: Spread | None = N
 
 
 def _rises(trials: Trials, place: Place, rows: int, spread: Spread, away: Matrix) -> Iterator[float]:
-    """Rise of chi-square over that of a linear response, to either side; none where the ranges end before it has risen."""
+    """Rise of chi-square over that of a linear response, to either side; empty if the ranges end before it has
+    risen.
+    """
     variance = trials.variance(place.squares, rows)
     for side in (-REACH, REACH):
         inside = np.clip(place.shares + side * away, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""The outcome of a fit of a time history, stated in the question's names and units."""
+"""The result of a fit of a time history, in the question's names and units."""
 
 from statistics import NormalDist
 
@@ -14,13 +14,15 @@ from damperlab.worker.fit.history.spread import Spread
 from damperlab.worker.fit.history.trials import Matrix, Trials
 
 UNKNOWN = 0.25
-"""Standard deviation, as a share of a range, from which data say nothing: that of an even distribution is 0.29."""
+"""Standard deviation, as a share of a range, above which data are uninformative: that of a uniform distribution is
+0.29.
+"""
 AS_GOOD = 6.0
 """Difference of chi-square up to which another set of parameters agrees as well."""
 
 
 def stated(trials: Trials, held: Beginning) -> FittedHistory:
-    """Put the best parameters over a beginning, and what they may be off, into an outcome."""
+    """Convert the best parameters over a beginning, and their uncertainty, into a result."""
     question, spread, place = trials.question, held.spread, held.best
     measured = question.measured
     covariance = spread.covariance
@@ -80,10 +82,10 @@ def _within(shares: Matrix, low: Matrix, high: Matrix) -> bool:
 
 
 def _correlated(spread: Spread, period: int) -> Matrix:
-    """By how much each deviation is larger since residuals are correlated from sample to sample (Newey and West 1987).
+    """Factor of each deviation because residuals are correlated from sample to sample (Newey and West 1987).
 
-    Correlations over up to one period of the structure count, or a tenth of the rows; where they would make an interval
-    narrower it stays as it is.
+    Correlations over up to one period of the structure count, or a tenth of the rows; they never make an interval
+    narrower.
     """
     lags = min(period, spread.residual.size // 10)
     pulls = spread.slopes * spread.residual[:, None]

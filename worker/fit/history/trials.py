@@ -14,11 +14,11 @@ from damperlab.worker.fit.singular_values import principal
 Matrix = NDArray[np.float64]
 
 STEP = 1e-5
-"""Of a difference, as a share of the range: an impact that comes into being or ends is met by few of them."""
+"""Step of a difference, as a share of the range: few steps are large enough for an impact to appear or vanish."""
 PRIOR = 12.0
-"""Inverse variance of a parameter that is evenly distributed over its range: what is known of it before."""
+"""Inverse variance of a parameter with a uniform distribution over its range: the prior."""
 MOST_STEPS, ENOUGH = 20, 1e-8
-"""Of a descent; and relative gain below which it has ended."""
+"""Iterations of a refinement, and relative gain below which it ends."""
 LEAST_VARIANCE = 1e-14
 """Of residuals in their unit."""
 DAMPINGS = (0.0, 1e-3, 1e-1, 10.0)
@@ -27,14 +27,14 @@ DAMPINGS = (0.0, 1e-3, 1e-1, 10.0)
 
 @dataclass(frozen=True)
 class Place:
-    """Parameters, and how far their history is from the measured one.
+    """Parameters, and the distance of their history from the measured one.
 
     Parameters
     ----------
     shares : ndarray, shape (parameters,)
         Of the ranges.
     squares : float
-        Sum of the squared residuals; infinite where a march failed.
+        Sum of the squared residuals; infinite if the integration failed.
     """
 
     shares: Matrix
@@ -63,7 +63,7 @@ class Trials:
         self._progress = progress
 
     def residual(self, shares: Matrix, rows: int) -> Matrix:
-        """Measured less computed over the unit, shape (rows,); NaN where a march failed."""
+        """Measured minus computed over the unit, shape (rows,); NaN if the integration failed."""
         self.evaluations += 1
         if self._progress is not None:
             self._progress(self.evaluations)
@@ -71,7 +71,7 @@ class Trials:
         return np.asarray((self.question.measured.displacement_m[:rows] - found) / self.unit[:rows])
 
     def variance(self, squares: float, rows: int) -> float:
-        """Variance of the residuals in their unit: 1 where it was given, else as they scatter."""
+        """Variance of the residuals in their unit: 1 if it was given, else from their scatter."""
         if self.question.measured.deviation_m is not None:
             return 1.0
         # computed data agree to rounding
@@ -82,7 +82,7 @@ class Trials:
         return Place(shares, _squares(self.residual(shares, rows)))
 
     def slopes(self, shares: Matrix, rows: int, steps: Matrix) -> Matrix:
-        """Change of the residuals with the parameters, by differences over steps to both sides within the ranges.
+        """Derivative of the residuals by the parameters, from differences to both sides within the ranges.
 
         Returns
         -------
@@ -100,7 +100,7 @@ class Trials:
         return np.stack(columns, axis=1)
 
     def descend(self, shares: Matrix, rows: int) -> Place:
-        """Go to a least sum of squares over the first rows by damped Gauss–Newton steps, within the ranges."""
+        """Minimise the sum of squares over the first rows by damped Gauss–Newton steps, within the ranges."""
         here = self.residual(shares, rows)
         best = Place(shares, _squares(here))
         if not np.isfinite(best.squares):
@@ -127,7 +127,7 @@ class Trials:
 
 
 def _free(shares: Matrix, gradient: Matrix) -> Matrix:
-    """The gradient without what would only lead out of the ranges."""
+    """The gradient without components that lead out of the ranges."""
     outwards = ((shares <= 0.0) & (gradient > 0.0)) | ((shares >= 1.0) & (gradient < 0.0))
     return np.where(outwards, 0.0, gradient)
 

@@ -1,1 +1,1 @@
-"""Contact of particle and structure: what an event changes, on rigid walls; `compliant` for walls that give way."""
+"""Contact of particle and structure: transitions at events on rigid walls; `compliant` for compliant ones."""

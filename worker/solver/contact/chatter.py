@@ -1,4 +1,4 @@
-"""When a chatter, impacts that follow each other ever faster, is over: mass and particle then move on together."""
+"""Completion of a chatter, impacts in ever faster succession: mass and particle then move on together."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.dwell import is_brief
@@ -22,7 +22,7 @@ _LEAST_LOSS = 1e-3  # share of its speed that an impact is taken to lose at the 
 def is_chatter_over(
     w: float, leaving: float, u_acceleration: float, closing: float, scene: Scene, particle: Particle
 ) -> bool:
-    """Whether what is left of a chatter is too short to matter.
+    """Whether the remainder of a chatter is too short to matter.
 
     Parameters
     ----------
@@ -33,9 +33,9 @@ def is_chatter_over(
     u_acceleration : float
         Acceleration of the mass.
     closing : float
-        Acceleration with which the wall catches up with the particle.
+        Acceleration with which the wall approaches the particle.
     scene, particle : Scene, Particle
-        What acts.
+        The acting elements.
     """
     base = scene.base
     # the flights left shrink by e each; without loss (e = 1) they need friction to shrink, and get no better bound

@@ -1,4 +1,4 @@
-"""A rigid wall that stops pushing the particle that rides on it: the particle leaves, at no speed against the wall."""
+"""A rigid wall that stops pushing the particle that rides on it: the particle leaves with zero relative speed."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import Phase, largest_forcing, net_resistance

@@ -1,4 +1,6 @@
-"""What an event changes: slip, contact and velocities just after it, decided together so that they are consistent."""
+"""Transition at an event: slip, contact and velocities just after it, determined together so that they are
+consistent.
+"""
 
 from typing import NamedTuple
 
@@ -37,7 +39,7 @@ _SPEED_ROUNDING = 1e-14  # relative: below this an outgoing speed is rounding
 
 @inlined
 def after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Meter | None) -> State:
-    """The state just after an event, in which slip, contact and their orders are consistent again."""
+    """The state just after an event, with consistent slip, contact and orders of zeros."""
     if scene.particle is not None:
         if scene.particle.friction is not None:
             rubs = scene.particle.friction
@@ -69,11 +71,12 @@ def after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Mete
 
 @inlined
 def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> State:
-    """The mass has come to rest on the base: it sticks, or slips on or back, alone or with the particle on its wall.
+    """The mass has come to rest on the base: it sticks, or slips further or back, alone or with the particle on its
+    wall.
 
-    With the particle in contact the free alternative is tried first: where the wall would then run away from the particle
-    it is released, otherwise it rides, and friction is judged with both masses. Exactly one of the two is consistent.
-    A particle that dwells on its wall has no such choice.
+    With the particle in contact, flight is tried first: if the wall would then move away from the particle, the
+    particle detaches. Otherwise it rides, and friction is judged with both masses. Exactly one of the two is
+    consistent. A particle that dwells on its wall has no such choice.
     """
     base = scene.base
     limit = breakaway(friction, largest_to_hold(base, 1.0))
@@ -103,7 +106,7 @@ def _come_to_rest(state: State, phase: Phase, scene: Scene, friction: float) -> 
 def _impact(
     state: State, wall: float, phase: Phase, scene: Scene, particle: Particle, meter: Meter | None
 ) -> State:
-    """An impact on the given wall, and what follows at once: a flight, riding on the wall, or being held there."""
+    """An impact on the given wall, and its immediate consequence: a flight, riding on the wall, or a dwell."""
     u_rate = state.w + phase.rate
     approach = max(wall * (u_rate - state.p_rate), 0.0)
     is_blow = approach > _SPEED_ROUNDING * (abs(u_rate) + abs(state.p_rate) + abs(phase.rate))
@@ -150,18 +153,18 @@ def _let_go(state: State, phase: Phase, scene: Scene, particle: Particle, meter:
 
 
 class Parting(NamedTuple):
-    """Mass and particle just after they part.
+    """Mass and particle just after separation.
 
     Attributes
     ----------
     wall : float
-        Which wall the particle leaves.
+        The wall that the particle leaves.
     w, p_rate : float
         Velocity of the mass relative to the base, absolute one of the particle.
     speed : float
-        At which they part [Z ω_n].
+        Speed of separation [Z ω_n].
     u_rate_before : float
-        Absolute velocity of the mass just before: velocities are rounded as it is.
+        Absolute velocity of the mass just before, which determines the rounding of velocities.
     """
 
     wall: float
@@ -175,7 +178,7 @@ class Parting(NamedTuple):
 def _part(
     state: State, parting: Parting, phase: Phase, scene: Scene, particle: Particle, meter: Meter | None
 ) -> State:
-    """The particle leaves a wall: a flight, or riding on the wall when the chatter is over."""
+    """The particle leaves a wall: a flight, or riding on the wall if the chatter is complete."""
     wall, w, p_rate, leaving, u_rate_before = parting
     base = scene.base
     slip = state.slip

@@ -1,8 +1,8 @@
-"""What an event changes where the particle rubs on its cavity: which of the two bodies slip, decided together.
+"""Transition at an event of a particle with friction: slip of the two bodies, determined together.
 
-Where both have the same velocity, the force between them is the one at which u'' = p'': the more of it, the smaller is u''
-and the larger is p''. So the particle is torn loose where the largest friction, βκ, is too little; a wall that pushes has no
-largest force to its side. The friction of the structure is judged with each force that is tried.
+If both have the same velocity, the force between them is the one at which u'' = p'': the larger it is, the smaller
+is u'' and the larger is p''. So the particle starts to slide if the largest friction, βκ, is insufficient; a pushing
+wall has no largest force to its side. The friction of the structure is determined for each trial force.
 """
 
 from damperlab.worker.jit import inlined
@@ -47,7 +47,7 @@ def after_event_of_rubbing(
     friction: float,
     meter: Meter | None,
 ) -> State:
-    """The state just after an event, as `reset_map.after_event` gives it, of a particle with friction κ."""
+    """The state just after an event, as from `reset_map.after_event`, of a particle with friction κ."""
     if kind in (NEAR_WALL, FAR_WALL):
         return _impact(state, kind, phase, scene, particle, friction, meter)
     w, p_rate, direction = state.w, state.p_rate, direction_of(state.slide)
@@ -76,14 +76,14 @@ def _slide(state: State, direction: float, order: int) -> Slide | None:
 
 @inlined
 def _sliding(state: State, w: float, slip: float, p_rate: float, direction: float) -> State:
-    """The same place with other velocities, the particle not carried."""
+    """The same position with other velocities, the particle not carried."""
     slide = _slide(state, direction, 0)
     return State(state.v, w, slip, state.wall, state.gap, p_rate, 0.0, 0, 0, state.dwell, slide)
 
 
 @inlined
 def _with(state: State, slip_order: int, gap_order: int, riding: float, slide: Slide | None) -> State:
-    """The same motion, with what is known of how it goes on."""
+    """The same motion, with the known continuation."""
     return State(
         state.v,
         state.w,
@@ -101,13 +101,13 @@ def _with(state: State, slip_order: int, gap_order: int, riding: float, slide: S
 
 @inlined
 def _pull(state: State, direction: float, particle: Particle, friction: float) -> float:
-    """Force of a particle that slides in a direction on the mass, against u: what its acceleration p'' takes."""
+    """Force of a sliding particle on the mass, against u, for a direction: the one that causes its acceleration p''."""
     return particle.mass_ratio * with_fall(friction * direction, state.slide, particle)
 
 
 @inlined
 def _onset(v: float, inertia: float, phase: Phase, scene: Scene, slips: bool) -> float:
-    """Direction in which a mass at rest on the base slips, 0 where friction holds it and it is not known to slip."""
+    """Direction in which a mass at rest on the base slips, 0 if friction holds it and it is not known to slip."""
     if scene.friction is None:
         return 0.0
     force = force_to_hold(scene.base, phase, v, inertia)
@@ -118,7 +118,7 @@ def _onset(v: float, inertia: float, phase: Phase, scene: Scene, slips: bool) ->
 
 @inlined
 def _response(state: State, pull: float, inertia: float, phase: Phase, scene: Scene) -> tuple[float, float]:
-    """Slip of the mass and u'' under a pull of the particle, with the inertia of what moves along."""
+    """Slip of the mass and u'' under a pull of the particle, with the inertia of the bodies that move together."""
     base = scene.base
     slip = 0.0
     offset = pull
@@ -135,7 +135,9 @@ def _response(state: State, pull: float, inertia: float, phase: Phase, scene: Sc
 
 @inlined
 def _torn_to(state: State, phase: Phase, scene: Scene, particle: Particle) -> float:
-    """Direction of the slide of a particle that is known to be torn loose: away from its wall, or with what it lacks."""
+    """Direction of sliding of a particle that is known to start sliding: away from its wall, or in the direction of
+    the missing force.
+    """
     if state.gap == 0.0:
         return -state.wall
     _, acceleration = _response(state, 0.0, 1.0 + particle.mass_ratio, phase, scene)
@@ -152,14 +154,14 @@ def _together(
     particle: Particle,
     friction: float,
 ) -> State:
-    """Mass and particle with one velocity: the particle is carried, or slides from now on.
+    """Mass and particle with equal velocities: the particle is carried, or starts to slide.
 
     Parameters
     ----------
     state : State
-        With the particle's velocity; its slip counts where the mass moves.
+        With the particle's velocity; its slip counts if the mass moves.
     loose : float
-        Direction in which the particle is known to be torn loose; 0 where that is to be judged.
+        Direction in which the particle is known to start sliding; 0 if it is to be determined.
     slips : bool
         Whether the mass, at rest on the base, is known to slip.
     """
@@ -200,7 +202,7 @@ def _impact(
     friction: float,
     meter: Meter | None,
 ) -> State:
-    """An impact, and what follows at once: a flight in which the particle rubs, or moving on together."""
+    """An impact, and its immediate consequence: a flight with sliding friction, or common motion."""
     wall = state.wall if kind == NEAR_WALL else -state.wall
     u_rate = state.w + phase.rate
     approach = max(wall * (u_rate - state.p_rate), 0.0)

@@ -1,1 +1,1 @@
-"""What proves that a span is free of events, and the first event where one is not."""
+"""Proofs that a span is free of events, and the first event otherwise."""

@@ -1,4 +1,4 @@
-"""Bounds on the motion across a span, from its start alone: what makes it safe to skip a search."""
+"""Bounds on the motion across a span, from its start alone: they allow a search to be skipped."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.excitation import (
@@ -20,9 +20,9 @@ def slip_bounds(
     Parameters
     ----------
     x, w : float
-        Start, relative to the base and to the shifted spring centre.
+        State at the start, relative to the base and to the shifted spring centre.
     span : float
-        Length, at most a window (`taylor.LARGEST_WINDOW`), so that the denominator below stays above 0.5.
+        Length, at most a panel (`taylor.LARGEST_WINDOW`), so that the denominator below stays above 0.5.
     compliance : float
         κ = 1 over the inertia.
 
@@ -33,7 +33,8 @@ def slip_bounds(
 
     Notes
     -----
-    |w(t)| ≤ |w₀| + T (κ(2ζ W + X) + max |s''|) and |x(t)| ≤ |x₀| + T W, solved for W. A force adds its largest to X.
+    |w(t)| ≤ |w₀| + T (κ(2ζ W + X) + max |s''|) and |x(t)| ≤ |x₀| + T W, solved for W. A force adds its largest value
+    to X.
     """
     two_zeta = base.two_zeta
     base_most = base_derivative_bound(base, phase, 2)
@@ -47,7 +48,7 @@ def slip_bounds(
 
 @inlined
 def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) -> MotionBounds:
-    """Bounds on |w| and |u''| over what is left of a window."""
+    """Bounds on |w| and |u''| over the rest of a panel."""
     if regime.sticks:
         return MotionBounds(0.0, base_derivative_bound(base, span.phase, 2))
     _, bounds = slip_bounds(
@@ -58,7 +59,7 @@ def motion_bounds(state: State, regime: Regime, span: Span, base: Excitation) ->
 
 @inlined
 def u_derivative_bound(order: int, segment: Segment, base: Excitation) -> float:
-    """Bound on the derivative of u of an order from 2 to 5 over a segment, by differentiating the motion."""
+    """Bound on the derivative of u of order 2 to 5 over a segment, by differentiating the equation of motion."""
     if segment.regime.sticks:
         return base_derivative_bound(base, segment.phase, order)
     return _in_slip(order, segment, base)

@@ -1,4 +1,4 @@
-"""Proofs that nothing happens in a segment: no function whose zeros are events can have one there."""
+"""Proofs that a segment has no event: no function whose zeros are events has one there."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound
@@ -25,7 +25,7 @@ def gap_rate(state: State, phase: Phase) -> float:
 
 @inlined
 def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitation) -> float:
-    """u'', which the wall passes on to a riding particle."""
+    """u'', which the wall transmits to a riding particle."""
     if regime.sticks:
         return -phase.inertia_force
     slips = net_resistance(base, phase, base.two_zeta * state.w + state.v + regime.offset)
@@ -34,9 +34,9 @@ def wall_acceleration(state: State, phase: Phase, regime: Regime, base: Excitati
 
 @inlined
 def is_free_between(segment: Segment, scene: Scene) -> bool:
-    """Whether a window crossed by its matrix holds no event: none of the functions whose zeros are events can have one.
+    """Whether a panel integrated by its matrix holds no event: none of the functions whose zeros are events has one.
 
-    Between its ends a function is at least the smaller of the two less time²/8 times its curvature.
+    Between its ends a function is at least the smaller of the two minus time²/8 times its curvature.
     """
     base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
     window: float = base.window
@@ -79,7 +79,7 @@ def is_free_between(segment: Segment, scene: Scene) -> bool:
 
 @inlined
 def is_free_from(segment: Segment, scene: Scene) -> bool:
-    """Whether bounds from the start alone prove that no event lies in a segment; False means that one must look."""
+    """Whether bounds from the start alone prove that no event lies in a segment; False requires a search."""
     base, start, regime, time = scene.base, segment.start, segment.regime, segment.time
     if scene.friction is not None:
         if regime.sticks:
@@ -118,7 +118,7 @@ def is_free_from(segment: Segment, scene: Scene) -> bool:
 def _rubs_on_between(
     segment: Segment, scene: Scene, particle: Particle, friction: float, share: float
 ) -> bool:
-    """`is_free_between` of a particle that rubs: it stays carried, or slides on and meets no wall."""
+    """`is_free_between` for a particle with friction: it stays carried, or slides on and meets no wall."""
     base, start, end, regime = scene.base, segment.start, segment.end, segment.regime
     if start.riding > 0.0:
         sag = share * u_derivative_bound(4, segment, base)
@@ -134,7 +134,7 @@ def _rubs_on_between(
 
 @inlined
 def _rubs_on_from(segment: Segment, scene: Scene, particle: Particle, friction: float) -> bool:
-    """`is_free_from` of a particle that rubs."""
+    """`is_free_from` for a particle with friction."""
     base, start, regime, time = scene.base, segment.start, segment.regime, segment.time
     if start.riding > 0.0:
         change = time * u_derivative_bound(3, segment, base)
@@ -153,13 +153,13 @@ def _rubs_on_from(segment: Segment, scene: Scene, particle: Particle, friction: 
 
 @inlined
 def given_to(state: State, phase: Phase, regime: Regime, base: Excitation, particle: Particle) -> float:
-    """Acceleration that friction, or a wall, has to give a particle that is carried along."""
+    """Acceleration that friction, or a wall, must give to a carried particle."""
     return without_fall(wall_acceleration(state, phase, regime, base), state.slide, particle)
 
 
 @inlined
 def is_held(state: State, given: float, friction: float, margin: float) -> bool:
-    """Whether a carried particle stays so though what it is given should change by less than a margin."""
+    """Whether a carried particle stays so although its required acceleration may change by less than a margin."""
     if state.gap == 0.0:
         return state.wall * given + friction > margin
     return friction - abs(given) > margin

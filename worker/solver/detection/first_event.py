@@ -1,4 +1,4 @@
-"""The first event of a segment: velocity zero, end of rest, a wall, contact force zero, end of a dwell."""
+"""The first event of a segment: zero velocity, end of sticking, a wall, zero contact force, end of a dwell."""
 
 from math import inf
 
@@ -44,7 +44,7 @@ _CURVATURE_WITHOUT_ROOTS = (1.0, 1.0 / 3.0, 1.0 / 12.0, 1.0 / 60.0)
 
 @inlined
 def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, int]:
-    """Time and kind of the first event within a segment, (its length, NOTHING) where there is none."""
+    """Time and kind of the first event within a segment, (its length, NOTHING) if there is none."""
     t, kind = segment.time, NOTHING
     if scene.friction is not None:
         t, kind = _friction_event(segment, scene, scene.friction, curves)
@@ -64,7 +64,7 @@ def next_event(segment: Segment, scene: Scene, curves: Curves) -> tuple[float, i
 
 @inlined
 def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Curves) -> tuple[float, int]:
-    """When the mass that sticks is torn loose, or the one that slips comes to rest."""
+    """When the sticking mass starts to slip, or the slipping one comes to rest."""
     base, start, scratch = scene.base, segment.start, curves.scratch
     t, kind = segment.time, NOTHING
     if segment.regime.sticks:
@@ -91,7 +91,7 @@ def _friction_event(segment: Segment, scene: Scene, friction: float, curves: Cur
 
 @inlined
 def _release_event(segment: Segment, scene: Scene, curves: Curves, t: float, kind: int) -> tuple[float, int]:
-    """When the wall stops pushing a riding particle, if that is before the event found so far."""
+    """When the wall stops pushing a riding particle, if that is before the earliest event so far."""
     acceleration_into(curves.absolute, curves.scratch)
     curvature = u_derivative_bound(4, segment, scene.base)
     found = first_crossing(curves.scratch, segment.start.wall, 0.0, t, curvature)
@@ -104,7 +104,7 @@ def _release_event(segment: Segment, scene: Scene, curves: Curves, t: float, kin
 def _wall_event(
     segment: Segment, scene: Scene, clearance: float, curves: Curves, t: float, kind: int
 ) -> tuple[float, int]:
-    """When a particle in flight meets a wall, if that is before the event found so far."""
+    """When a particle in flight meets a wall, if that is before the earliest event so far."""
     start, scratch = segment.start, curves.scratch
     order = start.gap_order
     rate = start.wall * (start.p_rate - curves.absolute[1])
@@ -134,7 +134,7 @@ def _wall_event(
 
 @inlined
 def _expand_gap(gap: float, wall: float, rate: float, order: int, absolute: Floats, out: Floats) -> None:
-    """Coefficients of the gap over t^order: the lowest are zero where the wall has just been left."""
+    """Coefficients of the gap over t^order: the lowest are zero if the wall has just been left."""
     for i in range(TERMS):
         out[i] = 0.0
     for i in range(max(2 - order, 0), TERMS - order):
@@ -147,7 +147,7 @@ def _expand_gap(gap: float, wall: float, rate: float, order: int, absolute: Floa
 
 @inlined
 def _with_bend(curvature: float, scene: Scene) -> float:
-    """A bound on the curvature of the gap, with the part of a particle that rubs."""
+    """A bound on the curvature of the gap, including the part of a particle with friction."""
     if scene.particle is not None:
         if scene.particle.friction is not None:
             return curvature + largest_of(scene.particle)
@@ -156,7 +156,7 @@ def _with_bend(curvature: float, scene: Scene) -> float:
 
 @inlined
 def _bend(start: State, scene: Scene, order: int, gap: Floats) -> None:
-    """Add to the gap over t^order what a particle that rubs gains by its own acceleration."""
+    """Add to the gap over t^order the contribution of a sliding particle's own acceleration."""
     if scene.particle is not None:
         if scene.particle.friction is not None:
             if order <= 2:
@@ -173,7 +173,9 @@ def _rubbing_event(
     t: float,
     kind: int,
 ) -> tuple[float, int]:
-    """When a particle that rubs is torn loose, meets a wall or comes to rest, if before the event found so far."""
+    """When a particle with friction starts to slide, meets a wall or comes to rest, if before the earliest event so
+    far.
+    """
     if segment.start.riding > 0.0:
         return _torn_loose(segment, scene, particle, friction, curves, t, kind)
     t, kind = _wall_event(segment, scene, particle.clearance_ratio, curves, t, kind)
@@ -184,7 +186,7 @@ def _rubbing_event(
 def _torn_loose(
     segment: Segment, scene: Scene, particle: Particle, friction: float, curves: Curves, t: float, kind: int
 ) -> tuple[float, int]:
-    """When friction, and the wall where the particle is on one, cannot carry it any further."""
+    """When friction, and the wall if the particle is on one, can no longer carry it."""
     start, scratch = segment.start, curves.scratch
     limit = breakaway(friction, largest_forcing(scene.base))
     curvature = u_derivative_bound(4, segment, scene.base)
@@ -205,7 +207,7 @@ def _torn_loose(
 def _rest_event(
     segment: Segment, scene: Scene, particle: Particle, curves: Curves, t: float, kind: int
 ) -> tuple[float, int]:
-    """When a sliding particle has the velocity of the mass."""
+    """When a sliding particle reaches the velocity of the mass."""
     start, scratch = segment.start, curves.scratch
     order = order_of(start.slide)
     gained = acceleration_of(start, particle)

@@ -1,1 +1,1 @@
-"""The excitation: a harmonic base, a harmonic force or a record, asked alike by the integrator."""
+"""The excitation: a harmonic base, a harmonic force or a record, with one interface for the integrator."""

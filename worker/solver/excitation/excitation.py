@@ -1,7 +1,7 @@
-"""What excites the structure, now and next: a base shaken as a sine or as a record, or a force that is a sine.
+"""The present excitation of the structure and its course: a base shaken by a sine or a record, or a sine force.
 
-The integrator asks the functions here alone. The compiler knows which kind of excitation it is given and keeps that branch
-only, so that a kernel of a shaken base holds nothing of records and forces. Under a force the base stands still, and the
+The integrator uses only the functions here. The compiler keeps only the branch of the given kind of excitation, so
+that a kernel for a shaken base contains nothing of records and forces. Under a force the base stands still, and the
 particle, on which no force acts, flies straight in its frame.
 """
 
@@ -28,13 +28,13 @@ class Phase(NamedTuple):
     Attributes
     ----------
     first, second : float
-        What its rows are multiplied by: sin φ and cos φ, or s'' and s'''.
+        Factors of its rows: sin φ and cos φ, or s'' and s'''.
     position, rate : float
         s and s'; 0 under a force.
     inertia_force : float
-        −s'', the force of inertia on a unit mass that moves with the base; 0 under a force.
+        −s'', the inertial force on a unit mass that moves with the base; 0 under a force.
     most : float
-        Bound on |s''| until the end of the window.
+        Bound on |s''| until the end of the panel.
     """
 
     first: float
@@ -47,19 +47,19 @@ class Phase(NamedTuple):
 
 @inlined
 def phase_of_sine(sine: float, cosine: float, r: float) -> Phase:
-    """Phase of a base s = sin φ whose sine and cosine are given."""
+    """Phase of a base s = sin φ with given sine and cosine."""
     return Phase(sine, cosine, sine, r * cosine, r * r * sine, r * r)
 
 
 @inlined
 def phase_of_force(sine: float, cosine: float) -> Phase:
-    """Phase of a force sin φ whose sine and cosine are given."""
+    """Phase of a force sin φ with given sine and cosine."""
     return Phase(sine, cosine, 0.0, 0.0, 0.0, 0.0)
 
 
 @inlined
 def phase_at(base: Excitation, k: int) -> Phase:
-    """Phase at the start of window k."""
+    """Phase at the start of panel k."""
     if isinstance(base, RecordBase):
         acceleration = base.acceleration[k]
         return Phase(acceleration, base.jerk[k], base.position[k], base.rate[k], -acceleration, base.most[k])
@@ -70,7 +70,7 @@ def phase_at(base: Excitation, k: int) -> Phase:
 
 @inlined
 def phase_until(base: Excitation, k: int) -> Phase:
-    """Phase at the end of window k, as window k sees it: a record may jump there."""
+    """Phase at the end of panel k, from within panel k: a record may jump there."""
     if isinstance(base, RecordBase):
         acceleration = base.acceleration[k] + base.jerk[k] * base.window
         return Phase(
@@ -83,7 +83,7 @@ def phase_until(base: Excitation, k: int) -> Phase:
 
 @inlined
 def phase_after(base: Excitation, phase: Phase, excitation: Floats, t: float) -> Phase:
-    """Phase a time t later in the same window, from the polynomial of `expand_excitation`."""
+    """Phase a time t later in the same panel, from the polynomial of `expand_excitation`."""
     if isinstance(base, RecordBase):
         acceleration = phase.first + phase.second * t
         return Phase(
@@ -97,7 +97,7 @@ def phase_after(base: Excitation, phase: Phase, excitation: Floats, t: float) ->
 
 @inlined
 def base_displacement(base: Excitation, excitation: Floats, t: float) -> float:
-    """Displacement s from the polynomial of `expand_excitation`; 0 under a force, which that polynomial is of."""
+    """Displacement s from the polynomial of `expand_excitation`; 0 under a force, which that polynomial describes."""
     if isinstance(base, SineForce):
         return 0.0
     return value(excitation, t)
@@ -123,7 +123,7 @@ def expand_base(base: Excitation, phase: Phase, out: Floats) -> None:
 
 @inlined
 def expand_excitation(base: Excitation, phase: Phase, out: Floats) -> None:
-    """Coefficients of the base displacement s from a phase on, or of the force."""
+    """Coefficients of the base displacement s, or of the force, from a phase on."""
     for n in range(TERMS):
         out[n] = phase.first * base.rows[n] + phase.second * base.rows[TERMS + n]
     if isinstance(base, RecordBase):
@@ -133,7 +133,7 @@ def expand_excitation(base: Excitation, phase: Phase, out: Floats) -> None:
 
 @inlined
 def add_start_of_base(base: Excitation, phase: Phase, out: Floats) -> None:
-    """Add to coefficients of u what the rows of a record lack: start and tangent of the base."""
+    """Add to coefficients of u the parts that the rows of a record lack: start and tangent of the base."""
     if isinstance(base, RecordBase):
         out[0] += phase.position
         out[1] += phase.rate
@@ -141,7 +141,7 @@ def add_start_of_base(base: Excitation, phase: Phase, out: Floats) -> None:
 
 @inlined
 def travel(base: Excitation, phase: Phase, end: Phase) -> float:
-    """Way of the base through a whole window."""
+    """Displacement of the base over a complete panel."""
     if isinstance(base, RecordBase):
         t = base.window  # not the difference of positions, which may be far from where they started
         return (phase.rate + (phase.first / 2.0 + phase.second * t / 6.0) * t) * t
@@ -152,7 +152,9 @@ def travel(base: Excitation, phase: Phase, end: Phase) -> float:
 
 @inlined
 def expand_forcing(base: Excitation, phase: Phase, sign: float, inertia: float, out: Floats) -> None:
-    """Coefficients of `sign` times what friction must take of a held mass beside its spring: inertia, or a force."""
+    """Coefficients of `sign` times the friction force required to hold the mass, apart from its spring: inertia, or
+    a force.
+    """
     factor = sign * inertia
     if isinstance(base, RecordBase):
         for n in range(TERMS):
@@ -171,7 +173,7 @@ def expand_forcing(base: Excitation, phase: Phase, sign: float, inertia: float, 
 
 @inlined
 def base_derivative_bound(base: Excitation, phase: Phase, order: int) -> float:
-    """Bound on the derivative of s of an order from 2 to 5 until the end of the window."""
+    """Bound on the derivative of s of order 2 to 5 until the end of the panel."""
     if isinstance(base, RecordBase):
         if order == 2:
             return phase.most
@@ -192,7 +194,7 @@ def base_derivative_bound(base: Excitation, phase: Phase, order: int) -> float:
 
 @inlined
 def with_force_bound(bound: float, base: Excitation, order: int) -> float:
-    """A bound to which that of a derivative of the force is added, of an order from 0 to 3; the same where none acts."""
+    """Add to a bound the one on a derivative of the force, of order 0 to 3; unchanged without a force."""
     if isinstance(base, SineForce):
         r = base.frequency_ratio
         if order == 0:
@@ -207,7 +209,7 @@ def with_force_bound(bound: float, base: Excitation, order: int) -> float:
 
 @inlined
 def forcing_derivative_bound(base: Excitation, phase: Phase, order: int, inertia: float) -> float:
-    """Bound on the derivative, of order 1 or 2, of the force that friction takes of a held mass."""
+    """Bound on the derivative, of order 1 or 2, of the friction force required to hold the mass."""
     if isinstance(base, SineForce):
         return with_force_bound(0.0, base, order)
     return inertia * base_derivative_bound(base, phase, order + 2)
@@ -223,7 +225,7 @@ def force_to_hold(base: Excitation, phase: Phase, v: float, inertia: float) -> f
 
 @inlined
 def net_resistance(base: Excitation, phase: Phase, taken: float) -> float:
-    """What spring, dashpot and friction take of the structure, less the force on it where one acts."""
+    """Force that spring, dashpot and friction exert on the structure, minus the exciting force if there is one."""
     if isinstance(base, SineForce):
         return taken - phase.first
     return taken
@@ -231,7 +233,7 @@ def net_resistance(base: Excitation, phase: Phase, taken: float) -> float:
 
 @inlined
 def largest_forcing(base: Excitation) -> float:
-    """Largest |s''| of the whole motion, or the largest force; the rounding of forces is measured by it."""
+    """Largest |s''| of the complete motion, or the largest force: the scale for the rounding of forces."""
     if isinstance(base, RecordBase):
         return base.largest
     if isinstance(base, SineForce):
@@ -241,7 +243,7 @@ def largest_forcing(base: Excitation) -> float:
 
 @inlined
 def largest_to_hold(base: Excitation, inertia: float) -> float:
-    """Largest force that friction takes of a held mass beside its spring: of inertia, or the one that acts on the mass."""
+    """Largest friction force required to hold the mass, apart from its spring: inertia, or the exciting force."""
     if isinstance(base, SineForce):
         return 1.0
     return inertia * largest_forcing(base)
@@ -249,7 +251,7 @@ def largest_to_hold(base: Excitation, inertia: float) -> float:
 
 @inlined
 def contact_forcing(base: Excitation) -> CompliantForcing:
-    """What the motion in contact with a compliant wall has to know of the base."""
+    """Data on the base for the motion in contact with a compliant wall."""
     if isinstance(base, RecordBase):
         return CompliantForcing(base.two_zeta, base.window, 1.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0)
     r = base.frequency_ratio
@@ -260,7 +262,9 @@ def contact_forcing(base: Excitation) -> CompliantForcing:
 
 @inlined
 def next_half_start(base: Excitation, state: State) -> State:
-    """The state with which the next half cycle begins: mirrored, so that the phase is 0 again. A record has one part only."""
+    """The state at the start of the next half cycle: mirrored, so that the phase is 0 again. A record is not divided
+    into half cycles.
+    """
     if isinstance(base, RecordBase):
         return state
     return mirrored(state)

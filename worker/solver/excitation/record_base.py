@@ -1,4 +1,4 @@
-"""A record as the integrator takes it: cut into windows, with the base's own motion carried along."""
+"""A record in the integrator's form: divided into panels, with the motion of the base."""
 
 from math import ceil
 from typing import NamedTuple
@@ -16,24 +16,24 @@ from damperlab.worker.solver.state import State
 
 
 class RecordBase(NamedTuple):
-    """A base whose acceleration is linear in every window.
+    """A base whose acceleration is linear in every panel.
 
     Attributes
     ----------
     two_zeta, window : float
-        2ζ and the length of a window [1/ω_n].
+        2ζ and the length of a panel [1/ω_n].
     windows : int
-        Windows of the whole record.
+        Panels of the complete record.
     acceleration, jerk : array, shape (windows,)
-        s'' at the start of each window, and its constant rate.
+        s'' at the start of each panel, and its constant rate.
     rate, position : array, shape (windows + 1,)
-        s' and s at the window ends.
+        s' and s at the panel ends.
     most : array, shape (windows,)
-        Largest |s''| of each window.
+        Largest |s''| of each panel.
     largest : float
         Largest |s''| of the record.
     rows : array, shape (2 · TERMS,)
-        Taylor coefficients of s, less its start and its tangent, for s'' = 1 and for s''' = 1.
+        Taylor coefficients of s, minus its start and its tangent, for s'' = 1 and for s''' = 1.
     """
 
     two_zeta: float
@@ -55,20 +55,20 @@ def make_record_base(
     tail: float = 0.0,
     fastest: float = 1.0,
 ) -> RecordBase:
-    """Windows of a record: its steps, cut where they are too long for the Taylor polynomials.
+    """Panels of a record: its steps, divided if they are too long for the Taylor polynomials.
 
     Parameters
     ----------
     acceleration : ndarray, shape (samples,)
-        s'' over an acceleration of one's choice; 1 at its largest keeps all numbers near 1.
+        s'' over a reference acceleration; a largest value of 1 keeps all numbers near 1.
     step : float
         Time between samples [1/ω_n].
     damping_ratio : float
         ζ.
     tail : float
-        Time after the last sample over which the base goes on at constant velocity [1/ω_n]; rounded up to windows.
+        Time after the last sample during which the base moves at constant velocity [1/ω_n]; rounded up to panels.
     fastest : float
-        Frequency of the fastest motion that the windows must resolve [ω_n].
+        Frequency of the fastest motion that the panels must resolve [ω_n].
     """
     pieces = ceil(step * (1.0 + damping_ratio) * fastest / LARGEST_WINDOW)
     window = step / pieces
@@ -107,14 +107,14 @@ def start_on_record(
 ) -> State:
     """State at the start of a record: the base at rest, the particle at rest in the absolute frame.
 
-    A particle that falls lies on its lower wall and moves with it.
+    A particle under gravity lies on its lower wall and moves with it.
 
     Parameters
     ----------
     v, w : float
         Displacement and velocity of the primary mass.
     place : float
-        Of the particle in its cavity, from −1 to 1; 0 is its middle. Of no account to one that falls.
+        Position of the particle in its cavity, from −1 to 1; 0 is its middle. Ignored for a particle under gravity.
     """
     gap, p_rate, riding, inertia, slide = 0.0, 0.0, 0.0, 1.0, slide_at_rest(particle)
     if particle is not None:

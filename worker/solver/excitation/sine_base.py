@@ -1,7 +1,7 @@
-"""A harmonic excitation over half a cycle, cut into equal windows: a shaken base, or a force on the structure.
+"""A harmonic excitation over half a cycle, divided into equal panels: a shaken base, or a force on the structure.
 
-Half a cycle is enough: mirrored (every sign of the mechanics flipped), the second half is the first. So the phase starts
-at 0 again and again, and no digit is ever lost in sin(rτ) for large τ.
+Half a cycle is sufficient: mirrored (every sign of the mechanics flipped), the second half is the first. So the
+phase restarts at 0 every time, and no digit is lost in sin(rτ) for large τ.
 """
 
 from math import ceil, cos, pi, sin
@@ -16,7 +16,7 @@ from damperlab.worker.solver.motion.taylor import LARGEST_WINDOW, base_rows
 
 
 class Forced(NamedTuple):
-    """Frequency of a force on the structure; a bare number is that of a shaken base.
+    """Frequency of a force on the structure; a plain number is that of a shaken base.
 
     Attributes
     ----------
@@ -35,15 +35,15 @@ class SineBase(NamedTuple):
     frequency_ratio, two_zeta : float
         r and 2ζ.
     window : float
-        Length of a window [1/ω_n].
+        Length of a panel [1/ω_n].
     windows : int
-        Windows per half cycle.
+        Panels per half cycle.
     sine, cosine : array, shape (windows + 1,)
-        sin φ and cos φ at the window ends.
+        sin φ and cos φ at the panel ends.
     rows : array, shape (2 · TERMS,)
         Taylor coefficients of s for sin φ = 1 and for cos φ = 1.
     forms : array, shape (5,), or None
-        Integrals over a window (`quadratic_forms.base_forms`); None where no meter asks for energies.
+        Integrals over a panel (`quadratic_forms.base_forms`); None if no meter needs energies.
     """
 
     frequency_ratio: float
@@ -99,14 +99,14 @@ def _as_force(one: SineBase) -> SineForce:
 
 @kernel
 def make_sine_base(damping_ratio: float, frequency_ratio: float, energies: bool | None) -> SineBase:
-    """Windows of half a cycle for ζ and r; window · (1 + ζ) · max(1, r) ≤ LARGEST_WINDOW.
+    """Panels of half a cycle for ζ and r; window · (1 + ζ) · max(1, r) ≤ LARGEST_WINDOW.
 
     Parameters
     ----------
     damping_ratio, frequency_ratio : float
         ζ and r.
     energies : True or None
-        As of the `observe.meter.Meter` of the march.
+        As of the `observe.meter.Meter` of the integration.
     """
     half = pi / frequency_ratio
     count = ceil(half * (1.0 + damping_ratio) * max(1.0, frequency_ratio) / LARGEST_WINDOW)

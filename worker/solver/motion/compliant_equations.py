@@ -1,4 +1,4 @@
-"""The equations of the motion in contact with a compliant wall, and what is made of them once for a scene."""
+"""The equations of the motion in contact with a compliant wall, and everything derived from them once per scene."""
 
 from math import sqrt
 
@@ -138,9 +138,9 @@ def _contact_motion(
 
 @kernel
 def _fast_coordinates(contact_fast: float, contact_slow: float, others: float, between: bool) -> int:
-    """How many coordinates are fast, by the rates of the contact and the fastest of all else.
+    """Number of fast coordinates, from the rates of the contact and the fastest of all others.
 
-    `between`: one where y and y' both are and y' alone is much faster than y, else none.
+    `between`: one, if y and y' both are fast and y' is much faster than y, else none.
     """
     fast = 0
     if contact_slow >= _APART * others:
@@ -154,7 +154,9 @@ def _fast_coordinates(contact_fast: float, contact_slow: float, others: float, b
 
 @kernel
 def _fill_vibration(to_fast: Array, from_fast: Array, p: Array, b: Array, fast: int) -> None:
-    """f = q − Pr of the coordinates, and what f adds to them, (Bf, f + PBf); one fast coordinate takes the second place."""
+    """f = q − Pr of the coordinates, and the contribution of f to them, (Bf, f + PBf); a single fast coordinate
+    takes the second place.
+    """
     n = DIM - fast
     place = 2 - fast
     for i in range(fast):

@@ -38,7 +38,7 @@ def fill_rows(
 ) -> None:
     """Fill the sets of rows.
 
-    Those of x + s lack the position and the velocity at which a record has the base, like its rows.
+    Those of x + s lack the position and the velocity of the base under a record, like its rows.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def fill_rows(
     share : float
         x = X + share · y.
     held : bool
-        Whether friction holds the mass: x stays.
+        Whether friction holds the mass, so that x is constant.
     """
     here = filled(DIM, 0.0)
     following = filled(DIM, 0.0)

@@ -14,7 +14,7 @@ _MOST = 8  # of one segment, whose length is less than a tenth of a period
 def raised(
     peak: float, polynomial: Floats, less: float, rate: Floats, t: float, rate_curvature: float
 ) -> float:
-    """The larger of a peak and every extremum of |polynomial − less| inside a segment.
+    """The larger of a peak and every extremum of |polynomial − offset| inside a segment.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def raised(
     polynomial, rate : array, shape (TERMS,)
         Coefficients of the displacement, and of its rate.
     less : float
-        Taken from the displacement.
+        Subtracted from the displacement.
     t : float
         Length of the segment.
     rate_curvature : float

@@ -1,9 +1,9 @@
-"""First crossing of zero by a smooth function, by proof in place of sampling.
+"""First crossing of zero by a smooth function, found by proof instead of sampling.
 
-An interval is dismissed only when a bound on the curvature proves that the function stays positive on it, and handed to
-Newton only when the same bound proves that it is monotone there; everything else is halved. Two roots close together
-(a grazing impact) are told from none down to the rounding of the function itself. Of three or more within that rounding a
-later one may be given.
+An interval is dismissed only if a bound on the curvature proves that the function stays positive on it. It is handed
+to Newton only if the same bound proves that the function is monotone there; everything else is halved. Two close
+roots (a grazing impact) are distinguished from none down to the rounding of the function itself. Of three or more
+within that rounding a later one may be returned.
 """
 
 from math import inf, sqrt
@@ -19,7 +19,9 @@ _FEW_STEPS = 32  # that most searches need; those that need more have a root nea
 
 @inlined
 def _newton(polynomial: Floats, sign: float, low: float, high: float, t: float) -> float:
-    """Root in [low, high] of a function that falls monotonically through zero there: Newton, kept in its bracket."""
+    """Root in [low, high] of a function that falls monotonically through zero there: Newton's method, kept within
+    its bracket.
+    """
     width = high - low
     for _ in range(60):
         f = sign * value(polynomial, t)
@@ -50,8 +52,8 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     Parameters
     ----------
     polynomial : array, shape (TERMS,)
-        Coefficients of p. Where the event that came before makes the lowest ones zero (contact just opened, slip just
-        began) they are dropped beforehand, so that a short flight is not lost next to the trivial root.
+        Coefficients of p. If the previous event makes the lowest coefficients zero (contact just opened, slip just
+        begun) they are dropped beforehand, so that a short flight is not lost next to the trivial root.
     sign : float
         ±1: the function is sign · p and is positive, or zero and rising, just after `start`.
     start, end : float
@@ -62,12 +64,12 @@ def first_crossing(polynomial: Floats, sign: float, start: float, end: float, cu
     Returns
     -------
     float
-        The time; inf where there is none; 0 where `start` is 0 and the function is negative there, or zero and falling.
+        The time; inf if there is none; 0 if `start` is 0 and the function is negative there, or zero and falling.
 
     Notes
     -----
-    At most 400 intervals are looked at. Motions within a window need few; a cluster of four or five roots in a hundredth of
-    the interval would need more, and then the sign at the end decides, and the time is the end.
+    At most 400 intervals are examined. Motions within a panel need few. A cluster of four or five roots in a
+    hundredth of the interval would need more; then the sign at the end decides, and the time is the end.
     """
     if start == 0.0:
         f0 = sign * polynomial[0]

@@ -1,7 +1,8 @@
-"""Integrals over a whole event-free window as quadratic forms of what it starts from.
+"""Integrals over a complete panel without events, as quadratic forms of its start.
 
-Between events x, w, s and s' are linear in (x₀, w₀, sin φ, cos φ), so the work done, the loss in the dashpot and the mean
-square over a window of fixed length are quadratic in these four numbers: ten coefficients each, the same for every window.
+Between events x, w, s and s' are linear in (x₀, w₀, sin φ, cos φ). So the work done, the loss in the dashpot and the
+mean square over a panel of fixed length are quadratic in these four numbers: ten coefficients each, the same for
+every panel.
 """
 
 import numpy as np
@@ -39,12 +40,12 @@ _POINTS = 6
 PAIRS = 10
 """Products of two of four numbers."""
 WORK, LOSS, SQUARED, MEAN = 0, PAIRS, 2 * PAIRS, 3 * PAIRS
-"""Where in `motion_forms` the coefficients of each integral begin."""
+"""Offsets of the coefficients of each integral in `motion_forms`."""
 
 
 @kernel
 def base_forms(rows: NDArray[np.float64], window: float) -> NDArray[np.float64]:
-    """Integrals of the base over a window.
+    """Integrals of the base over a panel.
 
     Returns
     -------
@@ -72,7 +73,7 @@ def motion_forms(
     absolute: NDArray[np.float64],
     window: float,
 ) -> NDArray[np.float64]:
-    """Integrals over a window of slip.
+    """Integrals over a panel of slip.
 
     Parameters
     ----------
@@ -88,9 +89,9 @@ def motion_forms(
     Returns
     -------
     array, shape (3 · PAIRS + 4,)
-        ∫−(2ζw + x) s' and ∫2ζw² by the products of (x₀, w₀, sin φ, cos φ) in the order 00 01 02 03 11 12 13 22 23 33;
-        ∫(x + s)² by those of (x₀ + s₀, w₀ + s₀', sin φ, cos φ), then ∫(x + s) by each of these four. Each integral is
-        given in the coordinates in which it is a sum without cancellation, for r ≪ 1 and for r ≫ 1.
+        ∫−(2ζw + x) s' and ∫2ζw² by the products of (x₀, w₀, sin φ, cos φ) in the order 00 01 02 03 11 12 13 22 23
+        33; ∫(x + s)² by those of (x₀ + s₀, w₀ + s₀', sin φ, cos φ), then ∫(x + s) by each of these four. Each
+        integral uses the coordinates in which it is a sum without cancellation, for r ≪ 1 and for r ≫ 1.
     """
     forms = filled(3 * PAIRS + 4, 0.0)
     of_absolute = np.empty((4, TERMS))
@@ -131,7 +132,7 @@ def motion_forms(
 def forced_forms(
     two_zeta: float, force: NDArray[np.float64], rows: NDArray[np.float64], window: float
 ) -> NDArray[np.float64]:
-    """Integrals over a window of slip under a force.
+    """Integrals over a panel of slip under a force.
 
     Parameters
     ----------
@@ -181,7 +182,7 @@ def products(a: float, b: float, c: float, d: float) -> tuple[float, ...]:
 
 @inlined
 def quadratic(forms: Floats, start: int, p: tuple[float, ...]) -> float:
-    """One integral: ten coefficients against the ten products of the window's start."""
+    """One integral: ten coefficients times the ten products of the panel's start."""
     a = (forms[start] * p[0] + forms[start + 1] * p[1]) + (forms[start + 2] * p[2] + forms[start + 3] * p[3])
     b = (forms[start + 4] * p[4] + forms[start + 5] * p[5]) + (
         forms[start + 6] * p[6] + forms[start + 7] * p[7]

@@ -1,4 +1,6 @@
-"""Fast and slow motion of a contact, separated: the invariant subspace of the slow one, and the matrix of the fast one."""
+"""Fast and slow motion of a contact, separated: the invariant subspace of the slow one, and the matrix of the fast
+one.
+"""
 
 from math import sqrt
 
@@ -13,7 +15,7 @@ Array = NDArray[np.float64]
 CENTRE, CENTRE_RATE, BASE_FIRST, BASE_SECOND, Y, Y_RATE = range(6)
 """Coordinates X, X', two of the base, y, y' of a contact (`compliant_motion.py`)."""
 DIM = 6
-"""How many they are."""
+"""Their number."""
 _ITERATIONS = 60
 _ROUNDING = 1e-12  # relative change that the last digits of an iteration may go on with
 

@@ -1,12 +1,13 @@
 """Taylor polynomials of the motion between events.
 
 Every regime is linear, so its closed form is an entire function whose Taylor coefficients follow from a two-term
-recurrence without any transcendental function. Unlike the textbook form (particular plus homogeneous solution) it has no
-cancellation next to resonance and none at ζ = 0, r = 1. Windows are short enough for the remainder to lie below rounding:
-0.4^16/16! ≈ 2e-20.
+recurrence without any transcendental function. Unlike the textbook form (particular plus homogeneous solution) it
+has no cancellation next to resonance and none at ζ = 0, r = 1. Panels are short enough for the remainder to lie
+below rounding: 0.4^16/16! ≈ 2e-20.
 
-The recurrence is linear in what a segment starts from (x, w, sin φ, cos φ), so it is run once per motion for each of the
-four; a segment's coefficients are then a sum of four constant rows, which the processor does eight at a time.
+The recurrence is linear in the start of a segment (x, w, sin φ, cos φ), so it is evaluated once per motion for each
+of the four. A segment's coefficients are then a sum of four constant rows, which the processor adds eight numbers in
+one instruction.
 """
 
 import numpy as np
@@ -22,7 +23,7 @@ ORDER = 15
 TERMS = ORDER + 1
 
 LARGEST_WINDOW = 0.4
-"""Longest window in units of the faster of structure and excitation, for ζ → 0: keeps the remainder below rounding."""
+"""Longest panel in units of the faster of structure and excitation, for ζ → 0: keeps the remainder below rounding."""
 
 
 @kernel
@@ -56,8 +57,8 @@ def motion_rows(
     Returns
     -------
     relative, absolute : arrays, shape (4 · TERMS,)
-        Of x = v + σγ_F, displacement from the shifted spring centre, x'' = r² sin(φ + r t) − κ(2ζ x' + x), and of
-        x + s, whose acceleration −κ(2ζ x' + x) is formed directly: for r ≫ 1 the sum of the two would cancel.
+        Of x = v + σγ_F, displacement from the shifted spring centre, with x'' = r² sin(φ + r t) − κ(2ζ x' + x); and
+        of x + s, whose acceleration −κ(2ζ x' + x) is formed directly: for r ≫ 1 the sum of the two would cancel.
     """
     relative = zero_matrix(4, TERMS)
     absolute = zero_matrix(4, TERMS)
@@ -92,7 +93,7 @@ def forced_rows(two_zeta: float, compliance: float, force: Floats) -> NDArray[np
     Returns
     -------
     array, shape (4 · TERMS,)
-        Of x, x'' = κ(sin(φ + r t) − 2ζ x' − x); the base is at rest, so of x + s too.
+        Of x, with x'' = κ(sin(φ + r t) − 2ζ x' − x); the base is at rest, so also of x + s.
     """
     rows = zero_matrix(4, TERMS)
     rows[0, 0] = 1.0
@@ -137,7 +138,7 @@ def value(p: Floats, t: float) -> float:
 
 @inlined
 def change(p: Floats, t: float) -> float:
-    """Value of a polynomial at t less its value at 0, to the digits of the change itself."""
+    """Value of a polynomial at t minus its value at 0, to the accuracy of the change itself."""
     t2 = t * t
     t4 = t2 * t2
     a = p[1] * t + (p[2] + p[3] * t) * t2
@@ -149,7 +150,7 @@ def change(p: Floats, t: float) -> float:
 
 @inlined
 def beyond_tangent(p: Floats, t: float) -> float:
-    """Value of a polynomial at t less its tangent at 0, to the digits of the difference itself."""
+    """Value of a polynomial at t minus its tangent at 0, to the accuracy of the difference itself."""
     t2 = t * t
     t4 = t2 * t2
     a = (p[2] + p[3] * t) * t2
@@ -197,7 +198,7 @@ def curvature(p: Floats, t: float) -> float:
 
 @inlined
 def rate_into(p: Floats, dropped: int, out: Floats) -> None:
-    """Coefficients of the first derivative of a polynomial, the `dropped` lowest left out (division by t^dropped)."""
+    """Coefficients of the first derivative of a polynomial, without the `dropped` lowest (division by t^dropped)."""
     if dropped == 0:  # the common case, with a length that the compiler knows
         for i in range(ORDER):
             out[i] = (i + 1) * p[i + 1]

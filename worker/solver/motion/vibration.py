@@ -1,4 +1,6 @@
-"""The vibration of a contact, the fast part f of its motion: what it is, what it becomes, and what it adds to the motion."""
+"""The vibration of a contact, the fast part f of its motion: its value, its decay, and its contribution to the
+motion.
+"""
 
 from math import cos, exp, sin, sqrt
 from typing import NamedTuple
@@ -11,9 +13,9 @@ from damperlab.worker.solver.particle import Wall
 
 _NOISE = 2e-15  # of f, relative to the terms that it is the difference of
 ENVELOPE_SAFETY = 2.0
-"""Safety factor on the size of a vibration at its start, beyond which it is taken never to grow.
+"""Safety factor on the initial size of a vibration, beyond which it is assumed never to grow.
 
-The vibration decays. Its coupling to the slow motion, which is weak, might make it grow first. The factor is chosen, not
+The vibration decays. Its weak coupling to the slow motion might make it grow first. The factor is chosen, not
 derived.
 """
 
@@ -26,7 +28,7 @@ class Vibration(NamedTuple):
 
 
 class LinearForm(NamedTuple):
-    """Coefficients l of what the vibration adds to a quantity: l·f = first · f₁ + second · f₂."""
+    """Coefficients l of the vibration's contribution to a quantity: l·f = first · f₁ + second · f₂."""
 
     first: float
     second: float
@@ -34,7 +36,9 @@ class LinearForm(NamedTuple):
 
 @kernel
 def vibration_of(coordinates: Floats, motion: CompliantMotion) -> tuple[Vibration, bool]:
-    """The vibration at six coordinates, and whether it has died down to the rounding of what it is a difference of."""
+    """The vibration at six coordinates, and whether it has decayed to the rounding of the difference that defines
+    it.
+    """
     first = 0.0
     second = 0.0
     first_terms = 0.0
@@ -64,20 +68,20 @@ def vibration_at(coordinates: Floats, motion: CompliantMotion) -> Vibration:
 
 @inlined
 def subtract_vibration(coordinates: Floats, vibration: Vibration, motion: CompliantMotion) -> None:
-    """Subtract the vibration from the six coordinates, in place: what stays is the slow motion, (ξ, Pξ)."""
+    """Subtract the vibration from the six coordinates, in place, leaving the slow motion, (ξ, Pξ)."""
     for i in range(DIM):
         coordinates[i] -= value_of_form(vibration, form_of(i, motion))
 
 
 @inlined
 def value_of_form(vibration: Vibration, form: LinearForm) -> float:
-    """first · f₁ + second · f₂: what the vibration adds to a quantity of this form."""
+    """first · f₁ + second · f₂: the vibration's contribution to a quantity of this form."""
     return form.first * vibration.first + form.second * vibration.second
 
 
 @inlined
 def form_of(coordinate: int, motion: CompliantMotion) -> LinearForm:
-    """The linear form of the vibration that it adds to one of the six coordinates: a row of `from_fast`."""
+    """The linear form of the vibration's contribution to one of the six coordinates: a row of `from_fast`."""
     return LinearForm(motion.from_fast[2 * coordinate], motion.from_fast[2 * coordinate + 1])
 
 
@@ -107,7 +111,7 @@ def form_of_wall_force(motion: CompliantMotion, wall: Wall) -> LinearForm:
 
 @inlined
 def size_of(vibration: Vibration, weight: float) -> float:
-    """√(f₂² + Ω²f₁²): never grows while the vibration dies away, but for its weak coupling to the slow motion."""
+    """√(f₂² + Ω²f₁²): never grows while the vibration decays, apart from its weak coupling to the slow motion."""
     return sqrt(vibration.second * vibration.second + (weight * vibration.first) ** 2)
 
 

@@ -1,4 +1,4 @@
-"""What is accumulated on a segment, by the kind of base: a record's response is asked for more than a sine's."""
+"""Accumulation on a segment, by the kind of base: the response to a record needs more than that to a sine."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.record_base import RecordBase
@@ -17,7 +17,7 @@ from damperlab.worker.solver.scene import Curves, Scene
 
 @inlined
 def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> bool:
-    """Measure a whole event-free window if that can be done without its polynomials; True where nothing is left to measure."""
+    """Measure a complete panel without events if that needs no polynomials; True if nothing remains to be measured."""
     if meter is None:
         return True
     if isinstance(scene.base, RecordBase):
@@ -32,7 +32,7 @@ def measured_at_ends(meter: Meter | None, segment: Segment, scene: Scene) -> boo
 
 @inlined
 def measure(meter: Meter | None, segment: Segment, whole: bool, scene: Scene, curves: Curves) -> None:
-    """Measure one segment, `whole` where it is a whole window; its polynomials are given."""
+    """Measure one segment, `whole` for a complete panel; its polynomials are given."""
     if meter is not None:
         if isinstance(scene.base, RecordBase):
             measure_segment(meter, segment, scene, curves)

@@ -1,7 +1,7 @@
-"""What a meter reads in a compliant wall: energies, mean square and true peaks, of a long step exactly.
+"""Observables in a compliant wall: energies, mean square and true peaks, exact for a long step.
 
-A record's meter also has ∫v², ∫u''² and the largest |u''|, which is finite in contact; that of a harmonic excitation has the
-two of u'' where they are asked for (`measure_acceleration_in_contact.py`).
+A record's meter also has ∫v², ∫u''² and the largest |u''|, which is finite in contact. That of a harmonic excitation
+has the two of u'' on request (`measure_acceleration_in_contact.py`).
 """
 
 from typing import NamedTuple
@@ -54,12 +54,12 @@ from damperlab.worker.solver.observe.quadrature import GAUSS, GAUSS_NODES, GAUSS
 from damperlab.worker.solver.scene import Scene
 
 LEAST_DECAY = 1e-9
-"""Least |tr Λ| t of a long step: below it J, a difference of two ends over tr Λ, has lost its digits."""
+"""Least |tr Λ| t of a long step: below it J, a difference of two ends over tr Λ, loses its accuracy."""
 
 
 @inlined
 def takes_integrals(meter: Meter) -> bool:
-    """Whether a meter adds up integrals in contact: of energies, or ∫u''² alone."""
+    """Whether a meter accumulates integrals in contact: of energies, or only ∫u''²."""
     return meter.energies is not None or meter.acceleration is not None
 
 
@@ -69,7 +69,7 @@ def measure_contact(
 ) -> None:
     """Add a segment of length t on the expanded polynomials, over which v changes by `moved`, to the integrals.
 
-    `damping` is C while the wall pushes, and 0 where it has let the particle go.
+    `damping` is C while the wall pushes, and 0 after detachment.
     """
     sums, base, buffers = meter.sums, scene.base, buffers_of(scene)
     work = 0.0
@@ -118,7 +118,9 @@ def measure_contact(
 
 @inlined
 def _held_force(base: Excitation, buffers: Buffers, t: float) -> float:
-    """Force of the base on a mass that it holds against the wall; 0 under a force, where neither work nor u'' needs it."""
+    """Force of the base on a mass that it holds against the wall; 0 under a force, where neither work nor u'' needs
+    it.
+    """
     if isinstance(base, RecordBase):
         return value(buffers.wall_force, t) + record_acceleration(buffers, t)
     if isinstance(base, SineForce):
@@ -129,7 +131,7 @@ def _held_force(base: Excitation, buffers: Buffers, t: float) -> float:
 
 @kernel
 def raise_peaks(meter: Meter, t: float, regime: AnyRegime, scene: Scene) -> None:
-    """Raise the peaks to the largest |u| and |v|, where asked for |u''| too, on the expanded polynomials."""
+    """Raise the peaks to the largest |u| and |v|, on request also |u''|, on the expanded polynomials."""
     sums, offset, buffers = meter.sums, regime.offset, buffers_of(scene)
     sums[PEAK] = largest(buffers.absolute, offset, t, sums[PEAK], buffers.scratch)
     if scene.friction is None:
@@ -152,7 +154,9 @@ def measure_long_step(
     regime: CompliantRegime,
     scene: Scene,
 ) -> None:
-    """Add a long step of length t, between whose ends no displacement has a peak that counts, to all that is asked for."""
+    """Add a long step of length t, between whose ends no displacement has a relevant peak, to all requested
+    observables.
+    """
     sums, base, excitation = meter.sums, scene.base, buffers_of(scene).excitation
     if takes_integrals(meter):
         measure_contact(meter, v_end - v_start, t, wall_of(scene).damping, regime, scene)
@@ -175,7 +179,7 @@ def measure_long_step(
 def measure_vibration(
     meter: Meter, t: float, before: Vibration, after: Vibration, regime: CompliantRegime, scene: Scene
 ) -> None:
-    """Add what the vibration f changes in the integrals of the slow motion over a long step.
+    """Add the vibration's contribution to the integrals of the slow motion over a long step.
 
     Notes
     -----

@@ -1,4 +1,6 @@
-"""u'' of the structure in a compliant wall, where it is finite: its polynomial, its largest value, also over a long step."""
+"""u'' of the structure in a compliant wall, where it is finite: its polynomial, its largest value, also over a long
+step.
+"""
 
 from damperlab.worker.jit import inlined, kernel
 from damperlab.worker.solver.addresses import Floats
@@ -42,7 +44,7 @@ def record_acceleration(buffers: Buffers, t: float) -> float:
 def acceleration_at(
     transmitted: float, t: float, regime: AnyRegime, base: Excitation, buffers: Buffers
 ) -> float:
-    """u'' from the polynomials and what spring, dashpot and friction transmit; a mass that is held moves with its base."""
+    """u'' from the polynomials and the forces of spring, dashpot and friction; a sticking mass moves with its base."""
     if isinstance(base, SineForce):
         if regime.sticks:
             return 0.0
@@ -52,7 +54,9 @@ def acceleration_at(
 
 @kernel
 def slip_acceleration_into(base: Excitation, buffers: Buffers, out: Floats) -> None:
-    """Coefficients of u'' of a mass that slips, from the forces on it: −(2ζw + x), less the wall's, and what excites it."""
+    """Coefficients of u'' of a slipping mass, from the forces on it: −(2ζw + x), minus the wall's, plus the
+    excitation.
+    """
     for n in range(ORDER):
         out[n] = (
             -(base.two_zeta * (n + 1) * buffers.relative[n + 1] + buffers.relative[n]) - buffers.wall_force[n]
@@ -98,7 +102,7 @@ def largest(polynomial: Floats, offset: float, t: float, peak: float, scratch: F
 
 @kernel
 def form_of_acceleration(regime: CompliantRegime, scene: Scene) -> LinearForm:
-    """What u'' of a mass that slips has of the vibration."""
+    """The vibration's contribution to u'' of a slipping mass."""
     x, w = form_of_x(regime.motion), form_of_w(regime.motion)
     wall_force = form_of_wall_force(regime.motion, wall_of(scene))
     two_zeta = scene.base.two_zeta
@@ -112,10 +116,11 @@ def form_of_acceleration(regime: CompliantRegime, scene: Scene) -> LinearForm:
 def raise_over_long_step(
     meter: Meter, t: float, vibration: Vibration, regime: CompliantRegime, scene: Scene
 ) -> None:
-    """Raise the peak to the largest |u''| of a long step: slow motion, which is expanded, and vibration together.
+    """Raise the peak to the largest |u''| of a long step: of slow motion, which is expanded, and vibration together.
 
-    The step is as long as it is without a look at u'', so that a point has the same bits. It is gone through by spans that the
-    vibration has a polynomial for, until envelope and slow motion prove that nothing higher can come.
+    The length of the step does not depend on u'', so that a point has the same bits with and without it. It is
+    divided into spans in which the vibration has a polynomial, until envelope and slow motion prove that nothing
+    higher follows.
     """
     if regime.sticks:
         raise_acceleration_in_contact(meter, t, regime, scene)
@@ -157,7 +162,7 @@ def _add_vibration(slow: Floats, vibration: Vibration, form: LinearForm, rates: 
 
 @kernel
 def _shift(p: Floats, t: float) -> None:
-    """Coefficients of p(t + …), in place: by Horner's scheme again and again."""
+    """Coefficients of p(t + …), in place: by repeated Horner steps."""
     for i in range(ORDER):
         for j in range(ORDER - i):
             n = ORDER - 1 - j

@@ -1,4 +1,4 @@
-"""What a meter reads on one segment of the response to a record: energies, squares and true peaks, of u'' too."""
+"""Observables on one segment of the response to a record: energies, squares and true peaks, also of u''."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound, w_curvature_bound, w_rate_bound

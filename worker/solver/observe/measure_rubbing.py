@@ -1,4 +1,4 @@
-"""What a meter reads of a particle that rubs on its cavity, on any segment."""
+"""Observables of a particle with friction on its cavity, on any segment."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.excitation.sine_base import SineForce
@@ -10,10 +10,10 @@ from damperlab.worker.solver.sliding import with_pull
 
 @inlined
 def measure_rubbing(meter: Meter, segment: Segment, scene: Scene) -> None:
-    """What a particle that rubs loses on its way through the cavity.
+    """Loss of a sliding particle on its way through the cavity.
 
-    The work of a shaken base is integrated with the offset of the spring centre, to which the particle's pull belongs though
-    it comes through no spring: its part is given back here, as the work at rest lacks it.
+    The work of a shaken base is integrated with the offset of the spring centre, which includes the particle's pull
+    although the spring does not transmit it. Its part is restored here, since the work at rest lacks it.
     """
     if scene.particle is not None:
         if scene.particle.friction is not None:

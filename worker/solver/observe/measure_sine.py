@@ -1,4 +1,4 @@
-"""What a meter reads on one segment under a harmonic excitation: peaks, time stuck; where asked, energies, mean square."""
+"""Observables on one segment under a harmonic excitation: peaks, sticking time; on request, energies, mean square."""
 
 from math import sqrt
 
@@ -32,7 +32,7 @@ _TOP = 11  # 0.4^12/12! = 4e-14: the terms above add less than the error of the 
 
 @inlined
 def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
-    """Raise the peaks by the ends of a segment; False where a peak between them may be higher still."""
+    """Raise the peaks by the ends of a segment; False if a peak between them may be higher."""
     sums = meter.sums
     v_start = segment.start.v
     v_end = segment.end.v
@@ -58,7 +58,9 @@ def peaks_at_ends(meter: Meter, segment: Segment, scene: Scene) -> bool:
 
 @inlined
 def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
-    """Add a whole event-free window, by the quadratic forms of `motion.quadratic_forms`; its peaks are not looked at."""
+    """Add a complete panel without events, by the quadratic forms of `motion.quadratic_forms`; peaks are not
+    examined.
+    """
     sums, base, regime = meter.sums, scene.base, segment.regime
     measure_rubbing(meter, segment, scene)
     if regime.sticks:
@@ -97,7 +99,7 @@ def measure_window(meter: Meter, segment: Segment, scene: Scene) -> None:
 
 @inlined
 def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
-    """Work of the base on a mass at rest on it: its kinetic energy, at the base's speed, grown."""
+    """Work of the base on a mass at rest on it: the increase of its kinetic energy, at the base's speed."""
     r2 = frequency_ratio * frequency_ratio
     before = segment.phase.position
     after = segment.phase_end.position
@@ -107,7 +109,7 @@ def _work_at_rest(segment: Segment, frequency_ratio: float) -> float:
 
 @inlined
 def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
-    """Add a segment that is no whole window: Lobatto's rule, whose ends are known; no peaks."""
+    """Add a segment that is no complete panel: Lobatto's rule, whose ends are known; no peaks."""
     sums, base, regime, t = meter.sums, scene.base, segment.regime, segment.time
     measure_rubbing(meter, segment, scene)
     if regime.sticks:
@@ -165,7 +167,7 @@ def measure_part(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -
 
 @inlined
 def values(p: Floats, a: float, b: float, c: float, d: float) -> tuple[float, float, float, float]:
-    """Values of a polynomial at four times, side by side."""
+    """Values of a polynomial at four times, in parallel."""
     fa = fb = fc = fd = p[_TOP]
     for i in range(_TOP):
         k = p[_TOP - 1 - i]
@@ -178,7 +180,7 @@ def values(p: Floats, a: float, b: float, c: float, d: float) -> tuple[float, fl
 
 @inlined
 def slopes(p: Floats, a: float, b: float, c: float, d: float) -> tuple[float, float, float, float]:
-    """Slopes of a polynomial at four times, side by side."""
+    """Slopes of a polynomial at four times, in parallel."""
     fa = fb = fc = fd = _TOP * p[_TOP]
     for i in range(_TOP - 1):
         k = (_TOP - 1 - i) * p[_TOP - 1 - i]

@@ -1,4 +1,4 @@
-"""What a meter that is asked for it reads of u'' on one segment under a harmonic excitation: its square and its largest."""
+"""Observables of u'' on one segment under a harmonic excitation, on request: its square and its largest value."""
 
 from damperlab.worker.jit import inlined
 from damperlab.worker.solver.detection.bounds import u_derivative_bound
@@ -14,8 +14,8 @@ from damperlab.worker.solver.scene import Curves, Scene
 def measure_acceleration(meter: Meter, segment: Segment, scene: Scene, curves: Curves) -> None:
     """Add ∫u''² over a segment and raise the peak to its largest |u''|; overwrites the polynomial of the excitation.
 
-    u'' jumps where slip stops or reverses and where the particle meets, joins or leaves a wall: each of the two segments has
-    its own end there, and what an impulse does between them is in neither.
+    u'' jumps where slip stops or reverses and where the particle meets, joins or leaves a wall. Each of the two
+    segments has its own end there, and neither includes an impulse between them.
     """
     sums, base, t = meter.sums, scene.base, segment.time
     acceleration, scratch = curves.excitation, curves.scratch

@@ -1,4 +1,4 @@
-"""The meter of a march: what it adds up, and where each sum stands."""
+"""The meter of an integration: its sums, and their positions."""
 
 from typing import NamedTuple
 
@@ -30,16 +30,17 @@ RECORD_METERS = METERS + 3
 
 
 class Meter(NamedTuple):
-    """What a march measures: peaks, times and speeds, and where asked for the integrals of energies and squares.
+    """Observables of an integration: peaks, times and speeds, and on request the integrals of energies and squares.
 
     Attributes
     ----------
     sums : array, shape (METERS,) or (RECORD_METERS,)
-        Added to; the longer one under a record, and with the acceleration. In a march that ends early, up to there.
+        Added to; the longer array under a record, and with the acceleration. If an integration ends early, up to
+        that time.
     energies : True or None
-        None: the kernel integrates no energy and no square, and their entries mean nothing.
+        None: the kernel integrates no energy and no square, and their entries are meaningless.
     acceleration : True or None
-        Whether u'' is measured too, as it always is under a record. None: the kernel holds nothing of it.
+        Whether u'' is measured too, as it always is under a record. None: the kernel contains nothing of it.
     """
 
     sums: NDArray[np.float64]

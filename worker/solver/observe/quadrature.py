@@ -1,4 +1,4 @@
-"""Nodes and weights of the rules by which a meter integrates over a segment."""
+"""Nodes and weights of a meter's quadrature rules over a segment."""
 
 import numpy as np
 from numpy.typing import NDArray

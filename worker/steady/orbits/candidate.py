@@ -1,6 +1,6 @@
-"""Stable orbits near a run: which it is that the run tends to, and whether one lies beside a run that does not repeat.
+"""Stable orbits near a run: the one that the run tends to, and whether one exists near a run that does not repeat.
 
-An orbit is taken for the response only where the run closes in on it just as its linearisation says.
+An orbit is accepted as the response only if the run approaches it just as its linearisation predicts.
 """
 
 from math import inf, sqrt
@@ -45,21 +45,21 @@ _NO_PREDICTION = 1e-4  # of the distance before: so near that no prediction is n
 _ROUNDING = 1e-10  # relative distance below which a run on the orbit is moved by rounding alone
 
 LEAVES, FOLLOWS, APPROACHES = range(3)
-"""What a run does about an orbit."""
+"""Behaviour of a run near an orbit."""
 
 
 class Candidate(NamedTuple):
-    """A stable orbit that waits for the run to close in on it.
+    """A stable orbit whose confirmation by the run is pending.
 
     Attributes
     ----------
     orbit : Orbit
     met : int
-        Half cycle of the run at which it was found.
+        Half cycle of the run at its finding.
     since : int
-        Half cycle of the run's departure from it that was noted last.
+        Half cycle of the run's latest recorded departure from it.
     share : float
-        Of the first distance, what was left then.
+        Share of the first distance that was left then.
     struck : int
         Impacts of the run by then.
     """
@@ -73,7 +73,7 @@ class Candidate(NamedTuple):
 
 @kernel
 def no_candidate(state: State) -> Candidate:
-    """That no orbit waits."""
+    """No pending orbit."""
     return Candidate(no_orbit(state), 0, 0, 1.0, 0)
 
 
@@ -86,16 +86,16 @@ def stable_orbit_nearby(
     Parameters
     ----------
     spare : float
-        Half cycles that it may take: Newton is not begun where it would take more.
+        Half cycles allowed: Newton's method is not started if it would need more.
 
     Returns
     -------
     candidate : Candidate
-        Noted for its confirmation; of period 0 where there is none.
+        Recorded for its confirmation; of period 0 if there is none.
     confirmed : bool
-        Whether it needs no confirmation, since the run can but tend to it.
+        Whether it needs no confirmation, since the run must tend to it.
     halves : int
-        Half cycles that it took.
+        Half cycles used.
     """
     particle = scene.particle
     nothing = no_candidate(state)
@@ -122,7 +122,7 @@ def stable_orbit_nearby(
 def is_beside_stable_orbit(
     state: State, period_halves: int, look: SectionLook, scene: Scene, probe: Scene, notes: Notes
 ) -> bool:
-    """Whether Newton, from where the run is, leads to a stable orbit of this period.
+    """Whether Newton's method from the present state leads to a stable orbit of this period.
 
     A run that does not repeat while such an orbit exists may be a transient that ends there.
     """
@@ -134,10 +134,10 @@ def is_beside_stable_orbit(
 
 @kernel
 def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: Notes) -> bool:
-    """Whether the run can but tend to a stable orbit.
+    """Whether the run must tend to a stable orbit.
 
-    Without impacts v'' + 2ζv' + v + γ Sgn(v') = f is monotone: the distance √(Δv² + Δw²) of any two motions never grows. So
-    a stable periodic one attracts them all, unless the mass may still come to a wall on its way.
+    Without impacts v'' + 2ζv' + v + γ Sgn(v') = f is monotone: the distance √(Δv² + Δw²) of any two motions never
+    grows. So a stable periodic one attracts them all, unless the mass may still reach a wall before.
     """
     particle = scene.particle
     if particle is not None:
@@ -161,13 +161,13 @@ def attracts_all(orbit: Orbit, point: Array, scene: Scene, probe: Scene, notes: 
 def closing_in(
     candidate: Candidate, look: SectionLook, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Candidate, bool]:
-    """A candidate after a further stretch of the run, of period 0 where the run leaves it; and whether it is confirmed.
+    """A candidate after a further stretch of the run, of period 0 if the run leaves it; and whether it is confirmed.
 
-    The run has to close in on the orbit just as its linearisation says, stretch after stretch, until its distance has shrunk
-    to the share `_CLOSED_IN` of the first one; after `_LONG` half cycles of following, `_CLOSED_IN_SLOWLY` is enough. For a
-    run may look for a while as if it approached an orbit whose basin ends close by. A stretch in which it strikes more or less
-    often than the orbit confirms nothing: the linearisation does not speak of it. Without impacts the orbit must attract
-    every motion within reach; otherwise it is dropped.
+    The run must approach the orbit just as its linearisation predicts, stretch after stretch, until its distance has
+    fallen to the share `_CLOSED_IN` of the first one; after `_LONG` half cycles, `_CLOSED_IN_SLOWLY` is sufficient.
+    The reason is that a run may seem for a while to approach an orbit whose basin ends close by. A stretch with more
+    or fewer impacts than the orbit confirms nothing: the linearisation does not apply to it. Without impacts the
+    orbit must attract every motion within reach; otherwise it is dropped.
     """
     orbit = candidate.orbit
     nothing = no_candidate(orbit.state)
@@ -207,7 +207,7 @@ def closing_in(
 
 @kernel
 def _impacts_of(orbit: Orbit, scene: Scene, probe: Scene) -> int:
-    """Impacts in a period of an orbit; −1 where it cannot be followed."""
+    """Impacts in a period of an orbit; −1 if it cannot be followed."""
     begin_probe(probe, scene, orbit.period_halves)
     before: int = probe.counts[IMPACTS]
     state = orbit.state
@@ -228,7 +228,7 @@ def _follows(
     size: int,
     scale: float,
 ) -> int:
-    """Whether the run approaches the orbit as its linearisation says, `periods` after a known departure from it.
+    """Whether the run approaches the orbit as its linearisation predicts, `periods` after a known departure from it.
 
     Parameters
     ----------
@@ -247,8 +247,8 @@ def _follows(
     Returns
     -------
     verdict : int
-        LEAVES, FOLLOWS (as predicted, but hardly nearer than before) or APPROACHES. The middle one is no proof: about an
-        orbit with a multiplier near the unit circle a run may wander for good and look for a while as if it settled.
+        LEAVES, FOLLOWS (as predicted, but hardly nearer than before) or APPROACHES. The middle one is no proof: near
+        an orbit with a multiplier near the unit circle a run may wander permanently and seem for a while to settle.
     """
     predicted = departure.copy()
     for _ in range(periods):

@@ -1,4 +1,4 @@
-"""Periodic orbits by Newton on the section, with the exact Jacobian of the event-driven map."""
+"""Periodic orbits by Newton's method on the section, with the exact Jacobian of the event-driven map."""
 
 from math import inf, sqrt
 
@@ -37,7 +37,7 @@ def march_with_jacobian(
     log: Transitions,
     monodromy: Array,
 ) -> tuple[State, bool]:
-    """March a state through `period_halves` half cycles with the Jacobian of the map into `monodromy`.
+    """Integrate a state through `period_halves` half cycles, writing the Jacobian of the map into `monodromy`.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def march_with_jacobian(
     -------
     state : State
     complete : bool
-        False where the march or its record ended early; the Jacobian is then of no use.
+        False if the integration or its log ended early; the Jacobian is then invalid.
     """
     for i in range(SECTION_SIZE):
         for j in range(SECTION_SIZE):
@@ -72,9 +72,9 @@ def _newton_step(
     particle: Particle | None,
     step: Array,
 ) -> bool:
-    """Solve (1 − M) step = residual in the coordinates that are free; False where it is singular.
+    """Solve (1 − M) step = residual in the free coordinates; False if it is singular.
 
-    A mass held by friction has w = 0, and a riding particle follows the wall: those coordinates do not move.
+    A mass held by friction has w = 0, and a riding particle follows the wall: those coordinates are not free.
     """
     held = zero_counts(SECTION_SIZE)
     if friction is not None:
@@ -145,22 +145,22 @@ def find_orbit(
     period_halves : int
         Period in half cycles of the mirrored map.
     size : int
-        Leading section coordinates that take part.
+        Leading section coordinates that are free.
     scale : float
         Size of the motion.
     reach : float
         Longest step believed.
     monodromy : array, shape (SECTION_SIZE, SECTION_SIZE)
-        Filled with the Jacobian of the orbit found.
+        Filled with the Jacobian of the resulting orbit.
 
     Returns
     -------
     orbit : State
         On the orbit; meaningless unless found.
     error : float
-        Estimated distance from the exact orbit; inf where none was found.
+        Estimated distance from the exact orbit; inf if none was found.
     halves : int
-        Half cycles marched.
+        Half cycles integrated.
     """
     friction, particle = scene.friction, scene.particle
     point = np.empty(SECTION_SIZE)

@@ -1,4 +1,6 @@
-"""A periodic orbit of the run: by Newton from where the run is, or where the run repeats; and its multiplier."""
+"""A periodic orbit of the run, by Newton's method from its present state, or from its repetition; and its
+multiplier.
+"""
 
 from math import inf
 from typing import NamedTuple
@@ -39,7 +41,7 @@ class Orbit(NamedTuple):
 
 
 class SectionLook(NamedTuple):
-    """What a look at the section starts from.
+    """Start of an examination of the section.
 
     Attributes
     ----------
@@ -58,13 +60,13 @@ class SectionLook(NamedTuple):
 
 @kernel
 def no_orbit(state: State) -> Orbit:
-    """That there is none."""
+    """No orbit."""
     return Orbit(state, 0, inf)
 
 
 @kernel
 def repels(monodromy: NDArray[np.float64], size: int) -> bool:
-    """Whether an orbit with this Jacobian drives away what is near it."""
+    """Whether an orbit with this Jacobian repels nearby motions."""
     return spectral_radius(monodromy, size) > 1.0 + _REPELS
 
 
@@ -78,13 +80,12 @@ def newton_orbit(
     probe: Scene,
     notes: Notes,
 ) -> tuple[Orbit, bool, int]:
-    """Periodic orbit by Newton from a state of the run, by steps no longer than `reach`.
+    """Periodic orbit by Newton's method from a state of the run, with steps no longer than `reach`.
 
     Returns
     -------
     orbit : Orbit
-        Its error is infinite where there is none; its Jacobian is in the notes.
-    found : bool
+        Its error is infinite if there is none; its Jacobian is in the notes. found : bool
     halves : int
         Half cycles that it took.
     """
@@ -108,11 +109,11 @@ def repeated_orbit(
     notes: Notes,
     settings: Settings,
 ) -> Orbit:
-    """The orbit on which the run all but repeats; of period 0 where it does not, or where the orbit repels it.
+    """The orbit on which the run almost repeats; of period 0 if it does not, or if the orbit repels it.
 
-    An orbit that repels the run was met by chance: where friction stops the mass, chaos has few dimensions and comes back to
-    a point very nearly. Where Newton fails, or leads elsewhere, the run's own state is the answer, once it has repeated for
-    as long as is remembered.
+    A repelling orbit was met by chance: where friction stops the mass, chaos has few dimensions and returns very
+    close to a point. If Newton's method fails, or leads elsewhere, the run's own state is the answer, once it has
+    repeated over the complete memory.
     """
     tolerance = settings.periodic_tolerance
     period_halves, error = settled_period(

@@ -1,4 +1,4 @@
-"""When a run looks for stable orbits near it, and what it knows of them."""
+"""Search of a run for stable orbits near it, and its findings."""
 
 from typing import NamedTuple
 
@@ -27,18 +27,18 @@ _FAR_PERIODS = (1, 2, 3, 1, 2, 4)
 
 
 class Nearby(NamedTuple):
-    """What a run knows of the stable orbits near it.
+    """Findings of a run about stable orbits near it.
 
     Attributes
     ----------
     candidate : Candidate
-        The one that waits to be confirmed; of period 0: none.
+        The pending one; of period 0: none.
     next_try : int
-        Half cycle of the run from which another is looked for.
+        Half cycle of the run from which another is searched.
     halves_spent : int
-        Half cycles spent on looking.
+        Half cycles spent on searching.
     rival : bool
-        Whether a stable orbit is known that the run has not come to.
+        Whether a stable orbit is known that the run has not reached.
     """
 
     candidate: Candidate
@@ -49,7 +49,7 @@ class Nearby(NamedTuple):
 
 @kernel
 def nothing_nearby(state: State, first_try: int) -> Nearby:
-    """What a run knows before it has looked."""
+    """The findings before the first search."""
     return Nearby(no_candidate(state), first_try, 0, False)
 
 
@@ -57,7 +57,7 @@ def nothing_nearby(state: State, first_try: int) -> Nearby:
 def look_nearby(
     nearby: Nearby, state: State, look: SectionLook, burn_in: int, scene: Scene, probe: Scene, notes: Notes
 ) -> tuple[Nearby, Orbit]:
-    """Follow the candidate, or look for one; with the orbit that the run tends to, of period 0 where none is found."""
+    """Follow the candidate, or search one; return the orbit that the run tends to, of period 0 if none is found."""
     candidate, next_try, halves_spent, rival = nearby
     confirmed = False
     waits = candidate.orbit.period_halves > 0
@@ -87,9 +87,9 @@ def look_farther(
     probe: Scene,
     notes: Notes,
 ) -> Nearby:
-    """Try, now and then, a stable orbit farther off, on which a run that does not repeat may end.
+    """Occasionally search a stable orbit farther off, on which a run that does not repeat may end.
 
-    What it costs is bounded by how seldom it is done: taken from the share of the tries nearby, it would leave them nothing.
+    Its cost is limited by its rarity: taken from the share of the searches nearby, it would leave them nothing.
     """
     if metered_halves < 0 or metered_halves % _FAR_EVERY != 0 or nearby.rival:
         return nearby
@@ -103,5 +103,5 @@ def look_farther(
 
 @kernel
 def _halves_to_spare(half: int, burn_in: int) -> float:
-    """Half cycles that may be spent on looking for orbits beside a run of so many."""
+    """Half cycles that may be spent on searching for orbits during a run of so many."""
     return _BETWEEN_TRIES + _SHARE_IN_BURN_IN * min(half, burn_in) + _SHARE_METERED * max(half - burn_in, 0)

@@ -1,1 +1,1 @@
-"""What is told of a steady response: its measures, and how well they are known."""
+"""Description of a steady response: its measures, and their errors."""

@@ -1,4 +1,4 @@
-"""Steady response of a structure without damper: closed form, no time stepping at all."""
+"""Steady response of a structure without damper: in closed form, without time stepping."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ Values = NDArray[np.float64]
 def linear_response(
     damping_ratio: Values, frequency_ratio: Values, forced: bool = False
 ) -> dict[str, np.ndarray]:
-    """Every result variable of points in which neither friction nor a particle acts.
+    """Every result variable of points without friction and without an acting particle.
 
     Parameters
     ----------
@@ -30,8 +30,8 @@ def linear_response(
     -----
     With H = r²/(1 − r² + 2iζr) the relative motion is |H| and the absolute one |1 + H| = √[(1+(2ζr)²)/((1−r²)²+(2ζr)²)].
     Work in and viscous loss of a cycle, over k Z², are π r²·Im-part products: the residual compares the two as
-    computed. A force has 1 in the place of r², and the base is at rest. An amplitude from the closed form is known to a few
-    roundings.
+    computed. A force has 1 in the place of r², and the base is at rest. An amplitude from the closed form is exact
+    to a few roundings.
     """
     r = frequency_ratio
     loss = 2.0 * damping_ratio * r

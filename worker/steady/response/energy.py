@@ -1,4 +1,4 @@
-"""The energy balance of a measured stretch: a check that no single error of the solver can pass."""
+"""The energy balance of a measured stretch: a check that any single error of the solver would violate."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from damperlab.worker.solver.state import Dwell, State
 
 @kernel
 def _contact_energy(dwell: Dwell | None, particle: Particle) -> float:
-    """Energy that the particle gets back when it leaves its wall; 0 where no contact takes time."""
+    """Energy that the particle recovers when it leaves its wall; 0 if no contact takes time."""
     if dwell is not None:
         if dwell.left > 0.0:
             return kept_energy(dwell.speed, particle.restitution, particle.mass_ratio)
@@ -39,7 +39,7 @@ def _wall_energy(gap: float, wall: Wall | None) -> float:
 
 @kernel
 def stored_energy(state: State, base_rate: float, particle: Particle | None) -> float:
-    """Kinetic plus elastic energy over k Z²: ½u'² + ½v² + ½βp'², and what a contact under way will give back."""
+    """Kinetic plus elastic energy over k Z²: ½u'² + ½v² + ½βp'², plus the recoverable energy of a present contact."""
     u_rate = state.w + base_rate
     energy = 0.5 * (u_rate * u_rate + state.v * state.v)
     if particle is not None:
@@ -52,7 +52,7 @@ def stored_energy(state: State, base_rate: float, particle: Particle | None) -> 
 
 @kernel
 def _height_energy(state: State, particle: Particle) -> float:
-    """Energy of a particle that gravity acts on, against the spring that bears it: −βG (u − p)."""
+    """Energy of a particle under gravity, relative to the spring that bears it: −βG (u − p)."""
     if particle.gravity is not None:
         apart = state.wall * (particle.clearance_ratio - state.gap)
         return particle.mass_ratio * fall_of(state.slide, particle) * apart
@@ -61,7 +61,7 @@ def _height_energy(state: State, particle: Particle) -> float:
 
 @kernel
 def energy_residual(sums: NDArray[np.float64], stored_before: float, stored_after: float) -> float:
-    """What does not balance (see `unbalanced`), of what a meter added up."""
+    """Residual of the energy balance (see `unbalanced`), from the sums of a meter."""
     losses = sums[VISCOUS_LOSS] + sums[FRICTION_LOSS] + sums[IMPACT_LOSS] + sums[PARTICLE_LOSS]
     peak = max(sums[PEAK], sums[RELATIVE_PEAK])
     return unbalanced(sums[WORK_IN], losses, stored_before, stored_after, peak)
@@ -69,11 +69,11 @@ def energy_residual(sums: NDArray[np.float64], stored_before: float, stored_afte
 
 @kernel
 def unbalanced(work: float, losses: float, stored_before: float, stored_after: float, peak: float) -> float:
-    """|work in − losses − change of stored energy| over the largest energy there is.
+    """|work in − losses − change of stored energy| over the largest energy.
 
-    That is the largest of work in, losses, energy stored at either end, and ½ of the square of the peak: where next to no work
-    goes in over the stretch (without loss, or locked, the base takes back in one half cycle what it gave in the other) the
-    energy that goes to and fro is the measure.
+    That is the largest of work in, losses, energy stored at either end, and ½ of the square of the peak. The last
+    one is the measure if almost no work goes in over the stretch: without loss, or locked, the base recovers in one
+    half cycle what it supplied in the other.
     """
     scale = max(abs(work), losses, stored_before, stored_after, 0.5 * peak**2)
     if scale == 0.0:  # a force that friction withstands moves nothing

@@ -1,4 +1,4 @@
-"""The measures of one design point, and how they follow from a trace."""
+"""The measures of one design point, and their derivation from a trace."""
 
 from math import nan, pi, sqrt
 from typing import NamedTuple
@@ -39,14 +39,14 @@ INTEGRATED = frozenset(
         "dissipation_error",
     )
 )
-"""Measures that need integrals over the motion; a study that stores none of them is computed without."""
+"""Measures that need integrals over the motion; a study that stores none of them is computed without these."""
 
 FEWEST_STUCK = 1.0 - 1e-6
-"""Share of time from which a mass counts as locked: at γ_F = r² it touches slip at single instants."""
+"""Share of time above which a mass counts as locked: at γ_F = r² it slips at single instants."""
 
 
 ACCELERATION = frozenset(("acceleration_ratio", "acceleration_ratio_rms"))
-"""Measures of u''; a study that stores neither is computed without."""
+"""Measures of u''; a study that stores neither is computed without these."""
 
 
 class Response(NamedTuple):
@@ -78,7 +78,7 @@ class Response(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """What kind of response was found, and how well it is known.
+    """The kind of response, and its errors.
 
     Attributes
     ----------
@@ -87,9 +87,9 @@ class Kind(NamedTuple):
     multiplier : float
         Largest Floquet multiplier; NaN for a response that is not periodic.
     error : float
-        Of the mean peak.
+        Standard error of the mean peak.
     cycles, status : int
-        Cycles of the run, and how it ended.
+        Cycles of the run, and its outcome.
     """
 
     response_class: int
@@ -175,9 +175,9 @@ def periodic_class(period_halves: int, stuck: float, impacts: float, carried: bo
 
 @kernel
 def mean_of_period(trace: NDArray[np.float64], period_halves: int, error: float) -> MeanPeaks:
-    """Means over one period of `period_halves` half cycles, of which the trace holds the rows 1 … period_halves.
+    """Means over one period of `period_halves` half cycles, for which the trace has the rows 1 … period_halves.
 
-    Every half cycle begins one window of a whole cycle, so that a motion and its mirror image have the same mean.
+    Every half cycle starts one interval of a whole cycle, so that a motion and its mirror image have the same mean.
     """
     amplitude = 0.0
     relative = 0.0
@@ -222,11 +222,11 @@ def mean_of_run(
 
 @kernel
 def largest_of_run(trace: NDArray[np.float64], stretch: Stretch, mean: MeanPeaks) -> Largest:
-    """What is largest in the last three quarters of the metered cycles of a run that does not repeat.
+    """Largest values in the last three quarters of the metered cycles of a run that does not repeat.
 
-    What is left of the way there falls below the error of a mean before it falls below a largest peak: the particle, and the
-    mass with it, settle more slowly than the structure alone, by which a run burns in. Of a run cut short the last cycles may
-    all be below the mean, or without an impact.
+    The remaining transient falls below the error of a mean before it falls below a largest peak: the particle, and
+    the mass with it, settle more slowly than the structure alone, which determines the burn-in. In a run cut short
+    the last cycles may all be below the mean, or without an impact.
     """
     first = stretch.first + (stretch.last - stretch.first) // 8 * 2
     peak = max(largest_in(trace, first, stretch.last, HALF_PEAK), mean.amplitude)
@@ -267,14 +267,14 @@ def measured_response(
     acceleration: tuple[float, float] | None,
     kind: Kind,
 ) -> Response:
-    """Response from what was metered.
+    """Response from the metered sums.
 
     Parameters
     ----------
     stretch : Stretch
         Totals of the metered half cycles.
     energies : True or None
-        Whether integrals were metered; without, what follows from them is NaN.
+        Whether integrals were metered; without them, derived measures are NaN.
     frequency_ratio : float
         r.
     mean : MeanPeaks
@@ -282,7 +282,7 @@ def measured_response(
     largest : Largest
         Largest peak and impact speed.
     acceleration : tuple or None
-        Mean peak of |u''|, and ∫u''² dτ; None where u'' was not metered, and what follows from it is NaN.
+        Mean peak of |u''|, and ∫u''² dτ; None if u'' was not metered, and derived measures are then NaN.
     kind : Kind
         Class, period and status.
     """

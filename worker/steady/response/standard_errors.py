@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from damperlab.worker.jit import kernel
 
 FEWEST = 80
-"""Samples below which nothing is said of their correlation."""
+"""Samples below which correlation cannot be estimated."""
 
 # Batches that fit side by side. Without a common factor: batches of a whole number of periods would see no spread at all.
 _BATCHES = (61, 19)
@@ -29,7 +29,7 @@ _TREND = 86  # of 171 pairs of 19 batches, the excess of rising ones that chance
 
 
 class Estimate(NamedTuple):
-    """What a series says of its mean.
+    """Estimate of the mean from a series.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Estimate(NamedTuple):
     mean, error : float
         The mean and its standard error.
     correlation : float
-        Integrated correlation time [samples]: how many of them tell as much as one independent one.
+        Integrated correlation time [samples]: the number of them equivalent to one independent one.
     stationary : bool
         Whether the range shows no trend.
     """
@@ -65,14 +65,15 @@ def mean_and_error(samples: NDArray[np.float64], first: int, last: int) -> tuple
     Returns
     -------
     mean, error : float
-        The error is that by batches of 1/61 of the range, unless those of 1/19 show one that is larger by more than chance:
-        batches shorter than the correlation time understate it, but fewer are less certain. 1.96 times it is the half
-        width of a 95 % interval. Fewer than 80 samples say nothing of their correlation: the whole spread then.
+        The error is that from batches of 1/61 of the range, unless those of 1/19 give one that is significantly
+        larger: batches shorter than the correlation time understate it, but fewer are less certain. 1.96 times it is
+        the half width of a 95 % interval. Fewer than 80 samples do not show their correlation: the complete spread
+        is used then.
 
     Notes
     -----
-    A batch begins at every sample (Meketon and Schmeiser 1984): they tell as much as half as many again that stand side by
-    side, so the error is itself known better, and a run ends sooner with the same coverage.
+    A batch begins at every sample (Meketon and Schmeiser 1984): overlapping batches are worth half as many again as
+    adjacent ones. So the error itself is more exact, and a run ends sooner with the same coverage.
     """
     count = last - first
     total = 0.0
@@ -107,7 +108,7 @@ def _error_by_batches(samples: NDArray[np.float64], first: int, last: int, mean:
 
 @kernel
 def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
-    """What samples[first:last] say of their mean once a transient at the beginning, if the data show one, is left out.
+    """Estimate of the mean of samples[first:last] without a transient at the beginning, if the data show one.
 
     Parameters
     ----------
@@ -122,12 +123,12 @@ def estimate(samples: NDArray[np.float64], first: int, last: int) -> Estimate:
 
     Notes
     -----
-    The transient is that of the marginal standard error rule (MSER, White 1997): the beginning whose omission makes
-    Σ(xᵢ − x̄)²/n² of what is left least, in groups of 16, at most the first half. It is left out only where its mean differs
-    from that of the rest by three standard errors: the rule alone prefers a quiet part of a correlated series, and would
-    understate the error. Afterwards batches may not rise or fall more often than by chance (Mann 1945, Kendall 1975): batch
-    means alone take a trend for noise. What a trend leaves to come, by the geometric series through the means of its thirds, is
-    added to the error.
+    The transient is that of the marginal standard error rule (MSER, White 1997). It is the beginning whose omission
+    minimises Σ(xᵢ − x̄)²/n² of the rest, in groups of 16, at most the first half. It is left out only if its mean
+    differs from that of the rest by three standard errors: the rule alone prefers a part of a correlated series with
+    little variation, and would understate the error. Afterwards batches may not rise or fall more often than by
+    chance (Mann 1945, Kendall 1975): batch means alone treat a trend as noise. The remainder of a trend, from the
+    geometric series through the means of its thirds, is added to the error.
     """
     cut = _transient(samples, first, last)
     mean, error = mean_and_error(samples, cut, last)
@@ -157,7 +158,7 @@ def _mean(samples: NDArray[np.float64], first: int, last: int) -> float:
 
 @kernel
 def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
-    """Pairs of batches of which the later is higher, less those of which it is lower."""
+    """Pairs of batches with a higher later one, minus those with a lower one."""
     length = (last - first) // _TREND_BATCHES
     means = np.empty(_TREND_BATCHES)
     for b in range(_TREND_BATCHES):
@@ -171,7 +172,7 @@ def _rises(samples: NDArray[np.float64], first: int, last: int) -> int:
 
 @kernel
 def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -> float:
-    """Distance from the mean of a series with a trend to where it may lead."""
+    """Distance from the mean of a series with a trend to its possible limit."""
     third = (last - first) // 3
     one = _mean(samples, first, first + third)
     two = _mean(samples, first + third, first + 2 * third)
@@ -187,8 +188,9 @@ def _to_come(samples: NDArray[np.float64], first: int, last: int, mean: float) -
 
 @kernel
 def grows(samples: NDArray[np.float64], first: int, last: int) -> bool:
-    """Whether samples[first:last] grow to their end and show no bound: every batch is higher than all before it, and a third's
-    step hardly less than the one before. Fewer than 80 samples say nothing."""
+    """Whether samples[first:last] grow to their end and show no bound: every batch is higher than all before it, and
+    the last third's increase hardly smaller than the previous one. Fewer than 80 samples are inconclusive.
+    """
     if last - first < FEWEST or _rises(samples, first, last) < _ALL_RISE:
         return False
     third = (last - first) // 3
@@ -200,7 +202,7 @@ def grows(samples: NDArray[np.float64], first: int, last: int) -> bool:
 
 @kernel
 def _transient(samples: NDArray[np.float64], first: int, last: int) -> int:
-    """End of the transient at the beginning of a series; `first` where the data show none."""
+    """End of the transient at the beginning of a series; `first` if the data show none."""
     groups = (last - first) // _GROUP
     if last - first < 2 * FEWEST:
         return first

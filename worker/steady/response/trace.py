@@ -1,4 +1,4 @@
-"""The trace of a metered run: one row a half cycle, and what rows tell of a stretch of it."""
+"""The trace of a metered run: one row per half cycle, and the evaluation of a stretch of rows."""
 
 from typing import NamedTuple
 
@@ -36,7 +36,7 @@ COLUMNS = _TOTALS + 8
 HALF_ACCELERATION = COLUMNS
 _ACCELERATION_SQUARE = COLUMNS + 1
 ACCELERATION_COLUMNS = COLUMNS + 2
-"""Of a trace that is asked for the acceleration: largest |u''| of the half cycle, and ∫u''² dτ so far."""
+"""In a trace with acceleration: largest |u''| of the half cycle, and ∫u''² dτ so far."""
 LOSSES = (_TOTALS + 1, _TOTALS + 2, _TOTALS + 3, _TOTALS + 6)
 """Columns of the losses: viscous, friction, impact, friction of the particle."""
 _METERED = (WORK_IN, VISCOUS_LOSS, FRICTION_LOSS, IMPACT_LOSS, SQUARE, STUCK, PARTICLE_LOSS, SLIDING)
@@ -51,7 +51,7 @@ class Stretch(NamedTuple):
         Rows.
     impacts : float
     work, viscous, friction, impact : float
-        Work that the excitation put in, and losses, over k Z².
+        Work of the excitation, and losses, over k Z².
     square, stuck : float
         ∫u² dτ, and the time in which friction holds the mass.
     rubbing, sliding : float
@@ -82,7 +82,7 @@ class Stretch(NamedTuple):
 
 @kernel
 def make_trace(rows: int, acceleration: bool | None) -> NDArray[np.float64]:
-    """Room for a trace."""
+    """Arrays of a trace."""
     if acceleration is not None:
         return np.empty((rows, ACCELERATION_COLUMNS))
     return np.empty((rows, COLUMNS))
@@ -90,7 +90,7 @@ def make_trace(rows: int, acceleration: bool | None) -> NDArray[np.float64]:
 
 @inlined
 def clear_peaks(meter: Meter) -> None:
-    """Before a half cycle: peaks and speeds are those of it alone."""
+    """Before a half cycle: reset peaks and speeds to it alone."""
     sums = meter.sums
     sums[PEAK] = 0.0
     sums[RELATIVE_PEAK] = 0.0
@@ -151,7 +151,7 @@ def largest_in(trace: NDArray[np.float64], first: int, last: int, column: int) -
 
 @kernel
 def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64]) -> None:
-    """Peaks per cycle that a motion and its mirror image share, which is the same motion half a cycle later.
+    """Peaks per cycle that are equal for a motion and its mirror image, which is the same motion half a cycle later.
 
     Parameters
     ----------
@@ -160,8 +160,8 @@ def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64
     rows : int
         Half cycles metered.
     peaks : array, shape (2, ≥ rows // 2)
-        Filled with the mean of the peaks over the two windows of one cycle that begin in each cycle; of the last, which may
-        lack the half cycle after it, over one.
+        Filled with the mean of the peaks over the two one-cycle intervals that begin in each cycle; for the last,
+        which may lack the next half cycle, over one.
     """
     for column in range(2):
         for i in range(rows // 2):
@@ -170,7 +170,7 @@ def cycle_peaks(trace: NDArray[np.float64], rows: int, peaks: NDArray[np.float64
 
 @inlined
 def _peak_of_cycle(trace: NDArray[np.float64], rows: int, column: int, i: int) -> float:
-    """Mean of the peaks in a column over the two windows of a cycle that begin in cycle i, or over the one that is metered."""
+    """Mean of the peaks in a column over the two one-cycle intervals that begin in cycle i, or over the metered one."""
     first = trace[2 * i + 1, column]
     second = trace[2 * i + 2, column]
     peak: float = max(first, second)

@@ -1,4 +1,4 @@
-"""Section coordinates: what of a state a periodic response repeats, and the state that belongs to them."""
+"""Section coordinates: the part of a state that a periodic response repeats, and the state for given coordinates."""
 
 from math import ceil, inf
 from typing import Any
@@ -20,7 +20,7 @@ SECTION_SIZE = 4
 
 @inlined
 def has_contact_coordinates(riding: float, speed: float, wall: Wall | None) -> bool:
-    """Whether a contact has coordinates of its own: the particle is pushed by a compliant wall, or held by a rigid one."""
+    """Whether a contact has coordinates of its own: the particle is in compliant contact, or dwells on a rigid wall."""
     if wall is not None:
         return riding > 0.0
     return riding > 0.0 and speed > 0.0
@@ -30,9 +30,9 @@ def has_contact_coordinates(riding: float, speed: float, wall: Wall | None) -> b
 def coordinates(state: State, particle: Particle | None, out: Array) -> None:
     """Section coordinates of a state into `out`, shape (SECTION_SIZE,): v, w, p, p' at phase 0, where s = 0.
 
-    A particle that rubs has p' before p: where it meets no wall, p does not matter to the others, and has no part in an orbit.
-    In a contact that takes time the last two are what varies there, with the sign of the wall: the depth and its rate, or the
-    time until the particle is let go and the speed at which it came.
+    A particle with friction has p' before p: if it meets no wall, p does not affect the others, and is not part of
+    an orbit. In a contact that takes time the last two are its variables, with the sign of the wall: penetration and
+    its rate, or the time until detachment and the approach speed.
     """
     out[0] = state.v
     out[1] = state.w
@@ -73,7 +73,7 @@ def state_at(point: Array, like: State, particle: Particle | None) -> tuple[Stat
     -------
     state : State
     possible : bool
-        False where the particle would lie beyond a wall, or slip against its direction.
+        False if the particle would lie beyond a wall, or slip against its direction.
     """
     v, w = point[0], point[1]
     gap = 0.0
@@ -107,7 +107,7 @@ def state_at(point: Array, like: State, particle: Particle | None) -> tuple[Stat
 
 @inlined
 def _rubbing_at(point: Array, like: State, particle: Particle, possible: bool) -> tuple[State, bool]:
-    """`state_at` of a particle that rubs."""
+    """`state_at` for a particle with friction."""
     v, w = point[0], point[1]
     p_rate = like.p_rate + (w - like.w) if like.riding > 0.0 else point[2]
     gap = 0.0
@@ -129,7 +129,7 @@ def _contact_at(
     contact_time: float | None,
     restitution: float,
 ) -> tuple[float, float, Any, bool]:
-    """Gap, particle velocity and dwell of a contact at section coordinates, and whether there is such a one."""
+    """Gap, particle velocity and dwell of a contact at section coordinates, and whether it exists."""
     gap = 0.0
     allowed = True
     if dwell is not None:
@@ -153,7 +153,7 @@ def _contact_at(
 
 @kernel
 def active_size(state: State, particle: Particle | None, counts: NDArray[np.int64]) -> int:
-    """Leading coordinates that an orbit closes in: a particle at rest that was never struck takes no part."""
+    """Leading coordinates in which an orbit closes: a particle at rest that was never struck is left out."""
     if particle is not None:
         if counts[IMPACTS] > 0 or state.p_rate != 0.0:
             return 4

@@ -1,4 +1,4 @@
-"""How nearly a run repeats: distances between its section points, the states at the start of every (mirrored) half cycle."""
+"""Recurrence of a run: distances between its section points, the states at the start of every (mirrored) half cycle."""
 
 from math import inf, sqrt
 
@@ -14,7 +14,7 @@ RING = 128
 """Half cycles remembered, each by its section coordinates."""
 
 LONGEST = 64
-"""Longest period looked for, in half cycles: 32 excitation periods of an asymmetric response."""
+"""Longest period searched, in half cycles: 32 excitation periods of an asymmetric response."""
 
 SAME = 1e-6
 """Relative recurrence below which a settled response has this period, not a multiple of it."""
@@ -28,7 +28,9 @@ _FAR_BETTER = 0.4
 
 @kernel
 def recurrence(ring: Array, now: int, period_halves: int) -> float:
-    """Distance between the section points `now` and `now − period_halves`, indices counted from the start of the run."""
+    """Distance between the section points `now` and `now − period_halves`, indices counted from the start of the
+    run.
+    """
     here = now % RING
     there = (now - period_halves) % RING
     total = 0.0
@@ -39,7 +41,9 @@ def recurrence(ring: Array, now: int, period_halves: int) -> float:
 
 @kernel
 def note_recurrences(ring: Array, now: int, apart: Array, before: Array) -> None:
-    """Distances of a section point from those up to `LONGEST` half cycles ago into `apart`, the last ones into `before`."""
+    """Write distances of a section point from those up to `LONGEST` half cycles ago into `apart`, and the last ones
+    into `before`.
+    """
     for period_halves in range(1, min(LONGEST, now // 2) + 1):
         before[period_halves] = apart[period_halves]
         apart[period_halves] = recurrence(ring, now, period_halves)
@@ -47,7 +51,7 @@ def note_recurrences(ring: Array, now: int, apart: Array, before: Array) -> None
 
 @kernel
 def extent(ring: Array, now: int) -> float:
-    """Size of the section point `now`, at least 1: the scale that distances are judged by."""
+    """Size of the section point `now`, at least 1: the reference of distances."""
     total = 1.0
     for i in range(SECTION_SIZE):
         total += ring[now % RING, i] ** 2
@@ -60,8 +64,8 @@ def settled_period(
 ) -> tuple[int, float]:
     """Shortest period [half cycles] to which the run has settled, 0 for none, and the distance from it.
 
-    The recurrence of a settling response falls by λ a period, and what is left of the way is the sum of the geometric
-    series, d λ/(1 − λ). λ is read from the recurrences `apart` now and `before`, `stretch` half cycles ago.
+    The recurrence of a settling response falls by λ a period, and the remaining distance is the sum of the geometric
+    series, d λ/(1 − λ). λ follows from the recurrences `apart` now and `before`, `stretch` half cycles ago.
     """
     found = 0
     way_left = inf
@@ -89,7 +93,7 @@ def settled_period(
 
 @kernel
 def stays_closed(ring: Array, now: int, period_halves: int, distance: float) -> bool:
-    """Whether the run has repeated within a distance, by the period and all its multiples, for half of what is remembered."""
+    """Whether the run has repeated within a distance, by the period and all its multiples, for half of the memory."""
     if now < RING:
         return False
     for i in range(LONGEST):
@@ -101,10 +105,10 @@ def stays_closed(ring: Array, now: int, period_halves: int, distance: float) -> 
 
 @kernel
 def near_period(apart: Array, longest: int, scale: float) -> int:
-    """Shortest period [half cycles] that the run comes near to repeating, 0 for none.
+    """Shortest period [half cycles] with which the run almost repeats, 0 for none.
 
-    A multiple of it is taken where the run repeats that far better: near a period doubling the shorter orbit, by then
-    unstable, lies close by. The higher the multiple, the better it has to be: a run that spirals into an orbit turns by
+    A multiple of it is taken if the run repeats that far better: near a period doubling the shorter orbit, by then
+    unstable, lies close by. The higher the multiple, the better it must be: a run that spirals into an orbit makes
     about a whole number of turns after some of its periods.
     """
     found = 0

@@ -1,1 +1,1 @@
-"""The variational equations: what becomes of a small change of the state, in every contact model."""
+"""The variational equations: the propagation of a small change of the state, in every contact model."""

@@ -21,7 +21,7 @@ _BATCHES = 16
 _RUNGS = ((32, 0.2), (48, 0.15), (64, 0.125), (96, 0.1), (320, 0.01))
 
 HALVES_FOLLOWED = 2 * 320 * (_BATCHES + 1) // _BATCHES
-"""Half cycles that a tangent vector is followed at the most."""
+"""Most half cycles for following a tangent vector."""
 
 
 @kernel
@@ -39,14 +39,14 @@ def is_chaotic(
     state : State
         On the attractor.
     longest : int
-        Excitation cycles over which the growth is averaged, at most, if more than 16; one sixteenth more go before, to turn the
+        Most excitation cycles for averaging the growth, if more than 16; one sixteenth more precede, to turn the
         vector.
 
     Notes
     -----
-    The exponent is the mean of ln |δz| gained per cycle (Benettin et al. 1980). A quasi-periodic response has exponent
-    0: its mean then lies within its error, or below 0.01, which tells slow beats from chaos over 320 cycles. The vector is
-    followed only for as long as it takes to tell.
+    The exponent is the mean of ln |δz| gained per cycle (Benettin et al. 1980). A quasi-periodic response has
+    exponent 0: its mean then lies within its error, or below 0.01, which distinguishes slow beats from chaos over
+    320 cycles. The vector is followed only as long as needed.
     """
     tangent = zero_matrix(SECTION_SIZE, 1)
     tangent[0, 0] = 1.0

@@ -1,15 +1,16 @@
-"""What an event does to tangent vectors: one saltation law for all contact models.
+"""Effect of an event on tangent vectors: one saltation law for all contact models.
 
-Every event has one form (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, ch. 7). It lies where one coordinate reaches
-its value, so its time moves by δt = −δz_i / f_i; it changes w by −q and the last coordinate to k of it, and the
-vector field from f⁻ to f⁺:
+Every event has one form (Aizerman & Gantmakher 1958; Leine & Nijmeijer 2004, ch. 7). It occurs where one coordinate
+reaches its value, so its time moves by δt = −δz_i / f_i. It changes w by −q and the last coordinate to k of it, and
+the vector field from f⁻ to f⁺:
 
     δz⁺ = R (δz⁻ + f⁻ δt) − f⁺ δt,    R: w → w − q g, g → k g.
 
-A reversal or a strike on a compliant wall has q = 0, k = 1; an impact q = β(1+e)/(1+β), k = −e, or where it ends a chatter
-q = β/(1+β), k = 0; the beginning of a dwell q = β/(1+β), k = 1, because the speed is remembered; its end q = βe/(1+β), k = −e.
-A particle that rubs and comes to rest in its cavity does so where y' is 0, with q = 0, k = 1.
-Where the field does not jump nothing does: the onset of slip, a contact force that falls to zero, clearance.
+A reversal or a strike on a compliant wall has q = 0, k = 1. An impact has q = β(1+e)/(1+β), k = −e or, if it
+completes a chatter, q = β/(1+β), k = 0. The beginning of a dwell has q = β/(1+β), k = 1, because the speed is
+remembered; its end has q = βe/(1+β), k = −e. A particle with friction comes to rest in its cavity where y' is 0,
+with q = 0, k = 1. If the field does not jump there is no effect: the onset of slip, a contact force that falls to
+zero, clearance.
 """
 
 from typing import Any, NamedTuple
@@ -49,7 +50,9 @@ _SHORT_FLIGHT = 1e-5
 
 
 class Field(NamedTuple):
-    """The vector field on one side of an event: the rates of (v, w, y, y'), or of what stands in the place of y and y'."""
+    """The vector field on one side of an event: the rates of (v, w, y, y'), or of the coordinates that replace y and
+    y'.
+    """
 
     v: float
     w: float
@@ -130,11 +133,12 @@ def leaving_speed(
     friction: float | None,
     particle: Particle,
 ) -> float:
-    """Speed at which a particle leaves the wall where its dwell ends.
+    """Speed at which a particle leaves the wall at the end of its dwell.
 
-    It is e times that at which it came. The flights of a chatter become so short that this is rounding beside the velocities:
-    their length then does not go with it, and the two would leave no digit of how the next impact moves. Of a short flight
-    that ends on the same wall the speed is therefore the one that its length and the speed of that impact belong to.
+    It is e times the approach speed. The flights of a chatter become so short that this speed is rounding compared
+    with the velocities. Their length is then inconsistent with it, and the combination would lose all accuracy of
+    the next impact's motion. For a short flight that ends on the same wall the speed is therefore the one consistent
+    with its length and the speed of that impact.
     """
     known: float = particle.restitution * rows[at + BEFORE + SPEED]
     gained = 0.0
@@ -168,7 +172,7 @@ def pass_contact(
     z: Array,
     n: int,
 ) -> None:
-    """A wall is met, or lets the particle go."""
+    """The particle meets a wall, or detaches from it."""
     if wall is not None:  # nothing jumps but the field
         pass_event(2, before.y, 0.0, 1.0, before, after, z, n)
         return
@@ -198,7 +202,7 @@ def pass_event(
     reaches : int
         Coordinate that reaches its value at the event: 1, 2 or 3.
     rate : float
-        Its rate before. Where it is zero the event is a touch without a linearisation, and nothing is changed.
+        Its rate before. If its rate is zero the event is a touch without a linearisation, and nothing is changed.
     exchanged, kept : float
         q and k of the reset map.
     before, after : Field

@@ -1,10 +1,9 @@
 """The variational equations of a half cycle: linear motion between events, one saltation law at all of them.
 
-A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p: what a chatter leaves of δy would be lost in δp. While a
-rigid wall holds the particle for a contact time, y does not vary: (±δleft, ±δspeed) stand in its place, the time until it is
-let go and the speed at which it came, with the sign of the wall, so that they change sign with all others when half a
-cycle is mirrored. On the section, p and p' stand in the place of y and y' of a particle in flight
-(`section.coordinates.coordinates`).
+A tangent vector is (δv, δw, δy, δy') at equal times, with y = u − p: δp would lose the small δy after a chatter.
+While a particle dwells on a rigid wall, y does not vary: (±δleft, ±δspeed) replace it, the time until detachment and
+the approach speed. They have the sign of the wall, so that they change sign with all others when half a cycle is
+mirrored. On the section, p and p' replace y and y' of a particle in flight (`section.coordinates.coordinates`).
 """
 
 from typing import Any, NamedTuple
@@ -51,7 +50,7 @@ def propagate(
     particle: Particle | None,
     tangents: Array,
 ) -> None:
-    """Carry tangent vectors through the transitions of one half cycle, in place, and mirror them.
+    """Propagate tangent vectors through the transitions of one half cycle, in place, and mirror them.
 
     Parameters
     ----------
@@ -64,8 +63,8 @@ def propagate(
 
     Notes
     -----
-    A mass held by friction forgets δw, a riding particle follows the wall: directions in which a perturbation dies in no
-    time have multiplier 0. A chatter is the product of its impacts up to its end.
+    A mass held by friction forgets δw, a riding particle follows the wall: directions in which a perturbation
+    vanishes immediately have multiplier 0. A chatter is the product of its impacts up to its end.
     """
     if particle is not None:
         _propagate(log, base, free, loaded, friction, particle, particle.wall, tangents)
@@ -84,7 +83,7 @@ def _propagate(
     wall: Wall | None,
     tangents: Array,
 ) -> None:
-    """`propagate`, with the wall once more by itself: its type tells the compiler which contact it is."""
+    """`propagate`, with the wall also as a separate argument: its type shows the compiler which contact it is."""
     log = log_on_addresses(log_arrays)
     rows = log.rows
     z = address(tangents, 0)
@@ -169,7 +168,7 @@ def _leave(rows: Array, last: int, wall: Wall | None, z: Array, n: int) -> None:
 
 @inlined
 def _enter_rubbing(rows: Array, friction: float | None, z: Array, n: int) -> None:
-    """From the section coordinates of a particle that rubs, in which p' comes before p."""
+    """From the section coordinates of a particle with friction, in which p' comes before p."""
     carried = rows[BEFORE + RIDING] > 0.0
     on_wall = carried and rows[BEFORE + GAP] == 0.0
     held = False
@@ -186,7 +185,7 @@ def _enter_rubbing(rows: Array, friction: float | None, z: Array, n: int) -> Non
 
 @inlined
 def _leave_rubbing(z: Array, n: int) -> None:
-    """To the section coordinates of a particle that rubs."""
+    """To the section coordinates of a particle with friction."""
     for j in range(n):
         p_rate = z[n + j] - z[3 * n + j]
         z[3 * n + j] = z[j] - z[2 * n + j]
@@ -201,7 +200,7 @@ class Homogeneous(NamedTuple):
     compliance : float
         1 over the inertia.
     vv, vw, wv, ww : float
-        State-transition matrix of (δv, δw) across a window.
+        State-transition matrix of (δv, δw) across a panel.
     of_v, of_w : array, shape (TERMS,)
         Taylor coefficients of δv for unit δv and for unit δw at the start.
     """
@@ -239,7 +238,7 @@ def _flow(
     z: Array,
     n: int,
 ) -> None:
-    """A span without an event, the particle in flight or one body with the mass."""
+    """A span without an event, with the particle in flight or moving with the mass."""
     if held:
         for j in range(n):
             z[n + j] = 0.0

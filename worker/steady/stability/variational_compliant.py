@@ -1,4 +1,4 @@
-"""The variational equations in contact with a compliant wall: how the motion there takes small changes of its start on."""
+"""The variational equations in contact with a compliant wall: the propagation of small changes of the start."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,8 @@ Array = NDArray[np.float64]
 def flow_in_contact(
     span: float, held: bool, arrays: Contact, wall: Wall | None, tangents: Array, n: int
 ) -> None:
-    """A span in contact; one longer than `motion.step` as slow motion by polynomials and vibration by its exponential.
+    """A span in contact; one longer than `motion.step` uses polynomials for the slow motion and an exponential for
+    the vibration.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ def flow_in_contact(
     arrays : Contact
         The motion in contact.
     wall : Wall or None
-        None where walls are rigid: nothing is done.
+        None for rigid walls: nothing is done.
     tangents : array, shape (4 · n,)
         n tangent vectors (δv, δw, δy, δy') in columns, changed in place.
     """

@@ -1,1 +1,1 @@
-"""Contact with a compliant wall: a Kelvin–Voigt element that pushes and never pulls."""
+"""Contact with a compliant wall: a Kelvin–Voigt element that pushes but never pulls."""

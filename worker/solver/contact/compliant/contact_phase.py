@@ -1,14 +1,14 @@
-"""A compliant wall: from the moment that it is struck to the moment that the particle is clear of it.
+"""A compliant wall: from the first touch until the particle is clear of it.
 
-The motion in contact is crossed in one of four ways. Before the contact's own vibration has died down, in spans of half of
-one over its fastest rate, as polynomials of all six coordinates. Where y' alone has come to follow the rest, in spans that
-the rate of y allows (`CompliantRegime.between`). Where an envelope of the vibration proves that it cannot cause an event, in
-one long step: the slow motion as polynomials, the vibration by its exponential. And once it has decayed below rounding, as
-polynomials of the slow motion, in whole windows where y and y' are both fast: so resting on the stiffest wall costs no more
-than on a rigid one.
+The contact phase is integrated in one of four ways. Before the contact's own vibration has decayed, in spans of half
+of one over its fastest rate, as polynomials of all six coordinates. Once y' alone follows the other coordinates, in
+spans that the rate of y allows (`CompliantRegime.between`). If an envelope of the vibration proves that it cannot
+cause an event, in one long step: the slow motion as polynomials, the vibration by its exponential. And once it has
+decayed below rounding, as polynomials of the slow motion, in complete panels if y and y' are both fast: so resting
+on the stiffest wall costs no more than on a rigid one.
 
-The wall lets go where its force falls to zero, with some of the spring's energy left. The particle is then still in the
-wall: it flies until it is clear of it, or until spring and dashpot would push again.
+The wall detaches where its force falls to zero, with some energy left in the spring. The particle still penetrates
+the wall then: it flies until it is clear of it, or until spring and dashpot would push again.
 """
 
 from damperlab.worker.jit import kernel
@@ -56,7 +56,7 @@ _SPEED_ROUNDING = 1e-13  # relative: below this a leaving speed is rounding
 
 @kernel
 def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter | None) -> State:
-    """The particle meets a compliant wall: nothing jumps, but the dashpot resists at once."""
+    """The particle meets a compliant wall: nothing jumps, but the dashpot resists immediately."""
     wall = wall_of(scene)
     u_rate = state.w + phase.rate
     approach = max(side * (u_rate - state.p_rate), 0.0)
@@ -87,7 +87,7 @@ def strike(state: State, side: float, phase: Phase, scene: Scene, meter: Meter |
 
 @kernel
 def _slip_from_rest(v: float, wall_force: float, phase: Phase, scene: Scene, friction: float) -> float:
-    """Direction in which a mass at rest on the base starts to slip; 0 where friction holds it against the contact too."""
+    """Direction in which a mass at rest on the base starts to slip; 0 if friction holds it against the contact too."""
     limit = breakaway(friction, largest_forcing(scene.base) + abs(wall_force))
     return slip_direction(force_to_hold(scene.base, phase, v, 1.0) - wall_force, limit)
 
@@ -96,20 +96,20 @@ def _slip_from_rest(v: float, wall_force: float, phase: Phase, scene: Scene, fri
 def while_in_contact(
     state: State, span: Span, k: int, scene: Scene, meter: Meter | None, log: Log | Transitions | None
 ) -> tuple[State, Span, int]:
-    """Integrate a particle that is in a wall until it is clear of it, or to the end of the window.
+    """Integrate a particle in a wall until it is clear of it, or to the end of the panel.
 
     Parameters
     ----------
     state : State
-        Anywhere in window k.
+        State anywhere in panel k.
     span : Span
-        What is left of the window there.
+        Remaining panel there.
 
     Returns
     -------
     state : State
     span : Span
-        What is left then; its time is 0 at the end of the window.
+        The remaining panel afterwards; its time is 0 at the end of the panel.
     outcome : int
         Of `events.Outcome`.
     """
@@ -144,7 +144,7 @@ def while_in_contact(
 def _in_contact(
     state: State, phase: Phase, remaining: float, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
-    """One segment while the wall pushes: the state at its end, its length, and the event there."""
+    """One segment of compliant contact: the state at its end, its length, and its event."""
     buffers = buffers_of(scene)
     regime = compliant_regime_of(state, scene)
     motion = regime.motion
@@ -178,7 +178,7 @@ def _in_contact(
 
 @kernel
 def _after_event(state: State, kind: int, phase: Phase, scene: Scene, meter: Meter | None) -> State:
-    """What an event in the wall changes."""
+    """Transition at an event in the wall."""
     wall = wall_of(scene)
     slip = state.slip
     slip_order = state.slip_order

@@ -42,7 +42,7 @@ from damperlab.worker.solver.state import Dwell, State, advanced
 
 @kernel
 def expand(start: Floats, units: int, rows: Floats, phase: Phase, scene: Scene) -> None:
-    """Polynomials of x, x + s, y and the wall's force into the buffers, from the first `units` coordinates."""
+    """Write polynomials of x, x + s, y and the wall's force into the buffers, from the first `units` coordinates."""
     buffers = buffers_of(scene)
     combine_rows(OF_RELATIVE, start, units, rows, buffers.relative)
     combine_rows(OF_ABSOLUTE, start, units, rows, buffers.absolute)
@@ -55,7 +55,7 @@ def expand(start: Floats, units: int, rows: Floats, phase: Phase, scene: Scene) 
 def to_event(
     state: State, phase: Phase, span: float, regime: CompliantRegime, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
-    """To the first event on the expanded polynomials of contact, or to the end of the span."""
+    """Integrate to the first event on the expanded polynomials of contact, or to the end of the span."""
     buffers = buffers_of(scene)
     relative, depth, scratch = buffers.relative, buffers.y, buffers.scratch
     t, kind = friction_event(state, phase, span, regime, scene)
@@ -90,7 +90,9 @@ def to_event(
 def friction_event(
     state: State, phase: Phase, span: float, regime: AnyRegime, scene: Scene
 ) -> tuple[float, int]:
-    """When the mass stops, or is torn loose, against the structure and the force of the wall in `buffers.wall_force`."""
+    """Find when the mass stops or starts to slip, against the structure and the force of the wall in
+    `buffers.wall_force`.
+    """
     t = span
     kind = NOTHING
     if scene.friction is not None:

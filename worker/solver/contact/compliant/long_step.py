@@ -51,7 +51,7 @@ def after_long_step(
     scene: Scene,
     meter: Meter | None,
 ) -> tuple[State, float, int]:
-    """The state after a long step, its length, and that it ends without an event."""
+    """The state after a long step, and its length; it ends without an event."""
     motion, buffers = regime.motion, buffers_of(scene)
     after = vibration_after(vibration, motion.rates, t)
     v = state.v

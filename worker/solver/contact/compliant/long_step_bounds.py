@@ -1,4 +1,6 @@
-"""The proof that a span in contact is free of events, by the slow motion and an envelope of the decaying vibration."""
+"""The proof that a span in contact is free of events, from the slow motion and an envelope of the decaying
+vibration.
+"""
 
 from damperlab.worker.jit import kernel
 from damperlab.worker.solver.addresses import Floats
@@ -41,10 +43,11 @@ def longest_step(
     scene: Scene,
     meter: Meter | None,
 ) -> float:
-    """Longest span over which slow motion and vibration together provably cause no event; 0 where that is not worth it.
+    """Longest span over which slow motion and vibration together provably cause no event; 0 if it is too short to be
+    useful.
 
-    With a meter: over which, besides, no displacement has a peak between the ends that exceeds what the meter holds, nor, under
-    a record, u'' of a mass that slips. The slow motion is expanded.
+    With a meter also no displacement may have a peak between the ends that exceeds the meter's; under a record the
+    same applies to u'' of a slipping mass. The slow motion must be expanded.
     """
     base, friction, offset, motion = scene.base, scene.friction, regime.offset, regime.motion
     wall, buffers = wall_of(scene), buffers_of(scene)

@@ -1,4 +1,6 @@
-"""A particle that a compliant wall has let go while it is still in it: it flies until it is clear, or is pushed again."""
+"""A particle after detachment from a compliant wall with residual penetration: it flies until it is clear, or is
+pushed again.
+"""
 
 from math import inf
 
@@ -38,7 +40,7 @@ _WIDER = 16.0
 def separate(
     state: State, phase: Phase, time_left: float, scene: Scene, meter: Meter | None
 ) -> tuple[State, float, int]:
-    """One segment of a particle that the wall has let go while still in it: nothing pulls it."""
+    """One segment of a particle with residual penetration after detachment: nothing pulls it."""
     base, wall, buffers = scene.base, wall_of(scene), buffers_of(scene)
     relative, absolute, scratch = buffers.relative, buffers.absolute, buffers.scratch
     pen = buffers.y  # wall · y here: how deep the particle is
@@ -95,10 +97,10 @@ def separate(
 
 @kernel
 def _crossing_from(polynomial: Floats, near: float, span: float) -> float:
-    """First fall through zero, looked for in spans that grow from `near`.
+    """First fall through zero, searched in spans that grow from `near`.
 
-    A bound on the curvature over the whole span would drown a root that is close: a stiff wall is entered by so little that
-    the particle is soon clear of it.
+    A bound on the curvature over the complete span would hide a nearby root: a stiff wall is penetrated by so little
+    that the particle is soon clear of it.
     """
     start = 0.0
     end = min(max(near, 1e-15 * span), span)
