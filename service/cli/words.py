@@ -7,7 +7,7 @@ from damperlab.service.cli.output import number
 from damperlab.studies.brief import Brief
 from damperlab.studies.kinds import EVERY_DIMENSION
 from damperlab.studies.rounding import ROUNDING_WORD, is_rounding, value_of_error
-from damperlab.studies.variables import VARIABLES, Status
+from damperlab.studies.variables import BEFORE, VARIABLES, Status
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -167,7 +167,17 @@ def response_brief(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> Bri
     largest, least = int(np.nanargmax(values)), int(np.nanargmin(values))
     first = f"{what}: largest {told(largest)}; least {told(least)}."
     second = _difference(answer, metric, phrases) if "differs" in answer else str(words_of(answer)["note"])
-    return Brief(None, (first, second, unknown), (), following)
+    return Brief(None, (first, second, unknown), _acceleration(answer), following)
+
+
+def _acceleration(answer: "xr.Dataset") -> tuple[tuple[str, str, str], ...]:
+    """Give the row of the structure's largest acceleration along a curve, if that is known."""
+    if "acceleration_g" not in answer.attrs:
+        return ()
+    from damperlab.studies.answers.largest_acceleration import acceleration_row
+
+    assumed = bool(answer["mass_ratio"] > 0) and not any(name in answer.coords for name in BEFORE)
+    return (acceleration_row(answer.attrs["acceleration_g"], assumed),)
 
 
 def _difference(answer: "xr.Dataset", metric: str, phrases: "Phrases") -> str:

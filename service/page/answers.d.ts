@@ -194,6 +194,7 @@ export type Curve = {
   long_name: string;
   status: number[];
   amplitude_error?: Row;
+  acceleration_g?: number;
   response_class?: number[];
 };
 

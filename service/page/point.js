@@ -6,7 +6,7 @@ import { button, debounced, el, fill, prose, quiet, say } from "./dom.js";
 import { colour, CURVES, Figure, thisPoint } from "./figure.js";
 import { help } from "./help.js";
 import { MotionPanel } from "./motion.js";
-import { duration } from "./numbers.js";
+import { duration, short } from "./numbers.js";
 import { pythonLine } from "./python_line.js";
 import { FREQUENCY } from "./selection.js";
 import { times } from "./shown.js";
@@ -152,6 +152,7 @@ function stored(session, response, runs, place) {
     ],
     ["Error", shown.error("amplitude_ratio", response.values[place], error)],
     ["Run time", duration(runs?.values[place])],
+    ...(response.acceleration_g ? [["Acceleration", `at most ${short(response.acceleration_g, 2)} g`]] : []),
     ["Response", kind?.sentence ?? "–"],
     ["Status", words.status[String(response.status[place])]],
   ]);

@@ -6,7 +6,7 @@ from damperlab.service.questions.forms import CURVE, metric_of
 from damperlab.service.questions.question import Question, Subject, Words
 from damperlab.studies.kinds import AMPLITUDES, HARMONIC
 from damperlab.studies.questions import Followed, Second
-from damperlab.studies.shapes import Numbers, OfMetric
+from damperlab.studies.shapes import Number, Numbers, OfMetric
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,6 +23,7 @@ class FrequencyResponse(OfMetric):
     status: NotRequired[Numbers]
     amplitude_error: NotRequired[Numbers]
     response_class: NotRequired[Numbers]
+    acceleration_g: NotRequired[Number]
 
 
 def answer(study: Subject, selection: Followed, second: Second) -> "xr.Dataset":

@@ -1,10 +1,12 @@
 """A curve: one metric over the frequency ratio at one design."""
 
 from dataclasses import replace
+from math import isfinite
 from typing import Any
 
 import xarray as xr
 
+from damperlab.studies.answers.largest_acceleration import acceleration_g
 from damperlab.studies.answers.leading import leading_place
 from damperlab.studies.answers.phrases import Phrases, said
 from damperlab.studies.answers.selection import (
@@ -45,7 +47,8 @@ def frequency_response(
     -------
     Dataset
         Dimension frequency_ratio. The metric, with `amplitude_error`, `response_class` and `status` if the cube has
-        them. Scalar coordinates and attributes as in `resonance_map`.
+        them. Scalar coordinates and attributes as in `resonance_map`; and `acceleration_g`, the largest acceleration
+        of the structure over the frequencies [g], if it is known.
 
     Raises
     ------
@@ -73,8 +76,13 @@ def frequency_response(
             words += " Only one frequency was computed, so the curve is one point."
         return {"note": words}
 
+    felt = acceleration_g(cube, index)
     return xr.Dataset(
         {name: ((FREQUENCY,), array, dict(cube[name].attrs)) for name, array in values.items()},
         {FREQUENCY: cube[FREQUENCY], **scalars(cube, index)},
-        {**completeness(*count(status), status.size), **said(cube, note)},
+        {
+            **completeness(*count(status), status.size),
+            **({"acceleration_g": felt} if isfinite(felt) else {}),
+            **said(cube, note),
+        },
     )
