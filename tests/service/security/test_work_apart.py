@@ -163,19 +163,3 @@ def test_the_same_is_answered_apart(
         again = apart.get(f"{url}/frequency-response", headers={"If-None-Match": first.headers["etag"]})
         assert again.status_code == 304
         assert apart.get("/api/v1/studies/000000000000/frequency-response").status_code == 404
-
-
-def test_an_answer_is_kept_while_the_study_stays_as_it_is(client: httpx.Client, helpers: Any) -> None:
-    study = helpers.CURVE | {"damping_ratio": 0.0041}
-    url = f"/api/v1/studies/{client.post('/api/v1/studies', json=study).json()['id']}"
-    seen = []
-    while not seen or seen[-1]["state"] != "done":
-        seen.append(client.get(url).json())
-        answer = client.get(f"{url}/frequency-response")
-        assert answer.status_code in (200, 409)
-    record = helpers.wait_for(client, seen[-1]["id"], helpers.ended)
-    first, again = (client.get(f"{url}/frequency-response").json() for _ in range(2))
-    assert first == again
-    assert first["complete"] == record["points_done"] / record["points_total"] == 1.0
-    helpers.wait_until(lambda: client.delete(url).status_code == 204)
-    assert client.get(f"{url}/frequency-response").status_code == 404
