@@ -79,37 +79,6 @@ def test_any_json_as_a_design_point(client: httpx.Client, document: Any) -> None
 
 @MANY
 @given(
-    body=st.binary(max_size=200),
-    path=st.sampled_from(["/api/v1/studies", "/api/v1/simulate"]),
-    kind=st.sampled_from(["application/json", "application/yaml"])
-    | st.text(st.characters(codec="ascii"), max_size=20),
-)
-def test_any_bytes_as_a_body(client: httpx.Client, body: bytes, path: str, kind: str) -> None:
-    printable = "".join(letter for letter in kind if letter.isprintable()).strip()
-    _as_it_should_be(client.post(path, content=body, headers={"content-type": printable}))
-
-
-@MANY
-@given(
-    method=st.sampled_from(["GET", "POST", "PUT", "DELETE", "PATCH", "OPTIONS", "HEAD", "BREW"]),
-    parts=st.lists(
-        st.sampled_from(["api", "v1", "studies", "simulate", "events", "export", "resonance-map", "health"])
-        | st.text(max_size=12),
-        max_size=5,
-    ),
-)
-def test_any_path(client: httpx.Client, method: str, parts: list[str]) -> None:
-    path = "/" + "/".join(quote(part.encode("utf-8", "surrogatepass"), safe="") for part in parts)
-    # Absolute, because a client takes a path that begins with // for a host.
-    answer = client.request(method, f"{str(client.base_url).rstrip('/')}{path}")
-    if method == "HEAD":
-        assert answer.status_code < 500
-    else:
-        _as_it_should_be(answer)
-
-
-@MANY
-@given(
     query=st.sampled_from(["resonance-map", "frequency-response", "optimal-designs", "export"]),
     parameters=st.dictionaries(
         st.sampled_from(

@@ -82,6 +82,7 @@ def test_study_can_be_deleted_once_it_is_done(client: httpx.Client, helpers: Any
         while not helpers.ended(record := client.get(address).json()):
             pass
         assert (record["state"], record["points_done"]) == ("done", 11)
+        assert client.delete(address[:-1]).status_code == 404  # the whole id is asked for
         deleted = client.delete(address)
         assert deleted.status_code == 204, deleted.text
         assert client.get(address).status_code == 404
