@@ -1,6 +1,7 @@
 """What the browser is sent before it runs anything: policy, caching, packing, and modules that parse."""
 
 import gzip
+import os
 import re
 import shutil
 import subprocess
@@ -72,30 +73,24 @@ def test_the_first_view_is_small(client: httpx.Client) -> None:
 @pytest.mark.skipif(
     shutil.which("node") is None, reason="node is not here; the browser's tests run the modules"
 )
-def test_modules_parse_without_their_comments(tmp_path: Path) -> None:
+def test_modules_parse_without_their_comments_and_do_what_needs_no_browser(tmp_path: Path) -> None:
+    modules = [tmp_path / name for name in page_names() if name.endswith(".js")]
+    for path in modules:
+        served = page_file(path.name)
+        assert served is not None
+        assert b"@param" not in served.content
+        path.write_bytes(served.content)
+    (tmp_path / "package.json").write_text('{"type": "module"}')
     read = (
         "const fs = require('fs'), vm = require('vm'); "
         "for (const path of process.argv.slice(1)) "
         "new vm.SourceTextModule(fs.readFileSync(path, 'utf8'), {identifier: path})"
     )
-    modules = [str(tmp_path / name) for name in page_names() if name.endswith(".js")]
-    for path in modules:
-        served = page_file(Path(path).name)
-        assert served is not None
-        assert b"@param" not in served.content
-        Path(path).write_bytes(served.content)
-    command = ["node", "--experimental-vm-modules", "--no-warnings", "-e", read, *modules]
-    checked = subprocess.run(command, capture_output=True, timeout=60, check=False)
-    assert checked.returncode == 0, checked.stderr.decode()
-
-
-@pytest.mark.skipif(
-    shutil.which("node") is None, reason="node is not here; the browser's tests run the modules"
-)
-def test_modules_that_need_no_browser() -> None:
-    file = Path(__file__).parent / "pure.test.mjs"
-    checked = subprocess.run(["node", "--test", file], capture_output=True, timeout=120, check=False)
-    assert checked.returncode == 0, checked.stdout.decode()
+    parsing = ["--experimental-vm-modules", "--no-warnings", "-e", read, *modules]
+    for asked in (parsing, ["--test", Path(__file__).with_name("pure.test.mjs")]):
+        environment = os.environ | {"PAGE": str(tmp_path)}
+        checked = subprocess.run(["node", *asked], env=environment, capture_output=True, timeout=120)
+        assert checked.returncode == 0, (checked.stdout + checked.stderr).decode()
 
 
 def test_catalog_holds_every_named_study_and_they_are_taken_as_they_stand(client: httpx.Client) -> None:
