@@ -4,7 +4,7 @@ import json
 import os
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -13,11 +13,13 @@ import pytest
 from tests.batch_system import LASTING, make_queue, running, wait_until_ended
 from tests.service.cli.commands import run
 from tests.service.cli.test_cli_design import SPECIFICATION
-from tests.worker.run_here import planned
+from tests.worker.run_here import give_up, planned, submit
 
 from damperlab import Client
-from damperlab.studies.definition import parse_study
+from damperlab.studies.definition import Study, parse_study
+from damperlab.studies.store.record import Record
 from damperlab.studies.store.store import Store
+from damperlab.studies.variables import Status
 from damperlab.worker.block import solve_block
 from damperlab.worker.worker_process.examination import bits_of
 
@@ -39,8 +41,46 @@ def queue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return make_queue(tmp_path, monkeypatch)
 
 
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with closing(Store.open(tmp_path / "data")) as opened:
+        yield opened
+
+
+def submitted(store: Store, study: Study, failed: int, **facts: str) -> Record:
+    """A study of which one block was given up, and no other is computed."""
+    record = submit(store, study, (1, 1, 1, 1, 4, 4), **facts)
+    give_up(store, record, study, failed)
+    return record
+
+
 def jobs(queue: Path) -> int:
     return len(list(queue.glob("*.sh")))
+
+
+def test_what_is_computed_again_is_computed_in_jobs(store: Store, queue: Path) -> None:
+    data = ("--data-dir", store.data_dir, "--workers", "1")
+    long = {**FRICTION, "axes": {**FRICTION["axes"], "friction_ratio": {"start": 0.5, "stop": 1.1, "num": 8}}}
+    record = submitted(store, parse_study({**long, "name": "again"}), 1)
+    assert record.blocks_total == 2
+    run("run", record.id, *data, "--cluster", "slurm")
+    assert (store.find(record.id).points_failed, jobs(queue)) == (16, 1)
+    run("run", record.id, "--retry", *data, "--cluster", "pbs", "--wait", "200")
+    assert (store.find(record.id).points_failed, jobs(queue)) == (0, 2)
+    assert (store.cube(record.id)["status"] == Status.CONVERGED).all()
+    before = store.cube(record.id).load()
+    file = next(Path(store.cube_path(record.id), "blocks").iterdir())
+    file.write_bytes(file.read_bytes()[:40])
+    run("store", "verify", record.id, "--repair", *data, "--cluster", "slurm")
+    assert jobs(queue) == 3
+    assert store.cube(record.id).load().drop_vars("run_time").equals(before.drop_vars("run_time"))
+    other = {"solver": "0" * 16, "identity": "0" * 16}
+    older = submitted(store, parse_study({**FRICTION, "name": "older"}), 0, **other)
+    run("recompute", older.id, *data, "--cluster", "pbs")
+    newest = store.newest(older.digest)
+    assert newest is not None
+    assert (newest.id, newest.state, jobs(queue)) == (f"{older.id}-2", "done", 4)
+    wait_until_ended(queue)
 
 
 def test_a_study_its_follow_ups_and_those_of_a_design_are_computed_in_jobs(

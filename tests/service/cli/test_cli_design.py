@@ -45,6 +45,7 @@ def test_asked_again_nothing_is_computed_and_who_waits_is_told_the_best_damper_s
     assert Store.open(folder / "data").page(200).records == before
     first, *_, last = [line for line in again.stderr.splitlines() if " of at most " in line]
     assert first.startswith(f"0 of at most {document['budget_points']:,} points")
+    assert "Now: " in first
     assert f"friction force {document['design']['friction_force_n']:.4g} N" in last
 
 
@@ -96,3 +97,7 @@ def test_a_dry_run_says_the_budget_and_stores_nothing(tmp_path: Path) -> None:
     said = run("design", "prototype", "--dry-run", "--json", "--data-dir", tmp_path / "data")
     assert json.loads(said.stdout)["budget_points"] > 1000
     assert not (tmp_path / "data").exists()
+    told = SPECIFICATION | {"excitation": {"base_amplitude_m": 0.3, "frequency_hz": 8.0}}
+    (tmp_path / "millimetres.json").write_text(json.dumps(told))
+    asked = ("design", tmp_path / "millimetres.json", "--dry-run", "--data-dir", tmp_path / "data")
+    assert "check the units of `clearance_m`" in run(*asked).stdout

@@ -49,6 +49,8 @@ def test_a_suite_is_run_and_told_like_any_study(tmp_path: Path) -> None:
     for question in ("optimum", "map"):
         run(question, "dampers", "-o", tmp_path / f"{question}.png", *data)
         assert (tmp_path / f"{question}.png").read_bytes().startswith(b"\x89PNG")
+    # what it cannot be asked is refused under the option's name
+    assert "--metric" in run("optimum", "dampers", "--exclude-locked", *data, status=2).stderr
 
 
 def test_what_is_printed_of_a_comparison_is_its_answer_in_millimetres(tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ def refused(tmp_path: Path) -> Refused:
     (tmp_path / "peaks.csv").write_text(PEAKS)
     (tmp_path / "wrong.json").write_text('{"structure": null}')
     (tmp_path / "bad.csv").write_text("frequency (Hz), amplitude (mm)\n2.5, twelve\n")
+    (tmp_path / "shaken.csv").write_text("time (s), acceleration (g)\n0, 0\n0.01, oops\n")
     (tmp_path / "taken").write_text("")
     (tmp_path / "folder.png").mkdir()
 
@@ -126,6 +127,7 @@ NAMED = [
     ("earthquake --generate {sweep:[", "YAML"),
     ("earthquake --generate '{random_vibration: {seeds: 2}}'", "you mean `seed`"),
     ("earthquake --generate '{random_vibration: {psd_g2_per_hz: 1}}'", "[0.001, 0.001]"),
+    ("records HERE/shaken.csv", "oops"),
     ("records --generate nowhere.yaml", "cannot be read"),
     ("records --generate '{shock: 3}'", "must be a mapping"),
     ("earthquake --generate {} --kanai-tajimi 1", "cannot be combined"),

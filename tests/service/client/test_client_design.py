@@ -1,7 +1,6 @@
 """Designs from Python, over real sockets: asked for, waited for, shown, written, steered."""
 
 import json
-from collections.abc import Iterator
 from html import unescape
 from pathlib import Path
 from typing import Any
@@ -9,12 +8,6 @@ from typing import Any
 import pytest
 
 from damperlab.service.client import Client, Conflict, Design, NotFound, Refused, StillRunning, Stopped
-
-
-@pytest.fixture
-def remote(service: Any) -> Iterator[Client]:
-    with Client(service.url) as client:
-        yield client
 
 
 @pytest.mark.night

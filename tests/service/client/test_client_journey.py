@@ -17,12 +17,6 @@ from damperlab.studies.definition import parse_study
 from damperlab.studies.store.store import Store
 
 
-@pytest.fixture
-def remote(service: Any) -> Iterator[Client]:
-    with Client(service.url) as client:
-        yield client
-
-
 def test_asking_a_service_needs_neither_compiler_nor_cluster(service: Any) -> None:
     code = f"""
 import sys

@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+import traceback
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from docs.computed import is_of_here
 from docs.executed import NOTEBOOKS, execute, lasting
 
 from damperlab import Client, Study
+from damperlab.service.client import Refused
 
 FIGURES = {"figure-11": 2, "tuned-mass-damper": 2}
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -94,6 +96,15 @@ def test_objects_of_a_service_show_what_they_are(service: Any, curve: dict[str, 
         assert "done" in html(study)
         assert curve["id"] in html(study.record)
         assert "amplitude_ratio" in html(client.simulate(2.0, particle=False))
+
+
+def test_a_refusal_ends_with_its_message_and_shows_no_frame_of_the_retries(service: Any) -> None:
+    with Client(service.url) as client, pytest.raises(Refused) as refused:
+        client.submit({"axes": {"frequency_ratio": -1}, "particle": False})
+    lines = traceback.format_exception(refused.value)
+    assert not [line for line in lines if "stamina" in line or "tenacity" in line or "contextlib" in line]
+    assert "axes.frequency_ratio" in lines[-1]
+    assert refused.value.__cause__ is None
 
 
 LINES = (

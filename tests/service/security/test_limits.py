@@ -23,9 +23,8 @@ def limited(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[
     folder = tmp_path_factory.mktemp("limited")
     data: Path = folder / "data"
     keys = {who: make_key(data, who, "submit") for who in ("ann", "bob", "eve", "dan")}
-    running = helpers.start_service(
-        data,
-        folder / "log",
+    with helpers.serving(
+        folder,
         DAMPERLAB_ACCESS="keys",
         DAMPERLAB_KEY_REQUESTS_PER_MINUTE=str(A_MINUTE),
         DAMPERLAB_KEY_QUOTA_UNFINISHED="2",
@@ -34,11 +33,8 @@ def limited(tmp_path_factory: pytest.TempPathFactory, helpers: Any) -> Iterator[
         DAMPERLAB_KEY_QUOTA_RECORDS="2",
         DAMPERLAB_QUOTA_RECORDS="3",
         DAMPERLAB_KEY_QUOTA_DESIGNS="1",
-    )
-    try:
+    ) as running:
         yield Guarded(running, data, keys)
-    finally:
-        running.stop()
 
 
 def _code(answer: httpx.Response) -> tuple[int, str]:
