@@ -150,8 +150,11 @@ test("ratios turned into units and back, and a cavity that stands", () => {
   assert.equal(standing.particle_friction_ratio, 0); // a particle that stands on its wall rubs on nothing
   near(standing.gravity_ratio, 9.80665 / ((2 * Math.PI * 2.5) ** 2 * 0.0015));
   // of a tilt that is an axis the point of a study has one value
-  const point = { definition: { physical: { tilt_deg: [0, 30] } }, dimensions: ["gravity_ratio"] };
-  const lies = cavityOf(point, () => standing.gravity_ratio / 2, structure);
-  assert.equal(lies.particle_friction_coefficient, 0);
+  const point = { definition: { physical: { tilt_deg: [0, 30] } }, dimensions: ["gravity_ratio", "particle_friction_ratio"] };
+  const weight = standing.gravity_ratio;
+  const ratios = { gravity_ratio: weight / 2, particle_friction_ratio: 0.02 * weight * Math.cos(Math.PI / 6) };
+  const lies = cavityOf(point, (ratio) => ratios[ratio], structure);
+  near(lies.particle_friction_coefficient, 0.02);
   near(lies.tilt_deg, 30);
+  assert.equal(cavityOf({ ...point, dimensions: [] }, () => NaN, structure).particle_friction_coefficient, 0);
 });
