@@ -287,8 +287,6 @@ BODIES: list[tuple[str, Any, set[str]]] = [
     ("earthquake-comparisons", {"natural_frequency_hz": 1000, "starts": 256}, {"starts"}),
     ("earthquake-comparisons", {"contact": {"model": "compliant", "contact_time": 0.003}, "restitution": 0}, {"restitution"}),
     ("fits", FIT | {"measured": 3, "fits": {}}, {"measured", "fits"}),
-    ("fits", FIT | {"fit": {"damping_ratio": [0.01, 5]}}, {"fit.damping_ratio"}),
-    ("fits", FIT | {"fit": {"damping": [0.01, 0.1]}}, {"fit.damping"}),
     ("fits", FIT | {"structure": 3, "seed": -1}, {"structure", "seed"}),
     ("fits", FIT | {"confidence": 2, "deviation": 0, "name": ""}, {"confidence", "deviation", "name"}),
     ("fits", FIT | {"specification": {}, "fit": []}, {"specification", "fit"}),

@@ -1,14 +1,16 @@
-"""What somebody sees who has never been here: an empty service, a form by keyboard, a study that is not done."""
+"""What somebody sees who has never been here: a key to sign in with, an empty service, a form, a study that is not done."""
 
 import json
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 from playwright.sync_api import expect
 from tests.service.page.looking import serious
+from tests.service.security.conftest import make_key
 
 FOCUSED = "document.activeElement.closest('label')?.querySelector('span')?.textContent"
 
@@ -91,3 +93,24 @@ def test_the_first_screen_says_why_the_best_design_may_not_be_the_best(
     ).inner_text()  # made in one piece: what is missing now does not come later
     for doubt in doubts:
         assert doubt["sentence"].replace("`", "") in said  # set as code
+
+
+def test_a_key_opens_the_page_and_signing_out_closes_it(
+    open_page: Callable[..., Any], own_service: Callable[..., Any], tmp_path: Path
+) -> None:
+    key = make_key(tmp_path / "data", "ann", "submit")["key"]
+    running = own_service(DAMPERLAB_ACCESS="keys")
+    watched = open_page(running.url)
+    watched.allowed = ("401",)
+    page = watched.go()
+    expect(page.get_by_role("heading", name="Sign in")).to_be_visible()
+    page.get_by_label("Key").fill("dlk_nonsense")
+    page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_role("alert")).to_contain_text("not a key of this service")
+    page.get_by_label("Key").fill(key)
+    page.get_by_role("button", name="Sign in").click()
+    expect(page.get_by_role("heading", name="Studies", exact=True)).to_be_visible()
+    expect(page.get_by_role("button", name="Sign out")).to_be_visible()
+    assert page.evaluate("document.cookie") == ""
+    page.get_by_role("button", name="Sign out").click()
+    expect(page.get_by_role("heading", name="Sign in")).to_be_visible()

@@ -68,7 +68,8 @@ def test_an_export_in_parts_is_the_whole(client: httpx.Client, curve: dict[str, 
         parts += part.content
     assert parts == whole.content
     assert client.get(url, headers={"Range": "bytes=-7"}).content == whole.content[-7:]
-    assert client.get(url, headers={"Range": f"bytes=5-{10 * size}"}).content == whole.content[5:]
+    for asked in ("bytes=5-", f"bytes=5-{10 * size}"):
+        assert client.get(url, headers={"Range": asked}).content == whole.content[5:]
     for asked in (f"bytes={size}-", "bytes=5-2"):
         assert client.get(url, headers={"Range": asked}).status_code == 416, asked
     ignored = ("bytes=0-1,5-6", "bytes=-", "bytes=" + "9" * 400 + "-")
