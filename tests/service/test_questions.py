@@ -66,7 +66,7 @@ def test_what_is_not_computed_is_null_and_counted(client: httpx.Client, helpers:
             client.delete(f"{STUDIES}/{blocker['id']}").raise_for_status()
 
 
-def test_what_a_study_does_not_store_is_unknown_or_refused(client: httpx.Client, helpers: Any) -> None:
+def test_what_a_study_does_not_store_is_unknown(client: httpx.Client, helpers: Any) -> None:
     study = {
         "particle": False,
         "damping_ratio": 0.03,
@@ -80,16 +80,6 @@ def test_what_a_study_does_not_store_is_unknown_or_refused(client: httpx.Client,
     assert (design["error"], design["response_class"], design["locked_share"]) == (None, "unknown", None)
     tmd = client.get(f"{path}/tmd-comparison?mass_ratio=0.1").raise_for_status().json()
     assert tmd["hybrid_peak_error"] is None
-    for question in (
-        "optimal-designs?",
-        "optimal-designs?pareto=amplitude,mass&",
-    ):
-        answer = client.get(f"{path}/{question}exclude_locked=true")
-        assert answer.status_code == 422, question
-        (fault,) = answer.json()["errors"]
-        assert fault["field"] == "exclude_locked"
-        assert "response_class" in fault["found"]
-        assert "`metrics`" in fault["advice"]
 
 
 def test_answers_are_compressed_on_request(client: httpx.Client, curve: dict[str, Any]) -> None:

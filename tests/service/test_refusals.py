@@ -312,15 +312,3 @@ def test_every_fault_of_a_body_is_named_and_nothing_is_stored(
 
 def _ids(client: httpx.Client) -> list[str]:
     return [each["id"] for each in client.get(STUDIES, params={"limit": 200}).json()["studies"]]
-
-
-def test_a_study_beside_another_that_does_not_fit_or_is_not_there_is_refused(
-    client: httpx.Client, curve: dict[str, Any], helpers: Any
-) -> None:
-    other = helpers.CURVE | {"axes": {"friction_ratio": 0, "frequency_ratio": [0.5, 1.0]}}
-    made = client.post(STUDIES, json=other).raise_for_status().json()
-    helpers.wait_for(client, made["id"], helpers.ended)
-    url = f"{STUDIES}/{curve['id']}/frequency-response"
-    errors: Any = _problem(client.get(url, params={"with": made["id"]}), 422)["errors"]
-    assert errors[0]["field"] == "with"
-    _problem(client.get(url, params={"with": "0123456789ab"}), 404)
